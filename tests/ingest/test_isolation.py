@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from rockframe.engines.pool import Limits
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import Limits, ReadOptions, Rejection, collect, sorted_out
+from rockframe.ingest import ReadOptions, Rejection, collect, sorted_out
 from rockframe.ingest.collection import serve, worker_count
 from rockframe.ingest.files import read_outcomes
 from rockframe.options.ingest import IngestOptions

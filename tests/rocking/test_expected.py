@@ -12,9 +12,10 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
+from rockframe.rocking import kernels
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.kernels import kernel
-from rockframe.rocking.response import Response, Verdict, respond
+from rockframe.rocking.response import Response, respond
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -206,7 +207,7 @@ def overturns(ground: GroundAcceleration, amplitude: float, restitution: float) 
     """Return True if it overturns; the amplitude is in g tan(alpha), the time in 1/p."""
     scaled = amplitude * math.tan(ALPHA) * ground.coefficients
     outcome = integrate(scaled, ground.time_step, alpha=ALPHA, restitution=restitution)
-    return outcome.verdict == kernel.OVERTURNED
+    return outcome.verdict == kernels.OVERTURNED
 
 
 def sine(frequency: float, half_cycles: int) -> GroundAcceleration:

@@ -15,7 +15,8 @@ from scipy.integrate import quad
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import tails
-from rockframe.rocking.response import Response, Verdict, respond
+from rockframe.rocking.response import Response, respond
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.family import RICKERS
 from rockframe.wavelets.pulse import Pulse

@@ -16,7 +16,8 @@ from rockframe.record import Record
 from rockframe.rocking import margins, respond_many
 from rockframe.rocking.design import Design
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import Verdict, respond
+from rockframe.rocking.response import respond
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)

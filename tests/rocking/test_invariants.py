@@ -20,8 +20,9 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.polynomials import Polynomial
 from rockframe.rocking.kernels.steps import LANDED, MOVING, flight
 from rockframe.rocking.kernels.ties import Pair
-from rockframe.rocking.response import Response, Verdict, respond
+from rockframe.rocking.response import Response, respond
 from rockframe.rocking.restrained import ties_of
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

@@ -25,7 +25,8 @@ from rockframe.rocking.reactions import (
     column_forces,
     reactions,
 )
-from rockframe.rocking.response import Response, Verdict, respond
+from rockframe.rocking.response import Response, respond
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

@@ -10,8 +10,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import Verdict, respond
+from rockframe.rocking.response import respond
 from rockframe.rocking.spectra.scan import Scan, islands, scan
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 

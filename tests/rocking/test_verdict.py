@@ -14,7 +14,8 @@ from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.tails import tail
-from rockframe.rocking.response import Verdict, respond
+from rockframe.rocking.response import respond
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

@@ -242,7 +242,7 @@ def test_what_a_killed_worker_leaves_does_not_stop_the_run(
             (work.folder / ".records-a1b2c3d4.partial.nc").touch()
         return perform(work)
 
-    monkeypatch.setattr("rockframe.runs.run.perform", repeated)
+    monkeypatch.setattr("rockframe.runs.performing.perform", repeated)
     (home / "run" / "records.nc").unlink()
     assert run(home / "small.toml", home / "run") == 0
     assert not list((home / "run").glob(".*partial*"))

@@ -78,7 +78,7 @@ def test_pools_of_steps_are_as_large_as_the_run_is_asked_for(
         seen.append(work)
         return 0
 
-    monkeypatch.setattr("rockframe.runs.run.perform", note)
+    monkeypatch.setattr("rockframe.runs.performing.perform", note)
     run_plan(plan, tmp_path / "run", engine=ProcessPool(3))
     assert {work.step.name for work in seen} == {step.name for step in plan.steps}
     for work in seen:

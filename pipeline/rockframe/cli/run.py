@@ -15,6 +15,7 @@ from rockframe.interruption import keeping
 from rockframe.options.execution import ExecutionOptions
 
 if TYPE_CHECKING:
+    from rockframe.engines.engine import Engine
     from rockframe.runs.plan import Plan
 
 _RESUMES: Final = "finished steps are kept; the same command resumes"
@@ -51,7 +52,7 @@ def run_run(options: argparse.Namespace) -> int:
         done, faults = run_plan(
             plan,
             options.output,
-            engine=arguments.chosen_engine(options),
+            engine=_engine(options),
             replace=options.replace,
             on_fault=_warn,
             on_step=on_step,
@@ -70,6 +71,12 @@ def run_run(options: argparse.Namespace) -> int:
     else:
         _show(options.output, len(done), rejected)
     return 1 if rejected else 0
+
+
+def _engine(options: argparse.Namespace) -> Engine | None:
+    """Return the stated engine; None leaves the choice to the run, which may have nothing to do."""
+    stated = chosen(options, ExecutionOptions) != ExecutionOptions()
+    return arguments.chosen_engine(options) if stated else None
 
 
 def _write_plan(plan: Plan, options: argparse.Namespace) -> None:

@@ -114,6 +114,11 @@ def catalogue_kind(path: Path, head: bytes | None = None) -> str:
     return kind_of(path.name, head_of(path) if head is None else head[:HEAD])
 
 
+def is_catalogue(path: Path) -> bool:
+    """Return True if a file is a catalogue, by its name or in the format of an archive."""
+    return path.name == CATALOGUE or catalogue_kind(path) != ""
+
+
 def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
     """Write a catalogue that `read_catalogue` reads; unknown values become empty cells.
 

@@ -9,7 +9,7 @@ import stat
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -95,6 +95,28 @@ def printable(name: str) -> str:
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in name
     )
+
+
+def folder_names(paths: Iterable[Path]) -> list[str]:
+    r"""Return a unique display name for each folder: its name, with a number if it is repeated.
+
+    A link keeps its own name, not that of its target.
+
+    Examples
+    --------
+    >>> folder_names([Path("near/records"), Path("far/records"), Path("near")])
+    ['records', 'records-2', 'near']
+    """
+    names: list[str] = []
+    for path in paths:
+        plain = path.name not in {"", ".."}
+        name = called = printable(path.name if plain else path.resolve().name)
+        number = 1
+        while called in names:
+            number += 1
+            called = f"{name}-{number}"
+        names.append(called)
+    return names
 
 
 def decompressed(content: Content) -> Content:

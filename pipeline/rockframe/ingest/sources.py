@@ -14,9 +14,10 @@ from rockframe.ingest.catalogue import (
     CATALOGUE,
     CatalogueEntry,
     catalogue_kind,
+    is_catalogue,
     read_catalogue,
 )
-from rockframe.ingest.members import printable
+from rockframe.ingest.members import folder_names, printable
 from rockframe.ingest.parsing.lines import head_of, unreadable
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.provenance import read_json
@@ -142,28 +143,6 @@ def sources_of(
     return found
 
 
-def folder_names(paths: Iterable[Path]) -> list[str]:
-    r"""Return a unique display name for each folder: its name, with a number if it is repeated.
-
-    A link keeps its own name, not that of its target.
-
-    Examples
-    --------
-    >>> folder_names([Path("near/records"), Path("far/records"), Path("near")])
-    ['records', 'records-2', 'near']
-    """
-    names: list[str] = []
-    for path in paths:
-        plain = path.name not in {"", ".."}
-        name = called = printable(path.name if plain else path.resolve().name)
-        number = 1
-        while called in names:
-            number += 1
-            called = f"{name}-{number}"
-        names.append(called)
-    return names
-
-
 def _files_in(
     folder: Path,
     entries: list[Path],
@@ -233,11 +212,6 @@ def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]
     if path.suffix == ".csv" and _TABLE.match(head_of(path)):
         return _DOCUMENT, ""
     return note_on(Path(path.name)) or (_STATION_XML if is_station_xml(path) else ""), ""
-
-
-def is_catalogue(path: Path) -> bool:
-    """Return True if a file is a catalogue, by its name or in the format of an archive."""
-    return path.name == CATALOGUE or catalogue_kind(path) != ""
 
 
 def _refusal(path: Path) -> str:

@@ -151,6 +151,51 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
         raise InputError(path, f"is corrupted ({error}). {must_be}") from error
 
 
+def attributes_of(path: Path, kind: str) -> Mapping[str, Any]:
+    """Return the global attributes of a file, without reading or checking its variables.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        One of `KINDS`.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or corrupted, or if another stage wrote it.
+    """
+    _require_file(path, f"a {kind} file")
+    try:
+        _require_netcdf(path, "Must be the output of a stage.")
+        with netCDF4.Dataset(path) as file:
+            attrs = {name: file.getncattr(name) for name in file.ncattrs()}
+    except _UNREADABLE as error:
+        raise _not_of(path, kind, f"cannot be read as netCDF ({error}).") from error
+    _require_attributes(path, kind, attrs)
+    return attrs
+
+
+def _not_of(path: Path, kind: str, what: str) -> InputError:
+    return InputError(path, f"{what} Must be the output of `rockframe {KINDS[kind].stage}`.")
+
+
+def _require_attributes(path: Path, kind: str, attrs: Mapping[str, Any]) -> None:
+    found = str(attrs.get("rockframe_kind", "unknown"))
+    if found != kind:
+        raise _not_of(path, kind, f"is a netCDF file of kind {found!r}.")
+    for name in (*_NEEDED, *_JSON):
+        if name not in attrs and name not in _NEEDED:
+            continue
+        try:
+            value = json.loads(attrs[name]) if name in _JSON else attrs[name]
+        except (KeyError, TypeError, ValueError, RecursionError):
+            value = None
+        if not isinstance(value, _JSON.get(name, str)):
+            raise _not_of(path, kind, f"without a global attribute {name!r} that can be read.")
+
+
 class _Declared(xr.backends.NetCDF4DataStore):
     """The content of a file, checked against its kind before memory is allocated."""
 
@@ -161,7 +206,7 @@ class _Declared(xr.backends.NetCDF4DataStore):
         """Return variables, not yet read, and global attributes."""
         found, attrs = super().load()  # type: ignore[no-untyped-call]
         try:
-            self._require_attributes(attrs)
+            _require_attributes(self.path, self.kind.name, attrs)
             if attrs.get("title") == WITHOUT_RECORDS and not found:
                 return {}, dict(attrs)
             variables = {
@@ -176,21 +221,7 @@ class _Declared(xr.backends.NetCDF4DataStore):
         return variables, dict(attrs)
 
     def _refuse(self, what: str) -> InputError:
-        return InputError(self.path, f"{what} Must be the output of `rockframe {self.kind.stage}`.")
-
-    def _require_attributes(self, attrs: Mapping[str, Any]) -> None:
-        kind = str(attrs.get("rockframe_kind", "unknown"))
-        if kind != self.kind.name:
-            raise self._refuse(f"is a netCDF file of kind {kind!r}.")
-        for name in (*_NEEDED, *_JSON):
-            if name not in attrs and name not in _NEEDED:
-                continue
-            try:
-                value = json.loads(attrs[name]) if name in _JSON else attrs[name]
-            except (KeyError, TypeError, ValueError, RecursionError):
-                value = None
-            if not isinstance(value, _JSON.get(name, str)):
-                raise self._refuse(f"without a global attribute {name!r} that can be read.")
+        return _not_of(self.path, self.kind.name, what)
 
     def _has(self, one: Variable, found: Mapping[str, xr.Variable]) -> bool:
         """Return True if the file has a variable; reject the file if a required variable is

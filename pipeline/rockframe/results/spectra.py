@@ -12,10 +12,10 @@ import xarray as xr
 from rockframe.results.reading import opened
 from rockframe.results.schema import ROCKING_SPECTRUM, SPECTRUM
 from rockframe.results.schema.response import ROCKING_SPECTRUM_NC, SPECTRUM_NC, Overturning
-from rockframe.rocking.response import Verdict
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum
 from rockframe.rocking.spectra.scan import OverturningSpectrum, islands
+from rockframe.rocking.stated_verdict import Verdict
 
 
 def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:

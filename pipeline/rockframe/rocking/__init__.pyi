@@ -36,7 +36,6 @@ from .reactions import angular_acceleration as angular_acceleration
 from .reactions import column_forces as column_forces
 from .reactions import reactions as reactions
 from .response import Response as Response
-from .response import Verdict as Verdict
 from .response import as_ground as as_ground
 from .response import refuse_flight as refuse_flight
 from .response import respond as respond
@@ -54,4 +53,5 @@ from .stated_verdict import VERDICT_RULE as VERDICT_RULE
 from .stated_verdict import ScaleOutcome as ScaleOutcome
 from .stated_verdict import StatedVerdict as StatedVerdict
 from .stated_verdict import Strip as Strip
+from .stated_verdict import Verdict as Verdict
 from .stated_verdict import VerdictKind as VerdictKind

@@ -15,7 +15,8 @@ from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.reactions import Reactions, ground_at_nodes, reactions_under
-from rockframe.rocking.response import Response, Verdict
+from rockframe.rocking.response import Response
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.rocking.response import Response, Verdict
+from rockframe.rocking.response import Response
+from rockframe.rocking.stated_verdict import Verdict
 
 #: Rotations from this share of the slenderness are near overturning; their histories are selected.
 NEAR: Final = 0.5

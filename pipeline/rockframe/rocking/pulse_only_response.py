@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rockframe.rocking.response import Response, Verdict, respond
+from rockframe.rocking.response import Response, respond
+from rockframe.rocking.stated_verdict import Verdict
 
 if TYPE_CHECKING:
     from rockframe.wavelets.pulse import Pulse

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +24,7 @@ from rockframe.rocking.restrained import (
     restraint_response,
     ties_of,
 )
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -40,25 +40,6 @@ Float = NDArray[np.float64]
 
 #: Number of impacts whose times are stored; all impacts are counted.
 _LOGGED_IMPACTS = 4096
-
-
-class Verdict(IntEnum):
-    """Outcome of a response; the values of the flag variable `verdict`.
-
-    Small perturbations change an ``UNDECIDED`` verdict. Only `with_margins` returns it, `respond`
-    does not.
-    """
-
-    NO_UPLIFT = kernel.NO_UPLIFT
-    SAFE = kernel.SAFE
-    OVERTURNED = kernel.OVERTURNED
-    UNDECIDED = 3
-
-    def __str__(self) -> str:
-        return self.name
-
-    def __format__(self, format_spec: str) -> str:
-        return format(self.name, format_spec)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Verdicts and margins as tables and pages show them: in words, colours and strips."""
+"""Verdicts, and margins, as tables and pages show them: in words, colours and strips."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from typing import Final
 
-from rockframe.rocking.response import Verdict
+from rockframe.rocking import kernels
 
 #: The rule of `Margin.verdict`, in the words of its docstring. All tables, pages and documents that
 #: show verdicts print it.
@@ -35,6 +35,25 @@ MODEL_ENDS: Final = {
     "lift_exceeded_time": "lift exceeded",
     "tendon_yield_time": "tendon yields",
 }
+
+
+class Verdict(IntEnum):
+    """Outcome of a response; the values of the flag variable `verdict`.
+
+    Small perturbations change an ``UNDECIDED`` verdict. Only `with_margins` returns it, `respond`
+    does not.
+    """
+
+    NO_UPLIFT = kernels.NO_UPLIFT
+    SAFE = kernels.SAFE
+    OVERTURNED = kernels.OVERTURNED
+    UNDECIDED = 3
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, format_spec: str) -> str:
+        return format(self.name, format_spec)
 
 
 class ScaleOutcome(IntEnum):

@@ -14,7 +14,6 @@ from typing import Any, Final
 from filelock import lock_descriptor
 
 from rockframe.errors import InputError
-from rockframe.ingest import ARCHIVE_HEAD, contents, is_archive, load, printable
 from rockframe.provenance import (
     DAMAGED,
     is_sealed,
@@ -250,6 +249,8 @@ def _members(plan: Plan, wanted: Collection[str]) -> dict[str, str]:
 
     A record states the hash of its archive member; the plan states the hash of the archive.
     """
+    from rockframe.ingest import ARCHIVE_HEAD, contents, is_archive, load, printable
+
     found: dict[str, str] = {}
     for path, called in ((file.path, file.name) for file in plan.inputs if wanted):
         with path.open("rb") as stream:

@@ -1,4 +1,4 @@
-"""Perform a step: call its stage on the files of its run. Recompute a run's results."""
+"""Perform steps: call their stages on the files of their run. Recompute a run's results."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from rockframe.engines.engine import Engine, serve
-from rockframe.engines.scheduler import choose_engine
+from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches, serve
+from rockframe.engines.scheduler import DaskScheduler, choose_engine
 from rockframe.errors import InputError, RockframeError
 from rockframe.ingest import Rejection
+from rockframe.interruption import check
 from rockframe.options.execution import FigureOptions, ReportOptions
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.pulse import PulseOptions
@@ -23,9 +24,9 @@ from rockframe.options.respond import (
 )
 from rockframe.provenance import scratch_folder, sha256_of
 from rockframe.runs.files import finish, read_plan
-from rockframe.runs.plan import KEPT
-from rockframe.runs.state import stamp
-from rockframe.runs.step import Step
+from rockframe.runs.plan import KEPT, Plan
+from rockframe.runs.state import remove_partials, stamp
+from rockframe.runs.step import Step, waves
 from rockframe.stages.common import Batch
 from rockframe.stages.compare import compare_stage
 from rockframe.stages.figures import figures_stage
@@ -117,6 +118,71 @@ def perform_apart(work: Work) -> int:
     """
     [status] = serve(perform, [work], workers=1)
     return status
+
+
+def perform_all(
+    plan: Plan,
+    todo: Sequence[Step],
+    folder: Path,
+    engine: Engine | None,
+    on_step: Callable[..., None],
+) -> None:
+    """Perform steps of a plan, each after the steps whose outputs it reads.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan of the run, whose lock must be held.
+    todo : sequence of Step
+        The steps.
+    folder : Path
+        The folder of the run.
+    engine : Engine, optional
+        Performs independent steps in parallel; by default a process pool.
+    on_step : callable
+        Called with the name of each finished step, its number, and the number of all steps.
+    """
+    try:
+        _perform(plan, todo, folder, engine, on_step)
+    except BaseException:
+        remove_partials(plan, folder)  # workers that ended with this run left partial files
+        raise
+
+
+def _perform(
+    plan: Plan,
+    todo: Sequence[Step],
+    folder: Path,
+    engine: Engine | None,
+    on_step: Callable[..., None],
+) -> None:
+    done = 0
+    # a Dask worker may run several steps in threads
+    how = perform_apart if isinstance(engine, DaskScheduler) else perform
+    for tasks in _parallel_work(plan, todo, folder, engine):
+        alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # one step needs no pool
+        where = OneProcess() if alone else engine
+        check()
+        for task, _ in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
+            done += 1
+            on_step(task.step.name, done, len(todo))
+        remove_partials(plan, folder)  # killed workers left partial files
+
+
+def _parallel_work(
+    plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine | None
+) -> Iterator[list[Work]]:
+    """Yield groups of independent tasks; a step with its own pool is a group by itself."""
+    workers = engine.workers if isinstance(engine, ProcessPool) else None
+    if isinstance(engine, OneProcess):
+        workers = 1
+    for wave in waves(plan.steps):
+        tasks = [Work(step, folder, workers, plan.keys[step.name]) for step in wave if step in todo]
+        if isinstance(engine, DaskScheduler):
+            yield tasks
+            continue
+        yield [task for task in tasks if not task.step.workers]
+        yield from ([task] for task in tasks if task.step.workers)
 
 
 def do(work: Work) -> Sequence[Rejection]:

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import re
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches
-from rockframe.engines.scheduler import DaskScheduler
 from rockframe.errors import InputError
-from rockframe.interruption import check
 from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs, refuse_obstacles
 from rockframe.runs.files import locked, read_plan, write_plan
-from rockframe.runs.performing import Work, perform, perform_apart
 from rockframe.runs.plan import KEPT, Plan
 from rockframe.runs.state import (
     StepState,
@@ -23,11 +18,15 @@ from rockframe.runs.state import (
     remove_file,
     remove_former,
     remove_output,
+    remove_partials,
     remove_spent,
     states_of,
     take_back_manifest,
 )
-from rockframe.runs.step import PAGE, Step, waves
+from rockframe.runs.step import PAGE
+
+if TYPE_CHECKING:
+    from rockframe.engines.engine import Engine
 
 #: Steps after the manifest; the manifest does not list their files.
 _AFTER: Final = frozenset(["report", "verify"])
@@ -84,12 +83,12 @@ def run_plan(
     with locked(folder):
         states, faults = prepare(plan, folder, replace=replace, on_fault=on_fault)
         todo = [state.step for state in states if not state.is_done]
-        try:
-            _perform(plan, todo, folder, engine, on_step)
-        except BaseException:
-            remove_partials(plan, folder)  # workers that ended with this run left partial files
-            raise
-        remove_spent(plan, folder, states_of(plan, folder) if todo else states)
+        if todo:
+            from rockframe.runs.performing import perform_all  # it imports every stage
+
+            perform_all(plan, todo, folder, engine, on_step)
+            states = [StepState(s, "removed" if s.temporary else "done") for s in plan.steps]
+        remove_spent(plan, folder, states)
     return [step.name for step in todo], faults
 
 
@@ -149,42 +148,6 @@ def _corrupted(plan: Plan, former: Plan | None, folder: Path) -> dict[Path, str]
     return {path: what for path, what in corrupted.items() if path in now}
 
 
-def _perform(
-    plan: Plan,
-    todo: Sequence[Step],
-    folder: Path,
-    engine: Engine | None,
-    on_step: Report,
-) -> None:
-    done = 0
-    # a Dask worker may run several steps in threads
-    how = perform_apart if isinstance(engine, DaskScheduler) else perform
-    for tasks in _parallel_work(plan, todo, folder, engine):
-        alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # one step needs no pool
-        where = OneProcess() if alone else engine
-        check()
-        for task, _ in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
-            done += 1
-            on_step(task.step.name, done, len(todo))
-        remove_partials(plan, folder)  # killed workers left partial files
-
-
-def _parallel_work(
-    plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine | None
-) -> Iterator[list[Work]]:
-    """Yield groups of independent tasks; a step with its own pool is a group by itself."""
-    workers = engine.workers if isinstance(engine, ProcessPool) else None
-    if isinstance(engine, OneProcess):
-        workers = 1
-    for wave in waves(plan.steps):
-        tasks = [Work(step, folder, workers, plan.keys[step.name]) for step in wave if step in todo]
-        if isinstance(engine, DaskScheduler):
-            yield tasks
-            continue
-        yield [task for task in tasks if not task.step.workers]
-        yield from ([task] for task in tasks if task.step.workers)
-
-
 def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> Plan | None:
     """Refuse a folder with other files, and remove files that the study no longer writes.
 
@@ -235,58 +198,3 @@ def _foreign_file(plan: Plan, folder: Path) -> str:
     """Return a file that has the name of an output but is not from this study, as text, or ""."""
     names = [*plan.outputs, MANIFEST, PAGE]
     return next((name for name in names if (folder / name).exists()), "")
-
-
-#: The end of the names of partial files: the random part of mkstemp, and ``.partial``.
-_RANDOM = r"-[A-Za-z0-9_]{8}\.partial"
-#: Folders in which a screening keeps finished batches until the end.
-_BATCHES = re.compile(r"\.screen-[0-9a-f]{16}\.batches")
-
-
-def remove_partials(plan: Plan, folder: Path) -> list[str]:
-    """Remove partial outputs of a plan; the lock must be held.
-
-    Parameters
-    ----------
-    plan : Plan
-        The plan of the run; files with other names are kept.
-    folder : Path
-        The folder of the run.
-
-    Returns
-    -------
-    list of str
-        Names of the removed files.
-    """
-    kept = [path.relative_to(folder) for path in (folder / KEPT).rglob("*.json")]
-    kept += [Path(KEPT, "plan.json"), *(Path(KEPT, "steps", f"{s.name}.json") for s in plan.steps)]
-    removed = []
-    for output in sorted({*map(Path, plan.written), *kept, Path("records.csv")}):
-        parent = folder / output.parent
-        if not parent.is_dir():
-            continue
-        wanted = re.compile(re.escape(f".{output.stem}") + _RANDOM + re.escape(output.suffix))
-        for path in sorted(parent.iterdir()):
-            if wanted.fullmatch(path.name):
-                _remove(path)
-                removed.append(path.relative_to(folder).as_posix())
-    return removed + _remove_batches(plan, folder)
-
-
-def _remove_batches(plan: Plan, folder: Path) -> list[str]:
-    """Remove the batches of a screening, unless the plan has a screening, which resumes from
-    them.
-    """
-    if any(step.stage == "screen" for step in plan.steps):
-        return []
-    left = [path for path in folder.iterdir() if _BATCHES.fullmatch(path.name)]
-    for path in left:
-        _remove(path)
-    return [path.name for path in left]
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink()

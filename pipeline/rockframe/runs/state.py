@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -289,3 +291,58 @@ def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
     except (OSError, ValueError, KeyError, TypeError, InputError):
         return {}
     return stamps
+
+
+#: The end of the names of partial files: the random part of mkstemp, and ``.partial``.
+_RANDOM = r"-[A-Za-z0-9_]{8}\.partial"
+#: Folders in which a screening keeps finished batches until the end.
+_BATCHES = re.compile(r"\.screen-[0-9a-f]{16}\.batches")
+
+
+def remove_partials(plan: Plan, folder: Path) -> list[str]:
+    """Remove partial outputs of a plan; the lock must be held.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan of the run; files with other names are kept.
+    folder : Path
+        The folder of the run.
+
+    Returns
+    -------
+    list of str
+        Names of the removed files.
+    """
+    kept = [path.relative_to(folder) for path in (folder / KEPT).rglob("*.json")]
+    kept += [Path(KEPT, "plan.json"), *(Path(KEPT, "steps", f"{s.name}.json") for s in plan.steps)]
+    removed = []
+    for output in sorted({*map(Path, plan.written), *kept, Path("records.csv")}):
+        parent = folder / output.parent
+        if not parent.is_dir():
+            continue
+        wanted = re.compile(re.escape(f".{output.stem}") + _RANDOM + re.escape(output.suffix))
+        for path in sorted(parent.iterdir()):
+            if wanted.fullmatch(path.name):
+                _remove(path)
+                removed.append(path.relative_to(folder).as_posix())
+    return removed + _remove_batches(plan, folder)
+
+
+def _remove_batches(plan: Plan, folder: Path) -> list[str]:
+    """Remove the batches of a screening, unless the plan has a screening, which resumes from
+    them.
+    """
+    if any(step.stage == "screen" for step in plan.steps):
+        return []
+    left = [path for path in folder.iterdir() if _BATCHES.fullmatch(path.name)]
+    for path in left:
+        _remove(path)
+    return [path.name for path in left]
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink()

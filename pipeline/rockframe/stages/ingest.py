@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 
 from rockframe.cells import TABLE_FORMATS
+from rockframe.engines.pool import Limits
 from rockframe.errors import InputError
 from rockframe.ingest import (
-    Limits,
     ReadOptions,
     Rejection,
     Source,
@@ -31,7 +31,6 @@ from rockframe.results.tables.entries import Entry, refuse_strange_entries
 from rockframe.results.writing import require_ending
 from rockframe.stages.acceptance import Acceptance, Ingested
 from rockframe.stages.rotation import rotated, sweeps
-from rockframe.study.toml import read_limits
 
 
 def ingest_stage(
@@ -144,7 +143,11 @@ def ingest_stage(
 
 
 def _limits(options: IngestOptions) -> PassportLimits:
-    return PassportLimits() if options.limits is None else read_limits(options.limits)
+    if options.limits is None:
+        return PassportLimits()
+    from rockframe.study.toml import read_limits  # few runs state limits
+
+    return read_limits(options.limits)
 
 
 def _read_options(options: IngestOptions) -> ReadOptions:

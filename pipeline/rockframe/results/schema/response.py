@@ -16,7 +16,7 @@ from rockframe.rocking.margins.sensitivity import (
     Sensitivity,
 )
 from rockframe.rocking.margins.sliver_search import EDGE_TOLERANCE
-from rockframe.rocking.response import Verdict
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.wavelets.family import SHAPES
 
 #: Largest number of islands that are written; `safe_islands` counts all.

@@ -20,8 +20,7 @@ from rockframe.results.tables.entries import refuse_other_table
 from rockframe.results.tables.formats import write_rows_as
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
-from rockframe.rocking.response import Verdict
-from rockframe.rocking.stated_verdict import ScaleOutcome, StatedVerdict
+from rockframe.rocking.stated_verdict import ScaleOutcome, StatedVerdict, Verdict
 
 Rows = Iterator[dict[str, Any]]
 

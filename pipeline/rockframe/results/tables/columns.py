@@ -8,9 +8,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from rockframe.cells import DASH, Cells, Column, number
-from rockframe.matching.likeness import PulseVerdict, pulse_words
-from rockframe.rocking.response import Verdict
-from rockframe.rocking.stated_verdict import MODEL_ENDS, StatedVerdict
+from rockframe.rocking.stated_verdict import MODEL_ENDS, StatedVerdict, Verdict
 
 #: Short names of wavelets.
 _SHORT: Final = {
@@ -97,6 +95,8 @@ def stated_pulse(row: Cells) -> str:
     """
     if not row.get("pulse_verdict"):
         return ""
+    from rockframe.matching.likeness import PulseVerdict, pulse_words  # verdicts need none
+
     p_value = number(row.get("pulse_p_value"))
     return pulse_words(PulseVerdict[row["pulse_verdict"].upper()], p_value)
 
@@ -109,7 +109,7 @@ def pulse_mark(row: Cells) -> str:
     >>> pulse_mark({"pulse_verdict": "noise"}), pulse_mark({"pulse_verdict": "pulse"})
     ('†', '')
     """
-    return "†" if row.get("pulse_verdict") == PulseVerdict.NOISE.name.lower() else ""
+    return "†" if row.get("pulse_verdict") == "noise" else ""
 
 
 #: Columns of the overview of a run in the order of the page, results first.

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, zip_longest
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from rockframe.cells import read_rows
 from rockframe.errors import InputError
-from rockframe.results.reading import opened
+from rockframe.results.reading import attributes_of
 from rockframe.results.schema import PULSES, RESPONSE, SCREEN
 from rockframe.results.tables.formats import columns_of, require_format, write_rows_as
-from rockframe.signals.passport import Passport
+
+if TYPE_CHECKING:
+    from rockframe.signals.passport import Passport
 
 #: First columns of records.csv.
 _COLUMNS: Final = ("file", "record_id", "status", "line", "reason")
@@ -177,9 +179,9 @@ def rejections_of(folder: Path) -> dict[str, str]:
     for row in rows_of(folder / "records.csv"):
         if row["status"] == "rejected":  # several records of one file may be rejected
             found[row["file"]] = f"{found.get(row['file'], '')} {row['reason']}".lstrip()
-    for name, reasons in left_out_of(folder).items():
-        with opened(folder / name, _STAGES[name], empty=True) as dataset:
-            filtered = json.loads(dataset.attrs.get("filtered", "[]"))
+    for attributes in _attributes(folder).values():
+        filtered = json.loads(attributes.get("filtered", "[]"))
+        reasons = json.loads(attributes["left_out"])
         found |= {record: reason for record, reason in reasons.items() if record not in filtered}
     return found
 
@@ -192,12 +194,16 @@ def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
     InputError
         If one of the files cannot be read.
     """
-    found = {}
-    for name, kind in _STAGES.items():
-        if (folder / name).is_file():
-            with opened(folder / name, kind, empty=True) as dataset:
-                found[name] = dict(json.loads(dataset.attrs["left_out"]))
-    return found
+    found = _attributes(folder).items()
+    return {name: dict(json.loads(attributes["left_out"])) for name, attributes in found}
+
+
+def _attributes(folder: Path) -> dict[str, Mapping[str, str]]:
+    """Return the global attributes of the file of each stage that may reject records."""
+    files = {name: folder / name for name in _STAGES}
+    return {
+        name: attributes_of(path, _STAGES[name]) for name, path in files.items() if path.is_file()
+    }
 
 
 def rows_of(path: Path) -> Iterator[dict[str, str]]:

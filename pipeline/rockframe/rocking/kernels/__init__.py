@@ -1,1 +1,8 @@
 """The numerical kernels: one to read, one vectorised."""
+
+from typing import Final
+
+# Outcomes, the values of the flag variable `verdict`.
+NO_UPLIFT: Final = 0
+SAFE: Final = 1
+OVERTURNED: Final = 2

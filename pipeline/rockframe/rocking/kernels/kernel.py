@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
+from rockframe.rocking.kernels import NO_UPLIFT, OVERTURNED, SAFE
 from rockframe.rocking.kernels.polynomials import NEVER, Polynomial, derivatives, shift
 from rockframe.rocking.kernels.steps import (
     ALOFT,
@@ -58,11 +59,6 @@ from rockframe.rocking.kernels.ties import (
 Float = NDArray[np.float64]
 #: Rotation, its rate, the side s, and what ties add to the uplift acceleration [g].
 State: TypeAlias = tuple[float, float, float, float]
-
-# Outcomes, the values of the flag variable `verdict`.
-NO_UPLIFT: Final = 0
-SAFE: Final = 1
-OVERTURNED: Final = 2
 
 # Slots of the summary array.
 PEAK: Final = 0  # largest |theta| [rad]

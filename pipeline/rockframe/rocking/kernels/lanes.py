@@ -19,16 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
+from rockframe.rocking.kernels import NO_UPLIFT, OVERTURNED, SAFE
 from rockframe.rocking.kernels.excursions import keep
 from rockframe.rocking.kernels.kernel import (
     IMPACT_VELOCITY,
     IMPACTS,
-    NO_UPLIFT,
-    OVERTURNED,
     OVERTURNING_TIME,
     PEAK_TIME,
     PEAK_VELOCITY,
-    SAFE,
     UPLIFT_TIME,
 )
 from rockframe.rocking.kernels.kernel import PEAK as PEAK_ROTATION

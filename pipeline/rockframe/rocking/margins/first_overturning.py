@@ -18,8 +18,8 @@ from rockframe.rocking.margins.sliver_search import (
     FirstOverturning,
     SliverSearch,
 )
-from rockframe.rocking.response import Verdict
 from rockframe.rocking.scenario_packing import Prepared
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]

@@ -25,8 +25,8 @@ from rockframe.rocking.margins.first_overturning import (
 from rockframe.rocking.margins.robust import RobustMargin, robust_margins
 from rockframe.rocking.margins.sensitivity import Sensitivity, sensitivities
 from rockframe.rocking.margins.sliver_search import FirstOverturning
-from rockframe.rocking.response import Response, Verdict, as_ground, refuse_flight, require_some
-from rockframe.rocking.stated_verdict import Strip, strip_of
+from rockframe.rocking.response import Response, as_ground, refuse_flight, require_some
+from rockframe.rocking.stated_verdict import Strip, Verdict, strip_of
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:

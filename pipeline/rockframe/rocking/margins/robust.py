@@ -28,8 +28,9 @@ from rockframe.rocking.margins.first_overturning import (
     least_scale_of,
 )
 from rockframe.rocking.margins.sliver_search import powers
-from rockframe.rocking.response import Verdict, as_ground, refuse_flight, require_some
+from rockframe.rocking.response import as_ground, refuse_flight, require_some
 from rockframe.rocking.scenario_packing import Prepared
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]

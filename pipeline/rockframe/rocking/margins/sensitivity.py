@@ -15,7 +15,7 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.robust import RobustMargin
-from rockframe.rocking.response import Verdict
+from rockframe.rocking.stated_verdict import Verdict
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import Verdict
+from rockframe.rocking.stated_verdict import Verdict
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

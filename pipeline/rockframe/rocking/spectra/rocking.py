@@ -22,8 +22,8 @@ from rockframe.notebook import Shown
 from rockframe.record import Record
 from rockframe.rocking.batch import Scenarios, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import Verdict
 from rockframe.rocking.spectra.overturning import column_of, increasing
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:

@@ -1,0 +1,27 @@
+"""Read the files of strong-motion archives: identify the format, check the file, build records."""
+
+from .catalogue import CATALOGUE as CATALOGUE
+from .catalogue import CatalogueEntry as CatalogueEntry
+from .catalogue import is_catalogue as is_catalogue
+from .catalogue import read_catalogue as read_catalogue
+from .catalogue import with_facts as with_facts
+from .catalogue import write_catalogue as write_catalogue
+from .collection import collect as collect
+from .collection import collect_sources as collect_sources
+from .collection import sorted_out as sorted_out
+from .containers import ARCHIVE_HEAD as ARCHIVE_HEAD
+from .containers import contents as contents
+from .containers import is_archive as is_archive
+from .files import Rejection as Rejection
+from .files import Unread as Unread
+from .files import load as load
+from .files import read_file as read_file
+from .members import folder_names as folder_names
+from .members import printable as printable
+from .options import ReadOptions as ReadOptions
+from .registry import FORMATS as FORMATS
+from .registry import Format as Format
+from .registry import read_bytes as read_bytes
+from .registry import sniff_format as sniff_format
+from .sources import Source as Source
+from .sources import sources_of as sources_of

@@ -1,0 +1,48 @@
+"""A command imports what it uses, and no more: each import delays every start of the command."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tests.runs.small import FEW, make_study, run
+
+#: Packages that only other commands need; each takes as long to import as these commands run.
+OTHERS = {"numba", "scipy.signal", "matplotlib", "obspy", "distributed"}
+SCRIPT = """
+import sys
+from rockframe.cli.main import main
+status = main(sys.argv[1:])
+print("imported", *sys.modules)
+sys.exit(status)
+"""
+
+
+def imported(*words: object) -> tuple[set[str], list[str]]:
+    """Return all modules that a command imports in a process of its own, and the package's."""
+    command = [sys.executable, "-c", SCRIPT, *map(str, words)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    modules = set(done.stdout.splitlines()[-1].split())
+    return modules, sorted(name for name in modules if name.split(".")[0] == "rockframe")
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    assert run(make_study(tmp_path, 1, FEW), tmp_path / "run") == 0
+    return tmp_path
+
+
+def test_ingest_imports_no_computation(home: Path) -> None:
+    words = ("--units", "g", "--time-step-s", "0.01", "--output", home / "records.nc")
+    modules, own = imported("ingest", home / "motions", *words)
+    assert not modules & OTHERS
+    assert not [name for name in own if name.split(".")[1:2] in (["rocking"], ["matching"])]
+    assert len(own) <= 92
+
+
+def test_a_run_with_nothing_to_do_imports_no_stage(home: Path) -> None:
+    modules, own = imported("run", home / "small.toml", "--output", home / "run")
+    assert not modules & (OTHERS | {"scipy", "rockframe.stages", "rockframe.engines"})
+    assert len(own) <= 57
