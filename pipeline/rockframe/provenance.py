@@ -10,9 +10,10 @@ import os
 import platform
 import shutil
 import tempfile
+import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path, PureWindowsPath
 from typing import Any, Final
 
@@ -21,6 +22,8 @@ from rockframe.interruption import check, undoing
 
 #: Suffixes of the package's own files.
 _SOURCES: Final = frozenset([".py", ".toml", ".mplstyle", ".html", ".css", ".js"])
+#: Time after which a further change of a file shows in its times on any file system [ns].
+_SETTLED: Final = 3_000_000_000
 #: A disk with less free space than this counts as full [bytes].
 _FULL: Final = 65536
 #: Message for a file that was changed after it was written.
@@ -44,6 +47,10 @@ _DISTRIBUTIONS: Final = (
 def sha256_of(path: Path) -> str:
     """Return the SHA-256 of a file, in hexadecimal.
 
+    A file is read once: while its size and times stay the same, its hash does too. A file that
+    changed less than `_SETTLED` ago is read each time, because another change could leave its
+    times as they are.
+
     Raises
     ------
     InputError
@@ -59,10 +66,21 @@ def sha256_of(path: Path) -> str:
     try:
         if not (path.is_file() or path.is_dir()) and path.exists():  # reading a pipe would hang
             raise InputError(path, "is not a regular file. Must be one.")
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
+        with path.open("rb") as stream:  # a network file system states present times when it opens
+            found = os.fstat(stream.fileno())
+        times = found.st_mtime_ns, found.st_ctime_ns
+        settled = time.time_ns() - max(times) > _SETTLED
+        digest = _digest if settled else _digest.__wrapped__
+        return digest(path, found.st_dev, found.st_ino, found.st_size, *times)
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
+
+
+@lru_cache(maxsize=4096)
+def _digest(path: Path, *_version: int) -> str:
+    """Read a file and return its hash; its place on the disk, size and times state its version."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def sealed(content: Mapping[str, Any]) -> bytes:
