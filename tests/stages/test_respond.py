@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import ParameterError
+from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
 from rockframe.record import Record
+from rockframe.results import pulses, reading, records
+from rockframe.results.pulses import pulse_rows
 from rockframe.results.records import write_records
 from rockframe.results.response import open_response
+from rockframe.results.tables import table
+from rockframe.results.tables.table import response_rows
 from rockframe.rocking import Histories
+from rockframe.stages.common import Batch
+from rockframe.stages.pulse import pulse_stage
 from rockframe.stages.respond import respond_stage
 
 
@@ -32,6 +41,44 @@ def records_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = ((record, None) for record in records)
     write_records(made, path, input_sha256={}, parameters={})
     return path
+
+
+def test_what_was_written_has_the_rows_of_the_file(records_file: Path, tmp_path: Path) -> None:
+    """Commands print these rows: the file is not read again, so both must agree to the last bit."""
+    written: list[xr.Dataset] = []
+    matched, response = tmp_path / "pulses.nc", tmp_path / "response.nc"
+    part = Batch(7, 15)  # two of the thirty records
+    wanted = PulseOptions(surrogates=0, runners_up=1)
+    pulse_stage(records_file, matched, wanted, batch=part, written=written.append)
+    respond_stage(records_file, response, pulses_path=matched, batch=part, written=written.append)
+    assert len(found := pulse_rows(written[0])) > 2
+    assert str(found) == str(pulse_rows(matched))
+    rows = list(response_rows(written[1]))
+    assert len({row["record_id"] for row in rows}) == 2
+    assert str(rows) == str(list(response_rows(response)))
+
+
+def test_commands_print_rows_without_opening_what_they_wrote(
+    records_file: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    opened: list[Path] = []
+    whole = reading.opened
+
+    def noted(path: Path, kind: str, **options: bool) -> AbstractContextManager[xr.Dataset]:
+        opened.append(path)
+        return whole(path, kind, **options)
+
+    for module in (records, pulses, table):
+        monkeypatch.setattr(module, "opened", noted)
+    for command, words in (("pulse", ["--surrogates", "0"]), ("respond", ["--margins", "none"])):
+        output = tmp_path / f"{command}.nc"
+        argv = [command, str(records_file), "--output", str(output), "--batch", "1/30", *words]
+        assert main(argv) == 0
+        assert "sine-1" in capsys.readouterr().out
+    assert set(opened) == {records_file}
 
 
 def test_engines_write_the_same_bytes(records_file: Path, tmp_path: Path) -> None:

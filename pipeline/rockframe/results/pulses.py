@@ -29,9 +29,9 @@ def write_pulses(
     *,
     batch: str = "",
     **origin: Unpack[Origin],
-) -> None:
+) -> xr.Dataset:
     """Write the output of the pulse stage, complete or not at all; one record is in memory at a
-    time.
+    time. Return what was written, without the series.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def write_pulses(
         for record, found in answers
     )
     complete = partial(_complete, runners_up=origin["parameters"]["runners_up"])
-    write_rows(PULSES_NC, rows, path, complete, batch=batch, **origin)
+    return write_rows(PULSES_NC, rows, path, complete, batch=batch, **origin)
 
 
 def _values(record: Record, found: RecordPulses) -> dict[str, Any]:
@@ -171,17 +171,23 @@ _OF_RUNNER_UP: Final = {
 }
 
 
-def pulse_rows(pulses_path: Path) -> list[Row]:
-    """Return a row for each record and wavelet of a pulse file; units are in the names.
+def pulse_rows(pulses: Path | xr.Dataset) -> list[Row]:
+    """Return a row for each record and wavelet; units are in the names.
 
     The row of the selected pulse, ``best``, has its runners-up.
+
+    Parameters
+    ----------
+    pulses : Path or Dataset
+        Output of the pulse stage, or what `write_pulses` returned.
 
     Raises
     ------
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    pulses = loaded_pulses(pulses_path)
+    if isinstance(pulses, Path):
+        pulses = loaded_pulses(pulses)
     if "record_id" not in pulses:  # a batch without accepted records
         return []
     rows = list(rows_along(pulses, "record wavelet", _COLUMNS))

@@ -34,9 +34,9 @@ def write_responses(
     *,
     batch: str = "",
     **origin: Unpack[Origin],
-) -> None:
+) -> xr.Dataset:
     """Write the output of the respond stage, complete or not at all; one record is in memory at a
-    time.
+    time. Return what was written, without the histories.
 
     The same inputs give the same bytes.
 
@@ -63,7 +63,7 @@ def write_responses(
     rows = ((_histories(responses), _values(name, responses)) for name, responses in answers)
     pulses = bool(origin["parameters"].get("pulses"))
     complete = partial(_complete, frames=frames, pulses=pulses)
-    write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
+    return write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
 
 
 def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:

@@ -222,8 +222,10 @@ def write_rows(
     further: Callable[[Path], xr.Dataset] | None = None,
     batch: str = "",
     **origin: Unpack[Origin],
-) -> None:
+) -> xr.Dataset:
     """Write a file, complete or not at all; the series of one record are in memory at a time.
+
+    Returns what was written without the series and `further`, so that nobody has to read it again.
 
     Parameters
     ----------
@@ -269,6 +271,7 @@ def write_rows(
         put(made, partial, kind.name, mode="a" if columns else "w", **origin)
         if further is not None:
             put(further(partial), partial, kind.name, mode="a", **origin)
+    return made.assign_attrs(rockframe_kind=kind.name)
 
 
 def slices(sizes: ArrayLike) -> list[slice]:

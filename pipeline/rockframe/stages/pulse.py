@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Final
+
+import xarray as xr
 
 from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import ParameterError
@@ -32,6 +34,7 @@ def pulse_stage(
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
+    written: Callable[[xr.Dataset], None] | None = None,
 ) -> tuple[Rejection, ...]:
     """Find the pulses of each horizontal record: ``pulses.nc``.
 
@@ -47,6 +50,8 @@ def pulse_stage(
         Engine of the computation; the file does not depend on it.
     progress : callable
         Called with the number of records done and in total.
+    written : callable, optional
+        Called with the dataset of the written file, without its series.
 
     Returns
     -------
@@ -85,7 +90,7 @@ def pulse_stage(
         )
         found = chain.from_iterable(map_batches(pulses_or_reasons, tasks, engine=engine))
         pulses = accepted(found, names, batch, left_out, progress)
-        write_pulses(
+        made = write_pulses(
             ((waiting.pop(name), one) for name, one in pulses),
             output,
             input_sha256=input_hash(records_path),
@@ -93,6 +98,8 @@ def pulse_stage(
             left_out=left_out,
             batch=batch.stated,
         )
+    if written is not None:
+        written(made)
     return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
 
 

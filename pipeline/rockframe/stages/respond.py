@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Final, Self
+
+import xarray as xr
 
 from rockframe.components.pairing import vertical_beside
 from rockframe.engines.engine import Engine, map_batches
@@ -62,6 +64,7 @@ def respond_stage(
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
+    written: Callable[[xr.Dataset], None] | None = None,
 ) -> tuple[Rejection, ...]:
     """Compute the response of each structure to each horizontal record: ``response.nc``.
 
@@ -81,6 +84,8 @@ def respond_stage(
         Engine of the computation; the file does not depend on it.
     progress : callable
         Called with the number of records done and in total.
+    written : callable, optional
+        Called with the dataset of the written file, without its histories.
 
     Returns
     -------
@@ -115,7 +120,7 @@ def respond_stage(
             math.ceil(file.samples(names) * len(frames) / _NODES),
         )
         answers = chain.from_iterable(map_batches(_answer, tasks, engine=engine))
-        write_responses(
+        made = write_responses(
             accepted(answers, names, batch, left_out, progress),
             frames,
             output,
@@ -125,6 +130,8 @@ def respond_stage(
             left_out=left_out,
             batch=batch.stated,
         )
+    if written is not None:
+        written(made)
     return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
 
 

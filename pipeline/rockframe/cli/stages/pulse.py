@@ -15,6 +15,8 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.options.pulse import PulseOptions
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rockframe.cells import Column
     from rockframe.record import Record
 
@@ -49,6 +51,7 @@ def _find(options: argparse.Namespace) -> int:
     from rockframe.results.pulses import pulse_rows
     from rockframe.stages.pulse import pulse_stage
 
+    written: list[xr.Dataset] = []
     with console.progress_bar("matching pulses") as progress:
         rejections = pulse_stage(
             options.records,
@@ -57,8 +60,9 @@ def _find(options: argparse.Namespace) -> int:
             batch=arguments.chosen_batch(options),
             engine=arguments.chosen_engine(options),
             progress=progress,
+            written=written.append,
         )
-    rows = pulse_rows(options.output)
+    rows = pulse_rows(written[0])
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         console.show_json({"pulses": rows, "rejected": rejected, "output": str(options.output)})

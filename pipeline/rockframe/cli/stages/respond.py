@@ -53,6 +53,7 @@ def run_respond(options: argparse.Namespace) -> int:
     from rockframe.results.tables.table import response_rows
     from rockframe.stages.respond import respond_stage
 
+    written: list[xr.Dataset] = []
     with console.progress_bar("rocking") as progress:
         rejections = respond_stage(
             options.records,
@@ -63,8 +64,9 @@ def run_respond(options: argparse.Namespace) -> int:
             batch=arguments.chosen_batch(options),
             engine=arguments.chosen_engine(options),
             progress=progress,
+            written=written.append,
         )
-    rows = response_rows(options.output)
+    rows = response_rows(written[0])
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         console.show_json(

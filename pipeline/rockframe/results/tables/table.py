@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+import xarray as xr
+
 from rockframe.errors import InputError
 from rockframe.results.pulses import pulse_rows
 from rockframe.results.reading import opened
@@ -97,12 +99,26 @@ def _short_name(record: Row) -> str:
     return "/".join(part for part in parts if part) or str(record["record_id"])
 
 
-def response_rows(response_path: Path) -> Iterator[Row]:
-    """Yield a row for each record and structure of a response file; units are in the names."""
-    with opened(response_path, RESPONSE, empty=True) as dataset:
-        if "record_id" not in dataset:  # a batch without accepted records
-            return
-        rows, robust = rows_along(dataset, "record structure", _OF_RESPONSE), ROBUST[0] in dataset
+def response_rows(responses: Path | xr.Dataset) -> Iterator[Row]:
+    """Yield a row for each record and structure; units are in the names.
+
+    Parameters
+    ----------
+    responses : Path or Dataset
+        Output of the respond stage, or what `write_responses` returned.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, corrupted, or of another kind.
+    """
+    if isinstance(responses, Path):
+        with opened(responses, RESPONSE, empty=True) as dataset:
+            yield from response_rows(dataset)
+        return
+    if "record_id" not in responses:  # a batch without accepted records
+        return
+    rows, robust = rows_along(responses, "record structure", _OF_RESPONSE), ROBUST[0] in responses
     for row in rows:
         searched = row["largest_scale"] if robust else math.nan
         words = stated_verdict(row).words
