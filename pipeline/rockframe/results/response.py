@@ -210,7 +210,7 @@ def open_response(path: str | Path) -> ResponseFile:
     >>> answers = [("shake", [respond(frame, record)])]
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "response.nc")
-    ...     write_responses(answers, [frame], path, input_sha256={}, parameters={})
+    ...     _ = write_responses(answers, [frame], path, input_sha256={}, parameters={})
     ...     with open_response(path) as response:
     ...         history = response.sel(record="shake", structure="bent")
     >>> history["theta"].dims, bool(history["theta"][-1] < 0.0)
