@@ -15,8 +15,8 @@ from rockframe.cells import decimal, harmless, original, read_rows, write_rows, 
 from rockframe.errors import InputError
 from rockframe.ingest import CatalogueEntry, read_catalogue
 from rockframe.ingest.catalogue import write_catalogue
+from rockframe.outcome import InputOutcome
 from rockframe.results.tables.entries import (
-    Entry,
     refuse_other_table,
     rejections_of,
     rows_of,
@@ -102,7 +102,7 @@ def test_a_catalogue_comes_back(
 
 def test_a_file_named_like_a_formula_is_one_in_no_list(tmp_path: Path) -> None:
     name, path = "=HYPERLINK(0).csv", tmp_path / "records.csv"
-    write_entries([Entry(name, "-a", reason="@home: no record.")], path)
+    write_entries([InputOutcome(name, "@home: no record.", record_id="-a")], path)
     with path.open(newline="", encoding="utf-8") as stream:
         (row,) = csv.DictReader(stream)
     assert [row[key] for key in ("file", "record_id", "reason")] == [
@@ -125,7 +125,7 @@ def test_every_table_of_the_package_is_written_in_one_place() -> None:
 
 def test_the_list_of_an_ingest_without_records_may_be_replaced(tmp_path: Path) -> None:
     path = tmp_path / "z.csv"
-    write_entries([Entry("a.txt", "", reason="empty file.")], path)
+    write_entries([InputOutcome("a.txt", reason="empty file.")], path)
     refuse_other_table(path, ("record_id",), "the table of the screening")
     path.with_suffix(".nc").touch()
     with pytest.raises(InputError, match=r"z\.csv: is in the place of the table of the screening"):

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import CatalogueEntry, Unread, collect, sorted_out
+from rockframe.ingest import CatalogueEntry, collect, sorted_out
 from rockframe.ingest.catalogue import COLUMNS
+from rockframe.outcome import InputOutcome
 
 TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
 HEADER = ",".join(COLUMNS)
@@ -39,7 +40,7 @@ def test_every_file_ends_in_one_list(tmp_path: Path, at2: Callable[..., bytes]) 
     assert "acceleration 'nan'" in reasons["c.csv"]
     assert reasons["lost"] == "not a regular file."
     assert reasons["way"].startswith("a link to a folder")
-    unread = [outcome.file for outcome in outcomes if isinstance(outcome, Unread)]
+    unread = [o.file for o in outcomes if isinstance(o, InputOutcome) and o.status == "unread"]
     assert unread == [".hidden", "map.PNG", "old.csv", "request.json", "screen.csv"]
     assert seen == ["MEMO", "a.csv", "b.AT2", "c.csv", "deeper/still/d.AT2"]
 

@@ -16,9 +16,10 @@ import pytest
 from tests.commands import run
 
 from rockframe.errors import InputError
-from rockframe.ingest import Rejection, Unread, collect, members, read_file, sorted_out
+from rockframe.ingest import collect, members, read_file, sorted_out
 from rockframe.ingest.containers import contents
 from rockframe.ingest.members import printable
+from rockframe.outcome import InputOutcome
 
 TABLE = b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
 At2 = Callable[..., bytes]
@@ -193,16 +194,20 @@ def test_what_lies_beside_the_accelerations_is_unread(shared_records: Path, tmp_
     data = zipped(*inside, ("x.csv", TABLE), ("PEER/README.txt", b"Read me."))
     (tmp_path / "a.zip").write_bytes(data)
     outcomes = list(collect([tmp_path / "a.zip"]))
-    unread = {o.file[6:]: o.reason for o in outcomes if isinstance(o, Unread)}
+    unread = {
+        o.file[6:]: o.reason
+        for o in outcomes
+        if isinstance(o, InputOutcome) and o.status == "unread"
+    }
     assert unread == {
         "PEER/RSN88.VT2": "is a velocity time series. Must be an acceleration.",
         "__MACOSX/._x.csv": "hidden file: not read.",
         "PEER/README.txt": "document: not a record.",
     }
-    assert sum(isinstance(o, Rejection) for o in outcomes) == 0
+    assert sum(isinstance(o, InputOutcome) and o.status == "rejected" for o in outcomes) == 0
     # The same file is rejected when the user names it.
-    [outcome] = collect([velocity])
-    assert isinstance(outcome, Rejection)
+    [], [outcome] = sorted_out(collect([velocity]))
+    assert outcome.line == 3
 
 
 def test_ingest_lists_the_members_of_an_archive_in_an_archive(

@@ -15,14 +15,13 @@ import pytest
 from rockframe.errors import InputError
 from rockframe.ingest import (
     ReadOptions,
-    Rejection,
-    Unread,
     collect,
     read_bytes,
     read_file,
     sorted_out,
 )
 from rockframe.ingest.files import read_outcomes
+from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 
 from .damage import Case, at2_cases, good_at2, good_table, table_cases, v1_cases
@@ -49,7 +48,7 @@ def test_reads_right_or_is_refused(case: Case, tmp_path: Path) -> None:
     path.write_bytes(case.data)
     [outcome] = read_outcomes(path, ReadOptions())
     if case.words:
-        assert isinstance(outcome, Rejection | Unread), "read, but must be refused"
+        assert isinstance(outcome, InputOutcome), "read, but must be refused"
         where = outcome.reason if outcome.line is None else f"{outcome.line}: {outcome.reason}"
         assert re.search(case.words, where), where
         assert len(outcome.reason.split()) > 1
@@ -57,7 +56,7 @@ def test_reads_right_or_is_refused(case: Case, tmp_path: Path) -> None:
     else:
         assert isinstance(outcome, list), outcome
         [kind] = [kind for kind in GOOD if kind in case.name]
-        assert samples([record for record, _ in outcome]) == GOOD_SAMPLES[kind]
+        assert samples([one.record for one in outcome]) == GOOD_SAMPLES[kind]
 
 
 def test_all_in_one_folder_through_a_worker(tmp_path: Path) -> None:

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import Rejection, collect, read_catalogue, sorted_out
+from rockframe.ingest import collect, read_catalogue, sorted_out
 from rockframe.ingest.catalogue import facts_of
+from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 
 from .test_containers import tarred, zipped
@@ -131,7 +132,7 @@ def test_a_misspelt_name_in_a_catalogue_is_not_lost(
         (tmp_path / name).write_bytes(data)
     [record], rejections = sorted_out(collect([tmp_path]))
     assert record.magnitude == 5.0
-    assert rejections == [Rejection("a.zip:y.AT2" if packed else "y.AT2", "no such file.")]
+    assert rejections == [InputOutcome("a.zip:y.AT2" if packed else "y.AT2", "no such file.")]
 
 
 def test_nga_west2_flatfile(catalogues: Path) -> None:

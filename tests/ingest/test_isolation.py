@@ -12,10 +12,11 @@ import pytest
 
 from rockframe.engines.pool import Limits
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import ReadOptions, Rejection, collect, sorted_out
+from rockframe.ingest import ReadOptions, collect, sorted_out
 from rockframe.ingest.collection import serve, worker_count
 from rockframe.ingest.files import read_outcomes
 from rockframe.options.ingest import IngestOptions
+from rockframe.outcome import InputOutcome
 from rockframe.stages.ingest import ingest_stage
 
 TABLE = "time_s,acc_g\n0.00,0.1\n0.01,0.2\n0.02,-0.1\n"
@@ -217,7 +218,7 @@ def test_number_of_workers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_attempt_is_what_workers_import() -> None:
     [outcome] = read_outcomes(Path("lost.AT2"), ReadOptions())
-    assert outcome == Rejection("lost.AT2", "no such file.")
+    assert outcome == InputOutcome("lost.AT2", "no such file.")
 
 
 def test_killed_worker_is_no_fault_of_the_file(tmp_path: Path) -> None:

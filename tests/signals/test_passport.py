@@ -394,7 +394,7 @@ def test_bundled_records_are_whole(bundled_records: Path, tmp_path: Path) -> Non
     result = ingest_stage([bundled_records], tmp_path / "records.nc")
     verdicts = {entry.passport.verdict for entry in result.entries if entry.passport}
     assert (len(result.accepted), verdicts) == (9, {CheckVerdict.OK})
-    assert [entry.file for entry in result.entries if entry.note] == ["catalogue.csv"]
+    assert [entry.file for entry in result.entries if entry.status == "unread"] == ["catalogue.csv"]
 
 
 def test_the_papers_records_are_not_rejected(peer_records: Path, tmp_path: Path) -> None:

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 if TYPE_CHECKING:
     from rockframe.cells import Column
-    from rockframe.ingest import Rejection
-    from rockframe.results.tables.entries import Entry
+    from rockframe.outcome import InputOutcome
 
 #: Width of tables that are not printed to a terminal [characters].
 _PLAIN_WIDTH: Final = 150
@@ -205,7 +204,7 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def show_rejections(rejections: Sequence[Rejection | Entry]) -> int:
+def show_rejections(rejections: Sequence[InputOutcome]) -> int:
     """Print one line for each rejected file to stderr. Return the exit status."""
     for rejection in rejections:
         where = rejection.file if rejection.line is None else f"{rejection.file}:{rejection.line}"

@@ -22,7 +22,7 @@ from rockframe.results.tables.columns import pulse_mark, titled, wavelet_name
 from rockframe.results.tables.rows import Row
 
 if TYPE_CHECKING:
-    from rockframe.ingest import Rejection
+    from rockframe.outcome import InputOutcome
     from rockframe.stages.acceptance import Ingested
 
 #: Outputs of ingest, pulse and respond.
@@ -121,7 +121,7 @@ def _validate(options: argparse.Namespace) -> None:
 
 def run_stages(
     options: argparse.Namespace, folder: Path, respond: RespondOptions, **of_respond: Any
-) -> tuple[Ingested, tuple[Rejection, ...], list[Path]]:
+) -> tuple[Ingested, tuple[InputOutcome, ...], list[Path]]:
     """Run ingest, pulse and respond; return what was ingested, all rejections, and the files.
 
     `of_respond` are further arguments of `respond_stage`.

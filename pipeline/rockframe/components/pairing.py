@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
+from rockframe.outcome import InputOutcome
 from rockframe.record import Orientation, Record
 
 Float = NDArray[np.float64]
@@ -20,6 +21,16 @@ _SQUARE: Final = 0.01
 #: Largest difference in length of channels of one motion, as a share of the longest. They are cut
 #: or padded with zeros to one length; a larger difference means that they do not belong together.
 _SPARE: Final = 0.05
+
+#: Fields of a record that identify its motion, as `motion_key` takes them.
+MOTION_FIELDS: Final = (
+    "event",
+    "network",
+    "station",
+    "start_time",
+    "source_format",
+    "record_id",
+)
 
 
 @dataclass(frozen=True)
@@ -89,25 +100,9 @@ class HorizontalPair:
         )
 
 
-@dataclass(frozen=True)
-class Unpaired:
-    """A horizontal record without a partner.
-
-    Parameters
-    ----------
-    record_id : str
-        Identifier of the record.
-    reason : str
-        Why it has no partner, as a sentence.
-    """
-
-    record_id: str
-    reason: str
-
-
 def pair_horizontals(
     records: Iterable[Record],
-) -> tuple[tuple[HorizontalPair, ...], tuple[Unpaired, ...]]:
+) -> tuple[tuple[HorizontalPair, ...], tuple[InputOutcome, ...]]:
     """Return the pairs of horizontal records that are components of one motion.
 
     Parameters
@@ -123,8 +118,8 @@ def pair_horizontals(
     pairs : tuple of HorizontalPair
         Pairs in the order of their first records, with the vertical of the same motion if there is
         exactly one.
-    unpaired : tuple of Unpaired
-        All other records that are not vertical, with the reason.
+    unpaired : tuple of InputOutcome
+        All other records that are not vertical, rejected with the reason.
 
     Examples
     --------
@@ -136,11 +131,11 @@ def pair_horizontals(
     ([('090', '360')], ())
     """
     pairs: list[HorizontalPair] = []
-    unpaired: list[Unpaired] = []
+    unpaired: list[InputOutcome] = []
     for motion in _motions(records):
         known = [r for r in motion if r.orientation is Orientation.HORIZONTAL]
         unpaired += [
-            Unpaired(r.record_id, "direction unstated. Must be a horizontal of stated azimuth.")
+            _rejected(r, "direction unstated. Must be a horizontal of stated azimuth.")
             for r in motion
             if r.orientation is Orientation.UNSTATED
         ]
@@ -148,7 +143,7 @@ def pair_horizontals(
             if known:
                 pairs.append(_pair(known, motion))
         except ParameterError as error:
-            unpaired += [Unpaired(r.record_id, str(error)) for r in known]
+            unpaired += [_rejected(r, str(error)) for r in known]
     return tuple(pairs), tuple(unpaired)
 
 
@@ -198,11 +193,20 @@ def motion_of(record: Record) -> Hashable:
     >>> motion_of(one) == motion_of(replace(one, record_id="b", component="090"))
     True
     """
+    return motion_key(*(getattr(record, name) for name in MOTION_FIELDS))
+
+
+def motion_key(
+    event: str, network: str, station: str, start_time: str, source_format: str, record_id: str
+) -> Hashable:
+    """Return the key of a motion from the `MOTION_FIELDS` of one of its records."""
     # A record without a station has a key of its own: it cannot be matched. The format is part of
     # the key because a raw and a corrected file of one record are two motions.
-    alone = "" if record.station else record.record_id
-    same = (record.event, record.network, record.station, record.start_time)
-    return *same, record.source_format, alone
+    return event, network, station, start_time, source_format, "" if station else record_id
+
+
+def _rejected(record: Record, reason: str) -> InputOutcome:
+    return InputOutcome(record.source_file, reason, record_id=record.record_id)
 
 
 def _motions(records: Iterable[Record]) -> list[list[Record]]:

@@ -12,8 +12,7 @@ from .collection import sorted_out as sorted_out
 from .containers import ARCHIVE_HEAD as ARCHIVE_HEAD
 from .containers import contents as contents
 from .containers import is_archive as is_archive
-from .files import Rejection as Rejection
-from .files import Unread as Unread
+from .files import Reading as Reading
 from .files import load as load
 from .files import read_file as read_file
 from .members import folder_names as folder_names

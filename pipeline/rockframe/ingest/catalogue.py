@@ -194,7 +194,10 @@ def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
 
 
 def facts_of(
-    catalogue: Mapping[str, CatalogueEntry], record: Record, names: Iterable[str]
+    catalogue: Mapping[str, CatalogueEntry],
+    record: Record,
+    names: Iterable[str],
+    known: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return the fields of a record that a catalogue states.
 
@@ -209,6 +212,8 @@ def facts_of(
         As read from the file.
     names : iterable of str
         Names of the archive and of the file.
+    known : mapping, optional
+        Fields that replace those of the record.
 
     Examples
     --------
@@ -218,7 +223,7 @@ def facts_of(
     """
     facts: dict[str, Any] = {}
     for entry in catalogue.values():
-        if entry.origin_time and not entry.file and _applies(entry, record):
+        if entry.origin_time and not entry.file and _applies(entry, record, known or {}):
             facts |= stated_facts(entry)
     for name in names:
         number = re.match(r"RSN(\d+)_", name, re.I)
@@ -227,9 +232,10 @@ def facts_of(
     return facts
 
 
-def _applies(entry: CatalogueEntry, record: Record) -> bool:
+def _applies(entry: CatalogueEntry, record: Record, known: Mapping[str, Any]) -> bool:
     """Return True if a record began at the time of the event, and at its station if named."""
-    if entry.station and (entry.station, entry.network) != (record.station, record.network):
+    station = known.get("station", record.station), known.get("network", record.network)
+    if entry.station and (entry.station, entry.network) != station:
         return False
     begin, origin = _seconds(record.start_time), _seconds(entry.origin_time)
     return -_BEFORE <= begin - origin <= _AFTER

@@ -12,14 +12,15 @@ from typing import Any, Final
 from rockframe.engines.engine import in_order
 from rockframe.engines.pool import Limits, WorkerDiedError, WorkerPool, awaited
 from rockframe.engines.threads import cores
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import ParameterError
 from rockframe.ingest.catalogue import facts_of
-from rockframe.ingest.files import ReadOutcome, Rejection, Unread, read_outcomes
+from rockframe.ingest.files import Reading, read_outcomes
 from rockframe.ingest.identify import other_ids
 from rockframe.ingest.members import printable
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.sources import Catalogue, Source, sources_of
 from rockframe.interruption import check
+from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 
 #: File and SHA-256 of the record, by identifier in lower case.
@@ -39,8 +40,7 @@ def collect(
     *,
     workers: int | None = 0,
     limits: Limits | None = None,
-    strict: bool = False,
-) -> Generator[Record | Rejection | Unread, None, None]:
+) -> Generator[Record | InputOutcome, None, None]:
     r"""Read files, archives and folders; memory does not grow with the number of files.
 
     The records of one archive (at most 1,000 members) are held in memory together. Close the
@@ -63,12 +63,10 @@ def collect(
         this number.
     limits : Limits, optional
         Time and memory limits of a worker.
-    strict : bool
-        True to raise an error at the first rejection.
 
     Yields
     ------
-    Record, Rejection or Unread
+    Record or InputOutcome
         In the order of the paths. A file is rejected if its format is unknown, if it is corrupted,
         if its record identifier is already in use, or if a catalogue of a folder or an archive
         names it but it is missing. Catalogues, StationXML, other files of `rockframe fetch`,
@@ -78,8 +76,7 @@ def collect(
     Raises
     ------
     InputError
-        If a path does not exist, if a folder contains no files or its catalogue cannot be read, or
-        if `strict` is set and a file is rejected.
+        If a path does not exist, or if a folder contains no files or its catalogue cannot be read.
     ParameterError
         If the number of workers is negative.
 
@@ -93,14 +90,12 @@ def collect(
     >>> rejection.file, record.record_id
     ('notes.dat', 'shake')
     """
-    yield from collect_sources(
-        sources_of(paths, catalogue),
-        options,
-        progress,
-        workers=workers,
-        limits=limits,
-        strict=strict,
-    )
+    sources = sources_of(paths, catalogue)
+    with closing(
+        collect_sources(sources, options, progress, workers=workers, limits=limits)
+    ) as readings:
+        for one in readings:
+            yield one.completed() if isinstance(one, Reading) else one
 
 
 def collect_sources(
@@ -110,9 +105,10 @@ def collect_sources(
     *,
     workers: int | None = 0,
     limits: Limits | None = None,
-    strict: bool = False,
-) -> Generator[Record | Rejection | Unread, None, None]:
+) -> Generator[Reading | InputOutcome, None, None]:
     """Read the files of `sources_of`; the other parameters are those of `collect`.
+
+    The facts of a reading are complete: with a unique identifier, and those from catalogues.
 
     Parameters
     ----------
@@ -126,32 +122,33 @@ def collect_sources(
             if progress is not None and source.is_read:
                 progress(source.name)
             for outcome in next(outcomes) if source.is_read else [_not_read(source)]:
-                yield from _assign_ids(outcome, source, owners, strict=strict)
+                yield from _assign_ids(outcome, source, owners)
 
 
 def sorted_out(
-    outcomes: Iterable[Record | Rejection | Unread],
-) -> tuple[list[Record], list[Rejection]]:
+    outcomes: Iterable[Record | InputOutcome],
+) -> tuple[list[Record], list[InputOutcome]]:
     """Return the records and the rejections in the output of `collect`, each in their order.
 
     Examples
     --------
-    >>> sorted_out([Rejection("notes.md", "of no known format.")])
-    ([], [Rejection(file='notes.md', reason='of no known format.', line=None)])
+    >>> records, [rejection] = sorted_out([InputOutcome("notes.md", "of no known format.")])
+    >>> records, rejection.file
+    ([], 'notes.md')
     """
     records: list[Record] = []
-    rejections: list[Rejection] = []
+    rejections: list[InputOutcome] = []
     for outcome in outcomes:
-        if isinstance(outcome, Rejection):
-            rejections.append(outcome)
-        elif isinstance(outcome, Record):
+        if isinstance(outcome, Record):
             records.append(outcome)
+        elif outcome.status == "rejected":
+            rejections.append(outcome)
     return records, rejections
 
 
 def _outcomes(
     files: Sequence[Path], options: ReadOptions, workers: int, limits: Limits | None
-) -> Generator[list[ReadOutcome], None, None]:
+) -> Generator[list[list[Reading] | InputOutcome], None, None]:
     """Yield the outcomes of each file, in order."""
     if workers == 0:
         for path in files:
@@ -164,7 +161,7 @@ def _outcomes(
             outcomes = list(of_file.values)
             if of_file.failure:
                 rest = f"after {len(outcomes)} members, the rest is unread: " if outcomes else ""
-                outcomes.append(Rejection(printable(path.name), rest + of_file.failure))
+                outcomes.append(InputOutcome(printable(path.name), rest + of_file.failure))
             yield outcomes
 
 
@@ -220,37 +217,37 @@ def serve(
                 yield Served(death.values, death.reason(limits))
 
 
-def _not_read(source: Source) -> Rejection | Unread:
+def _not_read(source: Source) -> InputOutcome:
     name = printable(source.path.name)
-    return Rejection(name, source.refusal) if source.refusal else Unread(name, source.note)
+    if source.refusal:
+        return InputOutcome(name, source.refusal)
+    return InputOutcome(name, source.note, status="unread")
 
 
 def _assign_ids(
-    outcome: ReadOutcome, source: Source, owners: Owners, *, strict: bool
-) -> list[Record] | list[Rejection | Unread]:
-    """Return the records of a file with unique identifiers, or its rejection."""
-    if not isinstance(outcome, Rejection | Unread):
-        records = [record for record, _ in outcome]
-        named = _changed_since_fetch(records, source) or _unused_ids(records, source, owners)
-        if not isinstance(named, Rejection):
-            return [_finished(*r, n, source) for r, n in zip(outcome, named, strict=True)]
-        outcome = named
-    elif isinstance(outcome, Unread) and source.requested and outcome.file == source.name:
-        outcome = Rejection(outcome.file, outcome.reason, outcome.line)
-    else:
-        outcome = replace(outcome, file=_display_name(outcome.file, source))
-    if strict and isinstance(outcome, Rejection):
-        raise InputError(outcome.file, outcome.reason, outcome.line)
-    return [outcome]
+    outcome: list[Reading] | InputOutcome, source: Source, owners: Owners
+) -> Sequence[Reading | InputOutcome]:
+    """Return the readings of a file with unique identifiers, or the outcome of the file."""
+    if isinstance(outcome, list):
+        named = _changed_since_fetch(outcome, source) or _unused_ids(outcome, source, owners)
+        if isinstance(named, InputOutcome):
+            return [named]
+        return [_finished(one, name, source) for one, name in zip(outcome, named, strict=True)]
+    if outcome.status == "unread":
+        if source.requested and outcome.file == source.name:
+            return [replace(outcome, status="rejected")]
+        outcome = replace(outcome, line=None)
+    return [replace(outcome, file=_display_name(outcome.file, source))]
 
 
-def _changed_since_fetch(records: list[Record], source: Source) -> Rejection | None:
+def _changed_since_fetch(readings: Sequence[Reading], source: Source) -> InputOutcome | None:
     """Return a rejection if the file differs from the one that was fetched."""
-    if not source.sha256 or all(record.source_sha256 == source.sha256 for record in records):
+    digests = [one.facts["source_sha256"] for one in readings]
+    if not source.sha256 or {*digests} == {source.sha256}:
         return None
-    found, stated = records[0].source_sha256[:12], source.sha256[:12]
+    found, stated = digests[0][:12], source.sha256[:12]
     reason = f"changed since it was fetched: SHA-256 {found}..., but {stated}... in request.json."
-    return Rejection(source.name, reason)
+    return InputOutcome(source.name, reason)
 
 
 def _display_name(file: str, source: Source) -> str:
@@ -258,33 +255,40 @@ def _display_name(file: str, source: Source) -> str:
     return source.name + file.removeprefix(printable(source.path.name))
 
 
-def _finished(record: Record, own: dict[str, Any], record_id: str, source: Source) -> Record:
-    """Return the record with its identifier, display names and metadata from catalogues.
+def _finished(reading: Reading, record_id: str, source: Source) -> Reading:
+    """Return the reading with its identifier, display names and metadata from catalogues.
 
     Later sources override earlier ones: catalogues of archives, then the `catalogue.csv` in an
     archive, then the `catalogue.csv` beside it.
     """
+    record, facts = reading.record, reading.facts
     folder, _, _ = source.name.rpartition("/")
     instrument = record.instrument_file
     within = instrument.startswith(f"{printable(source.path.name)}:")
     if folder and instrument and (within or (source.path.parent / instrument).is_file()):
         instrument = f"{folder}/{instrument}"
-    file = record.source_file.rpartition(":")[2].split("/")[-1]
+    file = facts["source_file"].rpartition(":")[2].split("/")[-1]
     names = dict.fromkeys([source.path.name, file])
-    facts = facts_of(source.others, record, names) | own
-    return replace(
+    return Reading(
         record,
-        record_id=record_id,
-        source_file=_display_name(record.source_file, source),
-        instrument_file=instrument,
-        **(facts | facts_of(source.catalogue, record, names)),
+        {
+            **facts,
+            "record_id": record_id,
+            "source_file": _display_name(facts["source_file"], source),
+            "instrument_file": instrument,
+            **facts_of(source.others, record, names, facts),
+            **reading.own,
+            **facts_of(source.catalogue, record, names, facts),
+        },
     )
 
 
-def _unused_ids(records: list[Record], source: Source, owners: Owners) -> list[str] | Rejection:
+def _unused_ids(
+    readings: Sequence[Reading], source: Source, owners: Owners
+) -> list[str] | InputOutcome:
     """Return and register unused identifiers, or a rejection if all are in use."""
-    names = [record.record_id for record in records]
-    file, digest = _display_name(records[0].source_file, source), records[0].source_sha256
+    names, facts = [one.record.record_id for one in readings], readings[0].facts
+    file, digest = _display_name(facts["source_file"], source), facts["source_sha256"]
     same = next((name for name in names if name.casefold() in owners), "")
     owner, of_owner = owners.get(same.casefold(), ("", digest))
     possible = [names]
@@ -296,4 +300,4 @@ def _unused_ids(records: list[Record], source: Source, owners: Owners) -> list[s
             owners.update((name.casefold(), (file, digest)) for name in ids)
             return ids
     why = "Rename one of the files." if of_owner != digest else "This file is a copy of it."
-    return Rejection(file, f"record identifier {same!r} is in use by {owner!r}. {why}")
+    return InputOutcome(file, f"record identifier {same!r} is in use by {owner!r}. {why}")

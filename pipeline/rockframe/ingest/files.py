@@ -1,11 +1,11 @@
-"""Read files, plain or in archives, from disk: records, rejections, or notes on skipped files."""
+"""Read files, plain or in archives, from disk: records, or the reason why there are none."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,63 +16,44 @@ from rockframe.ingest.flatfiles import CatalogueEntry
 from rockframe.ingest.members import LARGEST, Content, printable
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import unreadable
-from rockframe.ingest.registry import Format, read_bytes
+from rockframe.ingest.registry import Format, read_as_stated
 from rockframe.ingest.sources import describes_records, note_on
 from rockframe.ingest.stationxml import is_station_xml
+from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 
 
 @dataclass(frozen=True)
-class Rejection:
-    """A file that was rejected.
+class Reading:
+    """A record as its reader returned it, and what is known of it besides.
 
     Parameters
     ----------
-    file : str
-        Name of the file.
-    reason : str
-        Reason for the rejection, as a sentence.
-    line : int, optional
-        Line number in the file, counted from 1.
-
-    Examples
-    --------
-    >>> Rejection("FSD172.VT2", "is a velocity time series. Must be an acceleration.", line=3).line
-    3
+    record : Record
+        The record.
+    facts : mapping
+        Fields that replace those of the record: identifier, source, and facts from catalogues.
+    own : mapping
+        Fields from the ``catalogue.csv`` of its archive, which override other catalogues but that
+        beside the archive.
     """
 
-    file: str
-    reason: str
-    line: int | None = None
+    record: Record
+    facts: Mapping[str, Any]
+    own: Mapping[str, Any] = field(default_factory=dict)
+
+    def completed(self, **changes: Any) -> Record:
+        """Return the record with the facts, and with these other changes.
+
+        Examples
+        --------
+        >>> shake = Record(record_id="shake", acceleration=[0.0, 1.0], time_step=0.01)
+        >>> Reading(shake, {"station": "PUL"}).completed(magnitude=6.6).station
+        'PUL'
+        """
+        return replace(self.record, **self.facts, **changes)
 
 
-@dataclass(frozen=True)
-class Unread:
-    """A file that was skipped because it contains no acceleration, such as a catalogue.
-
-    Parameters
-    ----------
-    file : str
-        Name of the file.
-    reason : str
-        What the file is, as a sentence.
-    line : int, optional
-        Line number in the file, counted from 1.
-
-    Examples
-    --------
-    >>> Unread("catalogue.csv", "catalogue: facts about the files beside it.").file
-    'catalogue.csv'
-    """
-
-    file: str
-    reason: str
-    line: int | None = None
-
-
-#: Records, each with the fields from the `catalogue.csv` of its archive; or a reason without
-#: records.
-ReadOutcome = list[tuple[Record, dict[str, Any]]] | Rejection | Unread
 #: Catalogues in an archive, by the folder or inner archive whose files they describe.
 _Catalogues = dict[str, dict[str, CatalogueEntry]]
 
@@ -81,8 +62,8 @@ def read_content(
     content: Content,
     options: ReadOptions = NO_OPTIONS,
     file_format: Format | None = None,
-) -> list[Record]:
-    r"""Return the records of a file or an archive member; the parameters are those of `read_bytes`.
+) -> list[Reading]:
+    r"""Read the records of a file or an archive member; the parameters are those of `read_bytes`.
 
     Raises
     ------
@@ -92,18 +73,17 @@ def read_content(
     Examples
     --------
     >>> inside = Content(Path("a.zip:b.csv"), "a.zip:b.csv", Path("b.csv"), b"t,acc_g\n0,0\n1,2\n")
-    >>> [record] = read_content(inside)
-    >>> record.record_id, record.source_file
+    >>> [reading] = read_content(inside)
+    >>> reading.record.record_id, reading.facts["source_file"]
     ('b', 'a.zip:b.csv')
     """
     if content.refusal:
         raise InputError(content.where, content.refusal)
     try:
-        return read_bytes(
-            content.path, content.data, options, file_format, source_file=content.name
-        )
+        records, source = read_as_stated(content.path, content.data, options, file_format)
     except InputError as error:
         raise type(error)(content.where, error.reason, error.line) from None
+    return [Reading(record, {"source_file": content.name, **source}) for record in records]
 
 
 def read_file(
@@ -153,10 +133,10 @@ def read_file(
     data = load(path)
     options = with_archived(options, path, companions(path, data))
     return [
-        record
+        reading.completed()
         for content in contents(path, data)
         if not note_of_member(content)
-        for record in read_content(content, options, file_format)
+        for reading in read_content(content, options, file_format)
     ]
 
 
@@ -220,19 +200,20 @@ def load(path: Path) -> bytes:
         raise unreadable(path, error) from error
 
 
-def read_outcomes(path: Path, options: ReadOptions) -> Iterator[ReadOutcome]:
-    r"""Read a file; yield a rejection or a note instead of raising an error.
+def read_outcomes(path: Path, options: ReadOptions) -> Iterator[list[Reading] | InputOutcome]:
+    r"""Read a file; yield an outcome with the reason instead of raising an error.
 
     Yields
     ------
-    list of Record, Rejection or Unread
+    list of Reading, or InputOutcome
         One for the file, or one for each member of the archive, in order.
 
     Examples
     --------
     >>> from rockframe.ingest.options import NO_OPTIONS
     >>> list(read_outcomes(Path("lost.AT2"), NO_OPTIONS))
-    [Rejection(file='lost.AT2', reason='no such file.', line=None)]
+    [InputOutcome(file='lost.AT2', reason='no such file.', line=None, status='rejected',
+        record_id='')]
     """
     try:
         data = load(path)
@@ -248,10 +229,10 @@ def read_outcomes(path: Path, options: ReadOptions) -> Iterator[ReadOutcome]:
         yield _rejection(printable(path.name), error)
 
 
-def _catalogues(within: Iterable[Content]) -> tuple[_Catalogues, dict[str, Rejection]]:
+def _catalogues(within: Iterable[Content]) -> tuple[_Catalogues, dict[str, InputOutcome]]:
     """Return the catalogues in an archive in order of precedence, and the corrupted catalogues."""
     found: _Catalogues = {}
-    faults: dict[str, Rejection] = {}
+    faults: dict[str, InputOutcome] = {}
     for content in within:
         if not is_station_xml(content.path, content.data):
             is_own = content.path.name == CATALOGUE
@@ -265,29 +246,31 @@ def _catalogues(within: Iterable[Content]) -> tuple[_Catalogues, dict[str, Rejec
     return dict(sorted(found.items())), faults
 
 
-def _missing(catalogues: _Catalogues, names: Iterable[str]) -> Iterator[Rejection]:
+def _missing(catalogues: _Catalogues, names: Iterable[str]) -> Iterator[InputOutcome]:
     """Yield a rejection for each missing file that the `catalogue.csv` of an archive names."""
     for folder, entries in catalogues.items():
         within = [name.removeprefix(folder) for name in names if name.startswith(folder)]
         present = {part for name in within for part in re.split("[:/]", name)}
         for missing in entries if folder else ():
             if missing not in present:
-                yield Rejection(folder + printable(missing), "no such file.")
+                yield InputOutcome(folder + printable(missing), "no such file.")
 
 
-def _rejection(name: str, error: RockframeError) -> Rejection:
+def _rejection(name: str, error: RockframeError) -> InputOutcome:
     if isinstance(error, InputError):
-        return Rejection(name, error.reason, error.line)
-    return Rejection(name, str(error))
+        return InputOutcome(name, error.reason, error.line)
+    return InputOutcome(name, str(error))
 
 
-def _outcome(content: Content, options: ReadOptions, catalogues: _Catalogues) -> ReadOutcome:
+def _outcome(
+    content: Content, options: ReadOptions, catalogues: _Catalogues
+) -> list[Reading] | InputOutcome:
     try:
         if note := note_of_member(content):
-            return Unread(content.name, note)
-        records = read_content(content, options)
+            return InputOutcome(content.name, note, status="unread")
+        readings = read_content(content, options)
     except OtherQuantityError as error:
-        return Unread(content.name, error.reason, error.line)
+        return InputOutcome(content.name, error.reason, error.line, "unread")
     except RockframeError as error:
         return _rejection(content.name, error)
     own: dict[str, CatalogueEntry] = {}
@@ -295,6 +278,10 @@ def _outcome(content: Content, options: ReadOptions, catalogues: _Catalogues) ->
         own |= entries if folder and content.name.startswith(folder) else {}
     names, others = dict.fromkeys(re.split("[:/]", content.name)), catalogues.get("", {})
     return [
-        (replace(record, **facts_of(others, record, names)), facts_of(own, record, names))
-        for record in records
+        Reading(
+            one.record,
+            {**one.facts, **facts_of(others, one.record, names)},
+            facts_of(own, one.record, names),
+        )
+        for one in readings
     ]

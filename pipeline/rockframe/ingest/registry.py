@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 from rockframe.errors import InputError
 from rockframe.ingest.formats import (
@@ -183,17 +183,21 @@ def read_bytes(
     >>> read_bytes("shake.csv", b"time_s,acc_g\n0.00,0.0\n0.01,0.2\n")[0].record_id
     'shake'
     """
-    path = Path(path)
+    records, source = read_as_stated(Path(path), data, options, file_format)
+    return [replace(one, source_file=source_file or Path(path).name, **source) for one in records]
+
+
+def read_as_stated(
+    path: Path, data: bytes, options: ReadOptions, file_format: Format | None = None
+) -> tuple[list[Record], dict[str, Any]]:
+    """Return the records as their reader returns them, and the fields that name their source."""
     if not data:
         raise InputError(path, "empty file.")
     if is_utf16(data):
         raise InputError(path, "text in UTF-16. Save it as ASCII or UTF-8.")
     chosen = sniff_format(data[:HEAD], path) if file_format is None else file_format
-    digest, name = hashlib.sha256(data).hexdigest(), source_file or path.name
-    return [
-        replace(record, source_file=name, source_format=chosen.name, source_sha256=digest)
-        for record in chosen.read(path, data, options)
-    ]
+    source = {"source_format": chosen.name, "source_sha256": hashlib.sha256(data).hexdigest()}
+    return chosen.read(path, data, options), source
 
 
 def _beginning(head: bytes) -> str:

@@ -53,9 +53,9 @@ def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
     series = _series(parts, kind)
     with named(output) as partial:
         if series:
-            with growing(partial, series) as append:
+            with growing(partial, series) as written:
                 for samples in _samples(parts, kind, series):
-                    append(samples)
+                    written.append(samples)
         put(
             xr.concat(
                 known,

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import xarray as xr
+from numpy.typing import NDArray
 
+from rockframe.components.pairing import MOTION_FIELDS, motion_key, pair_horizontals
+from rockframe.components.rotation import rotd as rotd_of
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.record import Orientation, Record
 from rockframe.results.reading import damage_named, opened
 from rockframe.results.schema import RECORDS
 from rockframe.results.schema.records import RECORDS_NC
-from rockframe.results.writing import slices, write_rows
+from rockframe.results.writing import Growing, slices, write_rows
 from rockframe.signals.passport import Passport
 from rockframe.signals.processing import integrate, peak
 
@@ -27,7 +30,7 @@ def write_records(
     *,
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
-    sweep: Callable[[RecordsFile], Mapping[str, Sequence[float]]] | None = None,
+    rotd: Mapping[Hashable, Mapping[str, float]] | None = None,
 ) -> dict[str, str]:
     """Write the output of the ingest stage, complete or not at all; one record is in memory at a
     time.
@@ -45,9 +48,9 @@ def write_records(
         Name and SHA-256 of each input except the record files.
     parameters : mapping
         The options of the stage; JSON values.
-    sweep : callable, optional
-        Called with the written records before the file is complete; returns measures of both
-        horizontals for each record, by variable.
+    rotd : mapping, optional
+        Measures of both horizontals by variable, for each motion (`RecordsFile.rotd`); by default
+        those of the pairs among the records. Without passports the file has none.
 
     Returns
     -------
@@ -67,26 +70,72 @@ def write_records(
             inputs.update({n: digest for n, digest in held if digest and n not in input_sha256})
         return columns
 
+    def measures(columns: Mapping[str, list[Any]], written: Growing) -> Mapping[str, Any]:
+        if "passport" not in columns:
+            return {}
+        return _rotd(columns, _rotd_of_pairs(columns, written) if rotd is None else rotd)
+
     write_rows(
         RECORDS_NC,
         (({"acceleration": r.acceleration}, _values_of(r, passport)) for r, passport in records),
         path,
         complete,
-        further=None if sweep is None else lambda partial: _with_rotd_measures(partial, sweep),
+        further=measures,
         input_sha256=inputs,
         parameters=parameters,
     )
     return inputs
 
 
-def _with_rotd_measures(
-    partial: Path, sweep: Callable[[RecordsFile], Mapping[str, Sequence[float]]]
-) -> xr.Dataset:
-    with open_records(partial) as records:
-        found, unknown = sweep(records), np.full(len(records.names), np.nan)
-    group = RECORDS_NC["azimuth_rotd100"].group
-    names = [one.name for one in RECORDS_NC.variables if one.group == group]
-    return RECORDS_NC.dataset({name: found.get(name, unknown) for name in names})
+def _motions(values: Mapping[str, Sequence[Any]]) -> dict[Hashable, list[int]]:
+    """Return the rows of the records of each motion."""
+    rows: defaultdict[Hashable, list[int]] = defaultdict(list)
+    for row, facts in enumerate(zip(*(values[name] for name in MOTION_FIELDS), strict=True)):
+        rows[motion_key(*facts)].append(row)
+    return rows
+
+
+def _rotd(
+    values: Mapping[str, Sequence[Any]], rotd: Mapping[Hashable, Mapping[str, float]]
+) -> dict[str, list[float]]:
+    """Return RotD of each record by variable: of its motion, NaN for verticals."""
+    of_row = {
+        row: rotd.get(motion, {})
+        for motion, rows in _motions(values).items()
+        for row in rows
+        if not values["orientation"][row].upright
+    }
+    every = range(len(values["record_id"]))
+    return {name: [of_row.get(row, {}).get(name, math.nan) for row in every] for name in _ROTD}
+
+
+def _rotd_of_pairs(
+    values: Mapping[str, list[Any]], written: Growing
+) -> dict[Hashable, dict[str, float]]:
+    """Return RotD of each motion of two horizontals; one motion is in memory at a time."""
+    found = {}
+    where = slices(values["row_size"])
+    for motion, rows in _motions(values).items():
+        across = [values["orientation"][row] is Orientation.HORIZONTAL for row in rows]
+        if sum(across) == 2:
+            records = [
+                _record(
+                    {name: column[row] for name, column in values.items()},
+                    written.appended("acceleration", where[row]),
+                )
+                for row in rows
+            ]
+            for pair in pair_horizontals(records)[0]:
+                pga, pgv = rotd_of(pair), rotd_of(pair, transform=integrate)
+                measures = (
+                    pga.percentile(50),
+                    pga.percentile(100),
+                    pgv.percentile(50),
+                    pgv.percentile(100),
+                    pga.strongest_azimuth,
+                )
+                found[motion] = dict(zip(_ROTD, measures, strict=True))
+    return found
 
 
 def _values_of(record: Record, passport: Passport | None) -> dict[str, Any]:
@@ -104,8 +153,26 @@ def _values_of(record: Record, passport: Passport | None) -> dict[str, Any]:
     return known
 
 
+def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
+    """Return the record of these values by variable."""
+    steps = str(values["processing"])
+    return Record(
+        acceleration=samples,
+        processing=tuple(steps.split("; ")) if steps else (),
+        **{one.name: one.dtype(values[one.name]) for one in _FIELDS},
+    )
+
+
 #: Fields of a record, except its samples and processing.
 _FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
+#: RotD50 and RotD100 of PGA and PGV, and the azimuth of the largest acceleration.
+_ROTD: Final = (
+    "pga_rotd50",
+    "pga_rotd100",
+    "pgv_rotd50",
+    "pgv_rotd100",
+    "azimuth_rotd100",
+)
 #: Allowed relative difference between the peaks of samples and the stated peaks: samples may have
 #: single precision.
 _PEAK_TOLERANCE: Final = 1e-5
@@ -159,6 +226,25 @@ class RecordsFile:
         """Orientations of the records."""
         return [Orientation(int(value)) for value in self._values_of["orientation"].values]
 
+    @property
+    def motions(self) -> dict[Hashable, list[str]]:
+        """Identifiers of the records of each motion, in the order of the file."""
+        names, values = self.names, self._columns(*MOTION_FIELDS)
+        return {key: [names[row] for row in rows] for key, rows in _motions(values).items()}
+
+    @property
+    def rotd(self) -> dict[Hashable, dict[str, float]]:
+        """RotD of each motion of which the file states it, by variable."""
+        values, across = self._columns(*_ROTD), [not one.upright for one in self.orientations]
+        return {
+            motion: {name: float(column[row]) for name, column in values.items()}
+            for motion, rows in _motions(self._columns(*MOTION_FIELDS)).items()
+            for row in [row for row in rows if across[row]][:1]
+        }
+
+    def _columns(self, *names: str) -> dict[str, list[Any]]:
+        return {name: self._values_of[name].values.tolist() for name in names}
+
     def samples(self, names: Sequence[str]) -> int:
         """Return the total number of samples of the records with these names."""
         rows = [self._rows[name] for name in names]
@@ -198,15 +284,10 @@ class RecordsFile:
         known: dict[Any, Any] = {
             key: array.values[row] for key, array in self._values_of.variables.items()
         }
-        steps = str(known["processing"])
         with damage_named(self.path, RECORDS):
             samples = self._samples[self._samples_of[row]].values
         try:
-            record = Record(
-                acceleration=samples,
-                processing=tuple(steps.split("; ")) if steps else (),
-                **{one.name: one.dtype(known[one.name]) for one in _FIELDS},
-            )
+            record = _record(known, samples)
         except ParameterError as error:
             raise InputError(self.path, str(error)) from None
         self._require_peaks(record, float(known["pga"]), float(known["pgv"]))

@@ -156,11 +156,31 @@ def input_hash(*paths: Path) -> dict[str, str]:
     return {path.name: sha256_of(path) for path in paths}
 
 
+class Growing:
+    """Variables of an open file that grow along ``obs``."""
+
+    def __init__(self, file: netCDF4.Dataset) -> None:
+        self._file = file
+        self._end = 0
+
+    def append(self, samples: Mapping[str, NDArray[np.float64]]) -> None:
+        """Append samples to the variables, by name."""
+        start, self._end = self._end, self._end + next(iter(samples.values())).shape[-1]
+        with as_os_error():
+            for name, values in samples.items():
+                self._file[name][..., start : self._end] = values
+
+    def appended(self, name: str, where: slice) -> NDArray[np.float64]:
+        """Return samples that were appended to a variable."""
+        with as_os_error():
+            return np.asarray(self._file[name][..., where], dtype=np.float64)
+
+
 @contextmanager
 def growing(
     partial: Path, series: Mapping[str, xr.Variable], mode: Literal["w", "a"] = "w"
-) -> Iterator[Callable[[Mapping[str, NDArray[np.float64]]], None]]:
-    """Yield a function that appends to variables along ``obs``; memory does not grow with them.
+) -> Iterator[Growing]:
+    """Yield variables that grow along ``obs`` in a file; memory does not grow with them.
 
     Parameters
     ----------
@@ -179,16 +199,7 @@ def growing(
             rows = math.prod(like.shape[:-1])
             chunk = (*(1,) * (like.ndim - 1), CHUNK)
             create_variable(file, name, like, chunk, chunks=4 * rows)
-        end = 0
-
-        def append(samples: Mapping[str, NDArray[np.float64]]) -> None:
-            nonlocal end
-            start, end = end, end + next(iter(samples.values())).shape[-1]
-            with as_os_error():
-                for name, values in samples.items():
-                    file[name][..., start:end] = values
-
-        yield append
+        yield Growing(file)
     finally:
         with as_os_error():
             file.close()
@@ -219,13 +230,13 @@ def write_rows(
     path: Path,
     complete: Callable[[dict[str, list[Any]]], Mapping[str, Any]],
     *,
-    further: Callable[[Path], xr.Dataset] | None = None,
+    further: Callable[[Mapping[str, list[Any]], Growing], Mapping[str, Any]] | None = None,
     batch: str = "",
     **origin: Unpack[Origin],
 ) -> xr.Dataset:
     """Write a file, complete or not at all; the series of one record are in memory at a time.
 
-    Returns what was written without the series and `further`, so that nobody has to read it again.
+    Returns what was written, without the series, so that nobody has to read it again.
 
     Parameters
     ----------
@@ -240,7 +251,8 @@ def write_rows(
         Called with the values of all records; returns the values of all variables except the
         series.
     further : callable, optional
-        Called with the partial file; returns variables to add.
+        Called with the values of all records and with the series that were written; returns the
+        values of more variables.
     batch : str
         The batch of the records, ``2/3``; empty for all records.
     **origin
@@ -256,21 +268,19 @@ def write_rows(
     # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
     with named(path) as partial:
+        made = xr.Dataset(attrs={"title": WITHOUT_RECORDS})
         for series, _ in first:
             empty = {name: kind[name].holding(s[..., :0]) for name, s in series.items()}
-            with growing(partial, empty) as append:
+            with growing(partial, empty) as written:
                 for samples, values in chain(first, source):
-                    append(samples)
+                    written.append(samples)
                     for name, value in values.items():
                         columns[name].append(value)
-        made = kind.dataset(complete(columns)) if columns else xr.Dataset()
-        if not columns:
-            made.attrs["title"] = WITHOUT_RECORDS
+                more = {} if further is None else further(columns, written)
+            made = kind.dataset({**complete(columns), **more})
         if batch:
             made.attrs["batch"] = batch
         put(made, partial, kind.name, mode="a" if columns else "w", **origin)
-        if further is not None:
-            put(further(partial), partial, kind.name, mode="a", **origin)
     return made.assign_attrs(rockframe_kind=kind.name)
 
 

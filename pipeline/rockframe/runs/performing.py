@@ -11,7 +11,6 @@ from typing import Final
 from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches, serve
 from rockframe.engines.scheduler import DaskScheduler, choose_engine
 from rockframe.errors import InputError, RockframeError
-from rockframe.ingest import Rejection
 from rockframe.interruption import check
 from rockframe.options.execution import FigureOptions, ReportOptions
 from rockframe.options.ingest import Filters, IngestOptions
@@ -22,6 +21,7 @@ from rockframe.options.respond import (
     ScreenOptions,
     SpectrumOptions,
 )
+from rockframe.outcome import InputOutcome
 from rockframe.provenance import scratch_folder, sha256_of
 from rockframe.runs.files import finish, read_plan
 from rockframe.runs.plan import KEPT, Plan
@@ -185,12 +185,12 @@ def _parallel_work(
         yield from ([task] for task in tasks if task.step.workers)
 
 
-def do(work: Work) -> Sequence[Rejection]:
+def do(work: Work) -> Sequence[InputOutcome]:
     """Perform a step, and return the rejected records."""
     return _STAGES[work.step.stage](work) or ()
 
 
-def _ingest(work: Work) -> Sequence[Rejection]:
+def _ingest(work: Work) -> Sequence[InputOutcome]:
     stated = work.step.options
     done = ingest_stage(
         [Path(path) for path in stated["paths"]],
@@ -202,12 +202,12 @@ def _ingest(work: Work) -> Sequence[Rejection]:
     return done.rejections
 
 
-def _pulse(work: Work) -> Sequence[Rejection]:
+def _pulse(work: Work) -> Sequence[InputOutcome]:
     options = PulseOptions(**work.step.options)
     return pulse_stage(work.inputs[0], work.output, options, batch=work.batch, engine=work.engine)
 
 
-def _respond(work: Work) -> Sequence[Rejection]:
+def _respond(work: Work) -> Sequence[InputOutcome]:
     records, structures = work.inputs[:2]
     return respond_stage(
         records,
@@ -220,7 +220,7 @@ def _respond(work: Work) -> Sequence[Rejection]:
     )
 
 
-def _screen(work: Work) -> Sequence[Rejection]:
+def _screen(work: Work) -> Sequence[InputOutcome]:
     records, pulses, structures = work.inputs
     done = screen_stage(
         records,
@@ -242,7 +242,7 @@ def _rocking_spectrum(work: Work) -> None:
     rocking_spectrum_stage(work.inputs[0], work.output, options, engine=work.engine)
 
 
-def _compare(work: Work) -> Sequence[Rejection]:
+def _compare(work: Work) -> Sequence[InputOutcome]:
     records, structures = work.inputs
     stated = CompareEntry.model_validate(work.step.options)
     return compare_stage(records, work.output, structures, stated)
@@ -266,7 +266,7 @@ def _report(work: Work) -> None:
 
 
 #: The function that performs a step, by stage.
-_STAGES: Final[dict[str, Callable[[Work], Sequence[Rejection] | None]]] = {
+_STAGES: Final[dict[str, Callable[[Work], Sequence[InputOutcome] | None]]] = {
     "ingest": _ingest,
     "pulse": _pulse,
     "respond": _respond,

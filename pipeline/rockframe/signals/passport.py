@@ -237,7 +237,7 @@ def _measure(before: Record, after: Record, ratio: float, moving: tuple[float, f
     displacement = moving[1] + integrate(velocity, step)
     raw = before.acceleration
     # The offset of an uncorrected record is not part of the motion.
-    motion = raw - raw.mean() if before.uncorrected else raw
+    motion = raw - raw.mean() if after.uncorrected else raw
     quiet, level = pre_event(raw, step)
     band = signal_to_noise_band(raw, step, quiet, (start, end), ratio)
     corners = after.filter_low, after.filter_high

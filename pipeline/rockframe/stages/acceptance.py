@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from rockframe.errors import InputError, ParameterError, RockframeWarning
-from rockframe.ingest import Rejection, Unread
+from rockframe.ingest import Reading
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.passport import PassportLimits
+from rockframe.outcome import STATUSES, InputOutcome
 from rockframe.record import Record
-from rockframe.results.tables.entries import Entry, write_entries
+from rockframe.results.tables.entries import write_entries
 from rockframe.signals.passport import Passport, passport
 from rockframe.signals.processing import BandPass, correct
 from rockframe.units import GRAVITY
 
-#: Status of the rows of the table, in the order of the table.
-_ORDER: Final = ("accepted", "rejected", "filtered", "rotated", "unread")
+#: A record with its passport, if it can be read and processed, and what became of the input.
+Inspected = tuple[Record | None, InputOutcome]
 
 #: Checks and measures of faults that rotation, filter or taper would hide.
 _AS_RECORDED: Final = (
@@ -70,9 +71,9 @@ class Ingested:
     ----------
     accepted : tuple of Accepted
         The accepted records.
-    rejections : tuple of Rejection
+    rejections : tuple of InputOutcome
         The rejected records, and the files without a readable record.
-    entries : tuple of Entry
+    entries : tuple of InputOutcome
         Rows of the table, one for each record or unread file, with the passport if there is one:
         accepted, rejected, filtered out, rotated, unread.
     inputs : mapping of str to str
@@ -80,82 +81,70 @@ class Ingested:
     """
 
     accepted: tuple[Accepted, ...]
-    rejections: tuple[Rejection, ...]
-    entries: tuple[Entry, ...]
+    rejections: tuple[InputOutcome, ...]
+    entries: tuple[InputOutcome, ...]
     inputs: Mapping[str, str]
 
 
-@dataclass(frozen=True)
 class Acceptance:
-    """Processing and checking of records, with the results so far.
+    """What became of the inputs so far, and the accepted records.
 
     Parameters
     ----------
-    options : IngestOptions
-        Options of processing.
-    limits : PassportLimits
-        Limits of the checks of each record.
     table : Path
         Path of the table.
-    listed : callable, optional
-        Called with the rows of the written table.
     filters : Filters
         Filters of accepted records.
-    accepted, entries : list
-        Accepted records, and the rows of all inputs.
+    strict : bool
+        True to raise an error at the first rejection.
+    listed : callable, optional
+        Called with the rows of the written table.
     """
 
-    options: IngestOptions
-    limits: PassportLimits
-    table: Path
-    listed: Callable[[Sequence[Entry]], None] | None
-    filters: Filters
-    accepted: list[Accepted] = field(default_factory=list)
-    entries: list[Entry] = field(default_factory=list)
+    def __init__(
+        self,
+        table: Path,
+        filters: Filters,
+        *,
+        strict: bool,
+        listed: Callable[[Sequence[InputOutcome]], None] | None,
+    ) -> None:
+        self._table = table
+        self._filters = filters
+        self._strict = strict
+        self._listed = listed
+        self.accepted: list[Accepted] = []
+        self.outcomes: list[InputOutcome] = []
 
-    def inspected(
-        self, outcomes: Iterable[Record | Rejection | Unread]
-    ) -> Iterator[tuple[Record, Passport | None]]:
-        """Yield the accepted records one at a time, and add a row for every input."""
-        for outcome in outcomes:
-            if isinstance(outcome, Record):
-                known = replace(outcome, uncorrected=True) if self.options.uncorrected else outcome
-                band = BandPass(*self.options.band_pass_hz)
-                record, entry = _inspected(known, band, self.limits)
-                if self.let_through(record, entry, corrected_here=known.uncorrected):
-                    yield record, entry.passport
-            else:
-                self.entries.append(_entry(outcome))
-        self.require_some()
-
-    def let_through(self, record: Record, entry: Entry, *, corrected_here: bool) -> bool:
-        """Add the row of a record, and return True if the record is accepted.
+    def passed(self, inspected: Iterable[Inspected]) -> Iterator[tuple[Record, Passport | None]]:
+        """Yield the accepted records one at a time, and note what became of every input.
 
         Raises
         ------
         InputError
-            If the record is rejected and the options are strict.
+            If a record or file is rejected and the options are strict, or if none is accepted.
         """
-        if self.options.strict and entry.reason:
-            raise InputError(entry.file, entry.reason)
-        entry = _filtered(record, entry, self.filters)
-        self.entries.append(entry)
-        if entry.reason or entry.filtered or entry.passport is None:
-            return False
-        self.accepted.append(
-            Accepted(
-                record.record_id,
-                record.source_format,
-                record.acceleration.size,
-                record.time_step,
-                corrected_here,
-                record.processing,
-                entry.passport,
-            )
-        )
-        return True
+        for record, outcome in inspected:
+            if self._strict and outcome.status == "rejected":
+                raise InputError(outcome.file, outcome.reason, outcome.line)
+            noted = outcome if record is None else _filtered(record, outcome, self._filters)
+            self.outcomes.append(noted)
+            if record is not None and noted.status == "accepted" and noted.passport is not None:
+                self.accepted.append(
+                    Accepted(
+                        record.record_id,
+                        record.source_format,
+                        record.acceleration.size,
+                        record.time_step,
+                        noted.corrected_here,
+                        record.processing,
+                        noted.passport,
+                    )
+                )
+                yield record, noted.passport
+        self._require_some()
 
-    def require_some(self) -> None:
+    def _require_some(self) -> None:
         """Raise an error if no record was accepted, after writing the table.
 
         Raises
@@ -166,26 +155,48 @@ class Acceptance:
         if self.accepted:
             return
         rows = self.publish()
-        filtered = [entry for entry in rows if entry.filtered]
-        rejected = [entry for entry in rows if entry.reason]
+        filtered = [one for one in rows if one.status == "filtered"]
+        rejected = [one for one in rows if one.status == "rejected"]
         first = (filtered or rejected or rows)[0]
         more = {
             "more filtered out": len(filtered) - 1 if filtered else 0,
             "rejected" if filtered else "more rejected": len(rejected) - (not filtered),
         }
         counted = ", ".join(f"{count} {what}" for what, count in more.items() if count)
-        said = (first.reason or first.note) + (f" ({counted}.)" if counted else "")
+        said = first.reason + (f" ({counted}.)" if counted else "")
         raise InputError(first.file, said, first.line)
 
-    def publish(self) -> tuple[Entry, ...]:
+    def publish(self) -> tuple[InputOutcome, ...]:
         """Write the table, sorted by status, and return its rows."""
-        rows = tuple(sorted(self.entries, key=lambda entry: _ORDER.index(entry.status)))
+        rows = tuple(sorted(self.outcomes, key=lambda one: STATUSES.index(one.status)))
         # For a single rejected file, the error already says everything.
         if self.accepted or len(rows) > 1:
-            write_entries(rows, self.table)
-        if self.listed is not None:
-            self.listed(rows)
+            write_entries(rows, self._table)
+        if self._listed is not None:
+            self._listed(rows)
         return rows
+
+
+def inspected(
+    readings: Iterable[Reading | InputOutcome], options: IngestOptions, limits: PassportLimits
+) -> Iterator[Inspected]:
+    """Yield each record, complete and corrected if necessary, with its passport.
+
+    Parameters
+    ----------
+    readings : iterable of Reading or InputOutcome
+        The output of `collect_sources`.
+    options : IngestOptions
+        Options of processing.
+    limits : PassportLimits
+        Limits of the checks.
+    """
+    band = BandPass(*options.band_pass_hz)
+    for one in readings:
+        if isinstance(one, Reading):
+            yield _inspected(one, band, limits, uncorrected=options.uncorrected)
+        else:
+            yield None, one
 
 
 def checked(
@@ -194,8 +205,8 @@ def checked(
     limits: PassportLimits,
     components: Sequence[Passport] = (),
     start: tuple[float, float] = (0.0, 0.0),
-) -> Entry:
-    """Return the row of a record with its passport, and the reason if it is rejected.
+) -> InputOutcome:
+    """Return the outcome of a record with its passport, and the reason if it is rejected.
 
     Parameters
     ----------
@@ -212,10 +223,14 @@ def checked(
     result = passport(before, record, limits, start)
     if components:
         result = _as_recorded(result, components)
-    reason = " ".join(str(check) for check in result.rejections)
-    name = record.record_id
-    return Entry(
-        record.source_file, name, result, reason=f"record {name!r}: {reason}" if reason else ""
+    reasons = " ".join(str(check) for check in result.rejections)
+    return InputOutcome(
+        record.source_file,
+        f"record {record.record_id!r}: {reasons}" if reasons else "",
+        status="rejected" if reasons else "accepted",
+        record_id=record.record_id,
+        passport=result,
+        corrected_here=record.uncorrected,
     )
 
 
@@ -232,11 +247,11 @@ def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
     )
 
 
-def _filtered(record: Record, entry: Entry, filters: Filters) -> Entry:
-    """Return the row, with the reason if the record is filtered out."""
-    if entry.reason or entry.passport is None:
-        return entry
-    measures = entry.passport.measures
+def _filtered(record: Record, outcome: InputOutcome, filters: Filters) -> InputOutcome:
+    """Return the outcome, with the reason if the record is filtered out."""
+    if outcome.status != "accepted" or outcome.passport is None:
+        return outcome
+    measures = outcome.passport.measures
     refusal = filters.refusal(
         site=record.site_type.words,
         magnitude=record.magnitude,
@@ -248,47 +263,46 @@ def _filtered(record: Record, entry: Entry, filters: Filters) -> Entry:
         pga_g=measures.peak_acceleration / GRAVITY,
         pgv_m_s=measures.peak_velocity,
     )
-    return replace(entry, note=f"{refusal}.", filtered=True) if refusal else entry
+    return replace(outcome, status="filtered", reason=f"{refusal}.") if refusal else outcome
 
 
-def _entry(outcome: Rejection | Unread) -> Entry:
-    if isinstance(outcome, Unread):
-        return Entry(outcome.file, "", note=outcome.reason)
-    return Entry(outcome.file, "", reason=outcome.reason, line=outcome.line)
-
-
-def _inspected(record: Record, band: BandPass, limits: PassportLimits) -> tuple[Record, Entry]:
-    """Return the processed record and its table row, which has a reason if it is rejected."""
+def _inspected(
+    reading: Reading, band: BandPass, limits: PassportLimits, *, uncorrected: bool
+) -> Inspected:
+    """Return the complete record and its outcome, which has a reason if it is rejected."""
+    raw, name = reading.record, reading.facts["record_id"]
     try:
-        if not record.uncorrected:
-            return record, checked(_require_motion(record), record, limits)
-        processed, start = _processed(record, band)
-        return processed, checked(processed, record, limits, start=start)
+        _require_motion(raw, name)
+        if uncorrected or raw.uncorrected:
+            changes, start = _correction(raw, band)
+            record = reading.completed(uncorrected=True, **changes)
+            return record, checked(record, raw, limits, start=start)
+        record = reading.completed()
+        return record, checked(record, raw, limits)
     except ParameterError as error:
-        return record, Entry(record.source_file, record.record_id, reason=str(error))
+        return None, InputOutcome(reading.facts["source_file"], str(error), record_id=name)
 
 
-def _require_motion(record: Record) -> Record:
+def _require_motion(record: Record, name: str) -> None:
     if np.ptp(record.acceleration) == 0.0:
         raise ParameterError(
-            f"all {record.acceleration.size} samples of {record.record_id!r} are "
+            f"all {record.acceleration.size} samples of {name!r} are "
             f"{record.acceleration[0]:g} m/s2. Must be a record of motion."
         )
-    return record
 
 
-def _processed(record: Record, band: BandPass) -> tuple[Record, tuple[float, float]]:
-    corrected, start, steps = correct(_require_motion(record).acceleration, record.time_step, band)
-    low, high = band.corners(record.time_step, record.duration)
+def _correction(raw: Record, band: BandPass) -> tuple[dict[str, Any], tuple[float, float]]:
+    """Return the fields that correction changes, and velocity and displacement at its start."""
+    corrected, start, steps = correct(raw.acceleration, raw.time_step, band)
+    low, high = band.corners(raw.time_step, raw.duration)
     if high < band.high and band != BandPass():
-        words = f"with time step {record.time_step:g} s are filtered up to {high:g} Hz"
+        words = f"with time step {raw.time_step:g} s are filtered up to {high:g} Hz"
         message = f"band_pass_hz {band.low:g} {band.high:g}: records {words}."
         warnings.warn(message, RockframeWarning, stacklevel=2)
-    return replace(
-        record,
-        acceleration=corrected,
+    return {
+        "acceleration": corrected,
         # fmax and fmin ignore NaN, for values that the archive does not state.
-        filter_low=float(np.fmax(record.filter_low, low)),
-        filter_high=float(np.fmin(record.filter_high, high)),
-        processing=(*record.processing, *steps),
-    ), start
+        "filter_low": float(np.fmax(raw.filter_low, low)),
+        "filter_high": float(np.fmin(raw.filter_high, high)),
+        "processing": (*raw.processing, *steps),
+    }, start

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
-from rockframe.ingest import Rejection
 from rockframe.oscillators.comparison import Compared, Rivals, compare
+from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
 from rockframe.results.compare import write_comparison
 from rockframe.results.records import open_records
@@ -29,7 +29,7 @@ def compare_stage(
     against: Collection[str] | None = None,
     structure: str | None = None,
     progress: Progress = silent,
-) -> tuple[Rejection, ...]:
+) -> tuple[InputOutcome, ...]:
     """Compute each structure and its alternatives under each horizontal record: ``compare.nc``.
 
     Parameters
@@ -49,7 +49,7 @@ def compare_stage(
 
     Returns
     -------
-    tuple of Rejection
+    tuple of InputOutcome
         Records that could not be computed.
 
     Raises
@@ -98,7 +98,7 @@ def compare_stage(
             parameters={"against": list(compared[0].models)[1:], "structure": structure},
             left_out=left_out,
         )
-    return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
+    return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
 
 
 def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:

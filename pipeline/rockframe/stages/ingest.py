@@ -6,7 +6,6 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -15,7 +14,6 @@ from rockframe.engines.pool import Limits
 from rockframe.errors import InputError
 from rockframe.ingest import (
     ReadOptions,
-    Rejection,
     Source,
     collect_sources,
     is_catalogue,
@@ -25,12 +23,13 @@ from rockframe.ingest import (
 from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.passport import PassportLimits
+from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting, sha256_of
 from rockframe.results.records import open_records, write_records
-from rockframe.results.tables.entries import Entry, refuse_strange_entries
+from rockframe.results.tables.entries import refuse_strange_entries
 from rockframe.results.writing import require_ending
-from rockframe.stages.acceptance import Acceptance, Ingested
-from rockframe.stages.rotation import rotated, sweeps
+from rockframe.stages.acceptance import Acceptance, Ingested, inspected
+from rockframe.stages.rotation import rotated
 
 
 def ingest_stage(
@@ -42,7 +41,7 @@ def ingest_stage(
     progress: Callable[[str], None] | None = None,
     workers: int | None = None,
     limits: Limits | None = None,
-    listed: Callable[[Sequence[Entry]], None] | None = None,
+    listed: Callable[[Sequence[InputOutcome]], None] | None = None,
     table_format: str = "csv",
 ) -> Ingested:
     """Read record files into ``records.nc``; uncorrected records are corrected.
@@ -101,45 +100,39 @@ def ingest_stage(
     sources = sources_of(paths, read_catalogue(catalogue) if catalogue else None, outputs)
     catalogues = _catalogues(sources, catalogue)
     _refuse(outputs, sources, catalogues.values())
-    acceptance = Acceptance(options, _limits(options), outputs[1], listed, filters or Filters())
+    checks = _limits(options)
+    filters = filters or Filters()
+    accepting = partial(Acceptance, outputs[1], strict=options.strict, listed=listed)
     # Filters of peaks are applied after the rotation, because a pair needs both of its records.
-    first = replace(acceptance, filters=Filters()) if azimuths else acceptance
-    parameters = options.stated() | {
-        "filters": acceptance.filters.bounds(),
-        "passport": acceptance.limits.stated(),
-    }
+    acceptance = accepting(Filters() if azimuths else filters)
+    parameters = options.stated() | {"filters": filters.bounds(), "passport": checks.stated()}
     with (
         closing(
             collect_sources(
-                sources,
-                _read_options(options),
-                progress,
-                workers=workers,
-                limits=limits,
-                strict=options.strict,
+                sources, _read_options(options), progress, workers=workers, limits=limits
             )
-        ) as outcomes,
+        ) as readings,
         _place(output, rotated=bool(azimuths)) as place,
     ):
         inputs = write_records(
-            first.inspected(outcomes),
+            acceptance.passed(inspected(readings, options, checks)),
             place,
             input_sha256={name: sha256_of(path) for name, path in catalogues.items()},
             parameters=parameters,
-            sweep=None if azimuths else sweeps,
         )
         if azimuths:
+            outcomes, acceptance = acceptance.outcomes, accepting(filters)
             with open_records(place) as recorded:
                 write_records(
-                    rotated(recorded, azimuths, acceptance),
+                    acceptance.passed(rotated(recorded, outcomes, azimuths, checks)),
                     output,
                     input_sha256=inputs,
                     parameters=parameters,
-                    sweep=partial(sweeps, recorded=recorded),
+                    rotd=recorded.rotd,
                 )
-    entries = acceptance.publish()
-    rejections = tuple(Rejection(e.file, e.reason, e.line) for e in entries if e.reason)
-    return Ingested(tuple(acceptance.accepted), rejections, entries, inputs)
+    rows = acceptance.publish()
+    rejections = tuple(row for row in rows if row.status == "rejected")
+    return Ingested(tuple(acceptance.accepted), rejections, rows, inputs)
 
 
 def _limits(options: IngestOptions) -> PassportLimits:

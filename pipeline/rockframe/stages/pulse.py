@@ -12,9 +12,9 @@ import xarray as xr
 
 from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import ParameterError
-from rockframe.ingest import Rejection
 from rockframe.matching.record_pulses import pulses_or_reasons
 from rockframe.options.pulse import PulseOptions
+from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record
 from rockframe.results.pulses import write_pulses
@@ -35,7 +35,7 @@ def pulse_stage(
     engine: Engine | None = None,
     progress: Progress = silent,
     written: Callable[[xr.Dataset], None] | None = None,
-) -> tuple[Rejection, ...]:
+) -> tuple[InputOutcome, ...]:
     """Find the pulses of each horizontal record: ``pulses.nc``.
 
     Parameters
@@ -55,7 +55,7 @@ def pulse_stage(
 
     Returns
     -------
-    tuple of Rejection
+    tuple of InputOutcome
         Rejected records, in which no period of the range is usable.
 
     Raises
@@ -100,7 +100,7 @@ def pulse_stage(
         )
     if written is not None:
         written(made)
-    return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
+    return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
 
 
 def usable(record: str, file: RecordsFile, options: PulseOptions) -> PulseOptions:

@@ -17,8 +17,8 @@ from rockframe.engines.engine import Engine, map_batches
 from rockframe.engines.threads import on_threads
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
-from rockframe.ingest import Rejection
 from rockframe.options.respond import RespondOptions
+from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Record
 from rockframe.results.pulses import pulses_with_hashes
@@ -65,7 +65,7 @@ def respond_stage(
     engine: Engine | None = None,
     progress: Progress = silent,
     written: Callable[[xr.Dataset], None] | None = None,
-) -> tuple[Rejection, ...]:
+) -> tuple[InputOutcome, ...]:
     """Compute the response of each structure to each horizontal record: ``response.nc``.
 
     Parameters
@@ -89,7 +89,7 @@ def respond_stage(
 
     Returns
     -------
-    tuple of Rejection
+    tuple of InputOutcome
         Rejected records: a requested vertical record is missing, or its acceleration exceeds
         gravity downwards.
 
@@ -132,7 +132,7 @@ def respond_stage(
         )
     if written is not None:
         written(made)
-    return tuple(Rejection(name, left_out[name]) for name in names if name in left_out)
+    return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
 
 
 def _motions(

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.ingest import CATALOGUE, CatalogueEntry, Rejection, write_catalogue
+from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
 from rockframe.options.ingest import FetchOptions
+from rockframe.outcome import InputOutcome
 from rockframe.paper.table1 import with_paper_facts
 from rockframe.provenance import refuse_obstacles, refuse_overwriting
 from rockframe.results.merging import merge
@@ -53,7 +54,7 @@ def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[Row]:
     return map(with_paper_facts, table_rows(records, pulses, response))
 
 
-def merge_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[Rejection, ...]:
+def merge_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[InputOutcome, ...]:
     """Merge the files of all batches of a stage.
 
     Parameters
@@ -65,7 +66,7 @@ def merge_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[Reject
 
     Returns
     -------
-    tuple of Rejection
+    tuple of InputOutcome
         The rejected records.
 
     Raises
@@ -77,7 +78,7 @@ def merge_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[Reject
     output, files = Path(output), [Path(part) for part in parts]
     refuse_overwriting([output], files)
     left_out = merge(files, output, kind_of(files[0]))
-    return tuple(Rejection(file=name, reason=reason) for name, reason in left_out.items())
+    return tuple(InputOutcome(name, reason) for name, reason in left_out.items())
 
 
 def fetch_stage(

@@ -17,7 +17,7 @@ from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
     from rockframe.fetch.coverage import Coverage
-    from rockframe.results.tables.entries import Entry
+    from rockframe.outcome import InputOutcome
     from rockframe.signals.passport import Passport
     from rockframe.stages.acceptance import Ingested
 
@@ -84,9 +84,9 @@ def run_ingest(options: argparse.Namespace) -> int:
     """Run the stage and print the accepted records."""
     from rockframe.stages.ingest import ingest_stage
 
-    def listed(entries: Sequence[Entry]) -> None:
+    def listed(entries: Sequence[InputOutcome]) -> None:
         """List the outcome of each file if no record was accepted."""
-        rejected = [entry for entry in entries if entry.reason]
+        rejected = [entry for entry in entries if entry.status == "rejected"]
         none = all(entry.status != "accepted" for entry in entries)
         if none and options.json:
             console.show_json({"accepted": [], **_others(entries), "output": None})
@@ -110,7 +110,7 @@ def run_ingest(options: argparse.Namespace) -> int:
         console.show_json({"accepted": accepted, **others, "output": str(options.output)})
     else:
         _show(accepted, options.output)
-        filtered = sum(entry.filtered for entry in result.entries)
+        filtered = sum(entry.status == "filtered" for entry in result.entries)
         if filtered:
             table = options.output.with_suffix(TABLE_FORMATS[options.format])
             print(f"{filtered} filtered out: see the reasons in {table}")
@@ -134,17 +134,17 @@ def _accepted(result: Ingested) -> list[dict[str, Any]]:
     ]
 
 
-def _others(entries: Sequence[Entry]) -> dict[str, list[dict[str, Any]]]:
+def _others(entries: Sequence[InputOutcome]) -> dict[str, list[dict[str, Any]]]:
     return {
         "rejected": [
             {key: getattr(entry, key) for key in ("file", "record_id", "line", "reason")}
             | _passport(entry.passport)
             for entry in entries
-            if entry.reason
+            if entry.status == "rejected"
         ],
         **{
             status: [
-                {"file": entry.file, "record_id": entry.record_id, "reason": entry.note}
+                {"file": entry.file, "record_id": entry.record_id, "reason": entry.reason}
                 for entry in entries
                 if entry.status == status
             ]

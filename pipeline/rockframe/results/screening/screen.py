@@ -133,9 +133,9 @@ def _filling(
 def _append_histories(partial: Path, kept: Iterable[KeptHistory]) -> dict[str, list[int]]:
     """Append histories to a partial file, one at a time; return the variables that locate them."""
     columns: dict[str, list[int]] = {name: [] for name in ("history_size", *_INDICES)}
-    with growing(partial, {name: SCREEN_NC[name].holding([]) for name in _SERIES}, "a") as append:
+    with growing(partial, {name: SCREEN_NC[name].holding([]) for name in _SERIES}, "a") as written:
         for where, response in kept:
-            append({name: getattr(response, name) for name in _SERIES})
+            written.append({name: getattr(response, name) for name in _SERIES})
             columns["history_size"].append(response.time.size)
             for name, at in zip(_INDICES, where, strict=True):
                 columns[name].append(at)

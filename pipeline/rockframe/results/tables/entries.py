@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from rockframe.cells import read_rows
 from rockframe.errors import InputError
+from rockframe.outcome import InputOutcome
 from rockframe.results.reading import attributes_of
 from rockframe.results.schema import PULSES, RESPONSE, SCREEN
 from rockframe.results.tables.formats import columns_of, require_format, write_rows_as
@@ -23,58 +23,12 @@ if TYPE_CHECKING:
 _COLUMNS: Final = ("file", "record_id", "status", "line", "reason")
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A row of records.csv: a record, or a file without records.
-
-    Parameters
-    ----------
-    file : str
-        Name of the file.
-    record_id : str
-        Identifier of the record; empty if the file contains none.
-    passport : Passport, optional
-        Passport of the record, if available.
-    reason : str
-        Reason of the rejection; empty if accepted.
-    line : int, optional
-        Line number in the file, counted from 1.
-    note : str
-        Note on a file that was not read (metadata for other files, or skipped), on a component that
-        was rotated, or on a record that is filtered out; otherwise empty.
-    filtered : bool
-        True if the record is valid, but outside the user's filters.
-
-    Examples
-    --------
-    >>> Entry("FSD172.VT2", "", reason="is a velocity time series.", line=3).status
-    'rejected'
-    """
-
-    file: str
-    record_id: str
-    passport: Passport | None = None
-    reason: str = ""
-    line: int | None = None
-    note: str = ""
-    filtered: bool = False
-
-    @property
-    def status(self) -> str:
-        """``accepted``, ``rejected``, ``filtered``, ``rotated`` (into others), or ``unread``."""
-        if self.filtered:
-            return "filtered"
-        if self.note and not self.reason:
-            return "rotated" if self.record_id else "unread"
-        return "rejected" if self.reason else "accepted"
-
-
-def write_entries(entries: Sequence[Entry], path: Path) -> None:
+def write_entries(entries: Sequence[InputOutcome], path: Path) -> None:
     """Write the table, with value, limit and verdict of each check; unknown values are empty.
 
     Parameters
     ----------
-    entries : sequence of Entry
+    entries : sequence of InputOutcome
         Rows of the table.
     path : Path
         File to write; its extension states the format.
@@ -100,7 +54,7 @@ def write_entries(entries: Sequence[Entry], path: Path) -> None:
                 "record_id": entry.record_id,
                 "status": entry.status,
                 "line": entry.line,
-                "reason": entry.reason or entry.note,
+                "reason": entry.reason,
                 **dict(zip_longest(heads, _cells(entry.passport))),
             }
             for entry in entries

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from rockframe.components.pairing import HorizontalPair, pair_horizontals, vertical_beside
 from rockframe.components.rotation import rotate
 from rockframe.errors import ParameterError
-from rockframe.ingest import Rejection
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
+from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 from rockframe.results.record_metadata import RecordMetadata
 from rockframe.results.records import RecordsFile
@@ -83,7 +83,7 @@ class Motions:
         self._periods = periods
         self._beside: dict[str, Record] = {}
         self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
-        self.rejections: list[Rejection] = []
+        self.rejections: list[InputOutcome] = []
         self.left_out: dict[str, str] = {}
         self.motions: list[Motion] = []
         self._choose()
@@ -108,7 +108,7 @@ class Motions:
                 if self._vertical:
                     refuse_flight(self._ground_motion(motion), scale)
             except ParameterError as error:
-                self.rejections.append(Rejection(motion.name, str(error)))
+                self.rejections.append(InputOutcome(motion.name, str(error)))
                 continue
             self.motions.append(self._with_spectrum(motion))
         if not self.motions:
@@ -211,7 +211,7 @@ class Motions:
         for together in self._recordings().values():
             pairs, unpaired = pair_horizontals(map(self._file.read, together))
             for alone in unpaired:
-                self.rejections.append(Rejection(alone.record_id, alone.reason))
+                self.rejections.append(InputOutcome(alone.record_id, alone.reason))
             for pair in pairs:
                 names = pair.first.record_id, pair.second.record_id
                 row = rows[names[0]]

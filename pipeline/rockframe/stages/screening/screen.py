@@ -8,9 +8,9 @@ from pathlib import Path
 
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError
-from rockframe.ingest import Rejection
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
+from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
 from rockframe.results.record_metadata import read_metadata
 from rockframe.results.records import open_records
@@ -39,7 +39,7 @@ class Screening:
     ----------
     motions, scenarios : int
         Number of motions, and of motions times structures times scales.
-    rejections : tuple of Rejection
+    rejections : tuple of InputOutcome
         Records without a partner or without a requested vertical.
     left_out : mapping of str to str
         Reasons of the motions that the selection rejects, by identifier.
@@ -50,7 +50,7 @@ class Screening:
 
     motions: int
     scenarios: int
-    rejections: tuple[Rejection, ...]
+    rejections: tuple[InputOutcome, ...]
     left_out: Mapping[str, str]
     tables: Mapping[str, Path]
 
