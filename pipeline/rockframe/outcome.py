@@ -1,21 +1,21 @@
-"""What became of an input: accepted, rejected, filtered out, rotated into others, or not read."""
+"""The outcome of an input: accepted, rejected, filtered out, rotated into others, or unread."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 if TYPE_CHECKING:
     from rockframe.signals.passport import Passport
 
 Status = Literal["accepted", "rejected", "filtered", "rotated", "unread"]
-#: What can become of an input, in the order of records.csv.
+#: In the order of records.csv.
 STATUSES: Final[tuple[Status, ...]] = ("accepted", "rejected", "filtered", "rotated", "unread")
 
 
 @dataclass(frozen=True)
 class InputOutcome:
-    """What became of an input of a stage: a file, or a record.
+    """Outcome of an input of a stage: of a file, or of a record.
 
     Parameters
     ----------
@@ -38,9 +38,8 @@ class InputOutcome:
 
     Examples
     --------
-    >>> InputOutcome("FSD172.VT2", "is a velocity time series. Must be an acceleration.", line=3)
-    InputOutcome(file='FSD172.VT2', reason='is a velocity time series. Must be an acceleration.',
-        line=3, status='rejected', record_id='')
+    >>> InputOutcome("FSD172.VT2", "is a velocity time series.", line=3).status
+    'rejected'
     """
 
     file: str
@@ -48,5 +47,5 @@ class InputOutcome:
     line: int | None = None
     status: Status = "rejected"
     record_id: str = ""
-    passport: Passport | None = field(default=None, repr=False)
-    corrected_here: bool = field(default=False, repr=False)
+    passport: Passport | None = None
+    corrected_here: bool = False

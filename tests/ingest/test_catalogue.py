@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import CatalogueEntry, read_catalogue, with_facts
-from rockframe.ingest.catalogue import COLUMNS, VS30, write_catalogue
+from rockframe.ingest import CatalogueEntry, read_catalogue
+from rockframe.ingest.catalogue import COLUMNS, VS30, stated_facts, write_catalogue
 from rockframe.record import Record, SiteType
 
 HEADER = ",".join(COLUMNS)
@@ -69,7 +69,7 @@ def test_facts_fill_and_override() -> None:
     record = Record(
         record_id="a", acceleration=np.zeros(2), time_step=0.01, station="89146", event="given"
     )
-    known = with_facts(record, CatalogueEntry(file="a", station="CLC", magnitude=7.1))
+    known = replace(record, **stated_facts(CatalogueEntry(file="a", station="CLC", magnitude=7.1)))
     assert (known.station, known.event, known.magnitude) == ("CLC", "given", 7.1)
     assert math.isnan(known.epicentral_distance)
 
@@ -77,8 +77,8 @@ def test_facts_fill_and_override() -> None:
 def test_velocity_of_shear_waves_may_be_stated(tmp_path: Path) -> None:
     entries = read(tmp_path, f"{HEADER},{VS30}\nA.V1,,,,,,,362\nB.V1,,,,,,,\n")
     record = Record(record_id="a", acceleration=np.zeros(2), time_step=0.01)
-    assert with_facts(record, entries["A.V1"]).vs30 == 362.0
-    assert math.isnan(with_facts(record, entries["B.V1"]).vs30)
+    assert replace(record, **stated_facts(entries["A.V1"])).vs30 == 362.0
+    assert math.isnan(replace(record, **stated_facts(entries["B.V1"])).vs30)
     write_catalogue(tmp_path / "again.csv", entries.values())
     assert read_catalogue(tmp_path / "again.csv")["A.V1"].vs30 == 362.0
 
@@ -92,7 +92,8 @@ def test_the_site_may_be_stated(tmp_path: Path) -> None:
     entries = read(tmp_path, "file,site\nA.V1,free-field\nB.V1,Structure\nC.V1,\n")
     record = Record(record_id="a", acceleration=np.zeros(2), time_step=0.01)
     kept = replace(record, site_type=SiteType.BOREHOLE)
-    found = [with_facts(kept, entries[name]).site_type for name in ("A.V1", "B.V1", "C.V1")]
+    known = [stated_facts(entries[name]) for name in ("A.V1", "B.V1", "C.V1")]
+    found = [replace(kept, **facts).site_type for facts in known]
     assert found == [SiteType.FREE_FIELD, SiteType.STRUCTURE, SiteType.BOREHOLE]
     write_catalogue(tmp_path / "again.csv", entries.values())
     assert read_catalogue(tmp_path / "again.csv")["B.V1"].site_type is SiteType.STRUCTURE

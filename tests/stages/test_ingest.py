@@ -13,6 +13,7 @@ import xarray as xr
 from rockframe.errors import RockframeWarning
 from rockframe.options.ingest import IngestOptions
 from rockframe.provenance import sha256_of
+from rockframe.record import Record
 from rockframe.stages.ingest import ingest_stage
 from rockframe.study.structures import bundled_records
 
@@ -94,3 +95,27 @@ def test_catalogues_of_all_folders_are_inputs(tmp_path: Path) -> None:
     ]  # fmt: skip
     with xr.open_dataset(tmp_path / "records.nc") as dataset:
         assert dataset["magnitude"].values.tolist() == [0.0, 1.0]
+
+
+def test_a_record_is_built_by_its_reader_and_once_more(
+    bundled_records: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Facts, identifier and correction come in one step; both horizontals once more for RotD."""
+    built: list[str] = []
+    checks = Record.__post_init__
+
+    def build(record: Record) -> None:
+        built.append(record.record_id)
+        checks(record)
+
+    monkeypatch.setattr(Record, "__post_init__", build)
+    motion = bundled_records / "Ridgecrest2019-CLC.V1"
+    done = ingest_stage([motion], tmp_path / "records.nc", workers=0)
+    assert len(built) == (2 + 1) * len(done.accepted)
+    del built[:]
+    upward = tmp_path / "up.csv"
+    upward.write_text(
+        "time_s,acc_g\n" + "".join(f"{k / 100},{0.1 * (-1) ** k}\n" for k in range(999))
+    )
+    ingest_stage([upward], tmp_path / "one.nc", workers=0)
+    assert len(built) == 2

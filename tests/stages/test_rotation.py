@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.typing import NDArray
 
+from rockframe import HorizontalPair, rotd
 from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.options.ingest import IngestOptions
@@ -19,17 +22,24 @@ from rockframe.stages.ingest import ingest_stage
 from rockframe.stages.respond import respond_stage
 
 
+def peer(
+    path: Path, component: str, samples: NDArray[np.float64], station: str = "Christmas Canyon"
+) -> None:
+    """Write a PEER file of samples [g] every 0.01 s."""
+    path.write_text(
+        "PEER NGA STRONG MOTION DATABASE RECORD\n"
+        f"Ridgecrest, 7/6/2019, {station}, {component}\n"
+        "ACCELERATION TIME SERIES IN UNITS OF G\n"
+        f"NPTS= {samples.size}, DT= .0100 SEC\n" + "\n".join(f"{a:.7f}" for a in samples)
+    )
+
+
 def three(folder: Path, cut: int = 0, azimuths: tuple[str, str] = ("090", "360")) -> Path:
     """Write PEER files of one station: two horizontals, one shorter by `cut`, and a vertical."""
     folder.mkdir(exist_ok=True)
     for k, component in enumerate((*azimuths, "UP")):
         samples = 0.05 * np.random.default_rng(k).standard_normal(4000 - (cut if k == 1 else 0))
-        (folder / f"CCC{component}.AT2").write_text(
-            "PEER NGA STRONG MOTION DATABASE RECORD\n"
-            f"Ridgecrest, 7/6/2019, Christmas Canyon, {component}\n"
-            "ACCELERATION TIME SERIES IN UNITS OF G\n"
-            f"NPTS= {samples.size}, DT= .0100 SEC\n" + "\n".join(f"{a:.7f}" for a in samples)
-        )
+        peer(folder / f"CCC{component}.AT2", component, samples)
     return folder
 
 
@@ -79,6 +89,37 @@ def test_rotd_of_both_horizontals_stands_beside_each(tmp_path: Path) -> None:
             assert to[name].values[0] == recorded[name].values[0] == recorded[name].values[1]
 
 
+def test_rotd_is_that_of_the_pair_cut_to_its_vertical_wherever_the_files_lie(
+    tmp_path: Path,
+) -> None:
+    """Peaks near the end of both horizontals lie beyond the vertical, so they do not count."""
+    chance = np.random.default_rng(7)
+    for name, component, size, station in (
+        ("a", "090", 4000, "Christmas Canyon"),
+        ("b", "090", 4000, "Another"),
+        ("c", "UP", 3980, "Christmas Canyon"),
+        ("m", "360", 3990, "Christmas Canyon"),
+    ):
+        samples = 0.05 * chance.standard_normal(size)
+        samples[3985:] = 0.4
+        peer(tmp_path / f"{name}.AT2", component, samples, station)
+    ingest_stage([tmp_path], tmp_path / "records.nc", workers=0)
+    first, second, vertical = (
+        next(r for r in read_records(tmp_path / "records.nc") if r.record_id == name)
+        for name in "amc"
+    )
+    east, north = (
+        replace(one, acceleration=one.acceleration[: vertical.acceleration.size])
+        for one in (first, second)
+    )
+    expected = rotd(HorizontalPair(east, north))
+    with xr.open_dataset(tmp_path / "records.nc") as written:
+        found = dict(zip(written["record_id"].values, written["pga_rotd100"].values, strict=True))
+    assert found["a"] == found["m"] == expected.percentile(100)
+    assert expected.percentile(100) < 0.9 * first.pga
+    assert np.isnan([found["b"], found["c"]]).all()
+
+
 def test_what_is_of_no_pair_is_rejected_with_the_reason(tmp_path: Path) -> None:
     folder = three(tmp_path / "in")
     (folder / "alone.csv").write_text("time_s,acc_g\n0.0,0.1\n0.1,-0.2\n0.2,0.3\n")
@@ -117,11 +158,7 @@ def test_damage_of_the_components_is_that_of_the_motion(tmp_path: Path) -> None:
         samples = 0.3 * np.random.default_rng(seed).standard_normal(4000) * np.exp(-time / 8)
         if azimuth == "090":
             samples[2000:2010] = 0.9  # clipped at the range of its instrument
-        (tmp_path / f"CCC{azimuth}.AT2").write_text(
-            f"PEER\nRidgecrest, 7/6/2019, Christmas Canyon, {azimuth}\n"
-            "ACCELERATION TIME SERIES IN UNITS OF G\n"
-            "NPTS= 4000, DT= .0100 SEC\n" + "\n".join(f"{a:.7f}" for a in samples)
-        )
+        peer(tmp_path / f"CCC{azimuth}.AT2", azimuth, samples)
     output = tmp_path / "records.nc"
 
     def toward(azimuth: float) -> Passport:

@@ -23,14 +23,7 @@ _SQUARE: Final = 0.01
 _SPARE: Final = 0.05
 
 #: Fields of a record that identify its motion, as `motion_key` takes them.
-MOTION_FIELDS: Final = (
-    "event",
-    "network",
-    "station",
-    "start_time",
-    "source_format",
-    "record_id",
-)
+MOTION_FIELDS: Final = ("event", "network", "station", "start_time", "source_format", "record_id")
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from .catalogue import CATALOGUE as CATALOGUE
 from .catalogue import CatalogueEntry as CatalogueEntry
 from .catalogue import is_catalogue as is_catalogue
 from .catalogue import read_catalogue as read_catalogue
-from .catalogue import with_facts as with_facts
 from .catalogue import write_catalogue as write_catalogue
 from .collection import collect as collect
 from .collection import collect_sources as collect_sources

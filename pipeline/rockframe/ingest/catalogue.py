@@ -7,7 +7,6 @@ import io
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, TextIO
@@ -150,28 +149,6 @@ def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
     rows = ([one.words if isinstance(one, SiteType) else one for one in row] for row in values)
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         write_rows(stream, [columns, *rows])
-
-
-def with_facts(record: Record, entry: CatalogueEntry) -> Record:
-    """Return a record with the metadata that a catalogue states for its file.
-
-    A value in the catalogue overrides that of the file; empty values do not.
-
-    Parameters
-    ----------
-    record : Record
-        As read from the file.
-    entry : CatalogueEntry
-        Catalogue entry of the file.
-
-    Examples
-    --------
-    >>> record = Record(record_id="shake", acceleration=[0.0, 1.0], time_step=0.01, station="PUL")
-    >>> known = with_facts(record, CatalogueEntry(file="shake.csv", magnitude=6.6))
-    >>> known.station, known.magnitude
-    ('PUL', 6.6)
-    """
-    return replace(record, **stated_facts(entry))
 
 
 def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:

@@ -211,9 +211,9 @@ def read_outcomes(path: Path, options: ReadOptions) -> Iterator[list[Reading] | 
     Examples
     --------
     >>> from rockframe.ingest.options import NO_OPTIONS
-    >>> list(read_outcomes(Path("lost.AT2"), NO_OPTIONS))
-    [InputOutcome(file='lost.AT2', reason='no such file.', line=None, status='rejected',
-        record_id='')]
+    >>> [outcome] = read_outcomes(Path("lost.AT2"), NO_OPTIONS)
+    >>> outcome.reason
+    'no such file.'
     """
     try:
         data = load(path)

@@ -99,42 +99,32 @@ def _rotd(
     values: Mapping[str, Sequence[Any]], rotd: Mapping[Hashable, Mapping[str, float]]
 ) -> dict[str, list[float]]:
     """Return RotD of each record by variable: of its motion, NaN for verticals."""
-    of_row = {
-        row: rotd.get(motion, {})
-        for motion, rows in _motions(values).items()
-        for row in rows
-        if not values["orientation"][row].upright
-    }
-    every = range(len(values["record_id"]))
-    return {name: [of_row.get(row, {}).get(name, math.nan) for row in every] for name in _ROTD}
+    unknown: Mapping[str, float] = dict.fromkeys(_ROTD, math.nan)
+    of_row = [unknown] * len(values["record_id"])
+    for motion, rows in _motions(values).items():
+        for row in rows:
+            if not values["orientation"][row].upright:
+                of_row[row] = rotd.get(motion, unknown)
+    return {name: [of_one[name] for of_one in of_row] for name in _ROTD}
 
 
 def _rotd_of_pairs(
     values: Mapping[str, list[Any]], written: Growing
 ) -> dict[Hashable, dict[str, float]]:
     """Return RotD of each motion of two horizontals; one motion is in memory at a time."""
-    found = {}
-    where = slices(values["row_size"])
+    where, found = slices(values["row_size"]), {}
+
+    def record(row: int) -> Record:
+        samples = written.appended("acceleration", where[row])
+        return _record({name: column[row] for name, column in values.items()}, samples)
+
     for motion, rows in _motions(values).items():
-        across = [values["orientation"][row] is Orientation.HORIZONTAL for row in rows]
-        if sum(across) == 2:
-            records = [
-                _record(
-                    {name: column[row] for name, column in values.items()},
-                    written.appended("acceleration", where[row]),
-                )
-                for row in rows
-            ]
-            for pair in pair_horizontals(records)[0]:
+        orientations = [values["orientation"][row] for row in rows]
+        if orientations.count(Orientation.HORIZONTAL) == 2:
+            for pair in pair_horizontals(map(record, rows))[0]:
                 pga, pgv = rotd_of(pair), rotd_of(pair, transform=integrate)
-                measures = (
-                    pga.percentile(50),
-                    pga.percentile(100),
-                    pgv.percentile(50),
-                    pgv.percentile(100),
-                    pga.strongest_azimuth,
-                )
-                found[motion] = dict(zip(_ROTD, measures, strict=True))
+                shares = [one.percentile(share) for one in (pga, pgv) for share in (50, 100)]
+                found[motion] = dict(zip(_ROTD, (*shares, pga.strongest_azimuth), strict=True))
     return found
 
 
@@ -166,13 +156,7 @@ def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
 #: Fields of a record, except its samples and processing.
 _FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
 #: RotD50 and RotD100 of PGA and PGV, and the azimuth of the largest acceleration.
-_ROTD: Final = (
-    "pga_rotd50",
-    "pga_rotd100",
-    "pgv_rotd50",
-    "pgv_rotd100",
-    "azimuth_rotd100",
-)
+_ROTD: Final = ("pga_rotd50", "pga_rotd100", "pgv_rotd50", "pgv_rotd100", "azimuth_rotd100")
 #: Allowed relative difference between the peaks of samples and the stated peaks: samples may have
 #: single precision.
 _PEAK_TOLERANCE: Final = 1e-5

@@ -21,7 +21,7 @@ from rockframe.signals.passport import Passport, passport
 from rockframe.signals.processing import BandPass, correct
 from rockframe.units import GRAVITY
 
-#: A record with its passport, if it can be read and processed, and what became of the input.
+#: A record, if it can be read and processed, and the outcome of its input, with its passport.
 Inspected = tuple[Record | None, InputOutcome]
 
 #: Checks and measures of faults that rotation, filter or taper would hide.
@@ -87,7 +87,7 @@ class Ingested:
 
 
 class Acceptance:
-    """What became of the inputs so far, and the accepted records.
+    """The outcomes of the inputs so far, and the accepted records.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class Acceptance:
         self.outcomes: list[InputOutcome] = []
 
     def passed(self, inspected: Iterable[Inspected]) -> Iterator[tuple[Record, Passport | None]]:
-        """Yield the accepted records one at a time, and note what became of every input.
+        """Yield the accepted records one at a time, and note the outcome of every input.
 
         Raises
         ------

@@ -29,7 +29,7 @@ def rotated(
     file : RecordsFile
         The records as recorded; one motion is in memory at a time.
     outcomes : sequence of InputOutcome
-        What became of all inputs, with the passports of the records in the file.
+        The outcomes of all inputs, with the passports of the records in the file.
     azimuths : sequence of float
         Directions of the motions [degree].
     limits : PassportLimits
