@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.axes import Axes
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
@@ -18,10 +18,8 @@ from rockframe.figures.joints import draw_joints, draw_moment_rotation, draw_pha
 from rockframe.figures.parameters import draw_equivalent_size, draw_restitution
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results.plots.curves import restitution_dataset, size_dataset
-from rockframe.results.plots.records import joints_dataset, portrait_dataset
-from rockframe.results.response import open_response, write_responses
-from rockframe.rocking import GroundAcceleration, respond
+from rockframe.restraint import Abutment
+from rockframe.rocking import GroundAcceleration, column_forces, reactions, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -44,21 +42,11 @@ def curve(axes: Axes, number: int) -> tuple[NDArray[np.float64], NDArray[np.floa
     return np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
 
 
-@pytest.fixture(scope="module")
-def joints() -> xr.Dataset:
-    return joints_dataset(shake(), BENT, spacing=12.0, beam_centre=1.0)
-
-
-@pytest.fixture(scope="module")
-def portrait() -> xr.Dataset:
-    return portrait_dataset(shake(), BENT)
-
-
 # Curves
 
 
 def test_figure_5_is_eqs_27_to_29() -> None:
-    (axes,) = axes_of(draw_equivalent_size(size_dataset(np.linspace(0.0, 10.0, 21))))
+    (axes,) = axes_of(draw_equivalent_size())
     gamma, size = curve(axes, 0)
     assert_allclose(size, (1.0 + 3.0 * gamma) / (1.0 + 2.0 * gamma), rtol=1e-14)
     assert_allclose(curve(axes, 1)[1], 1.5, rtol=1e-14)
@@ -67,9 +55,8 @@ def test_figure_5_is_eqs_27_to_29() -> None:
 
 
 def test_figure_7_is_eq_43_and_ends_at_zero() -> None:
-    alphas = np.radians(np.arange(1.0, 60.0))
-    (axes,) = axes_of(draw_restitution(restitution_dataset(alphas, [0.0, 4.0, np.inf])))
-    for number, gamma in enumerate((0.0, 4.0, 1e12)):
+    (axes,) = axes_of(draw_restitution())
+    for number, gamma in enumerate((0.0, 0.25, 1.0, 4.0, 1e12)):
         degrees, restitution = curve(axes, number)
         alpha = np.radians(degrees)
         printed = 1.0 - 1.5 * np.sin(alpha) ** 2 + 3.0 * gamma * np.cos(2.0 * alpha)
@@ -78,38 +65,37 @@ def test_figure_7_is_eq_43_and_ends_at_zero() -> None:
     assert "degrees" in axes.get_xlabel()
 
 
-def test_figure_11_has_a_column_for_each_record(tmp_path: Path) -> None:
+def test_figure_11_has_a_column_for_each_record() -> None:
     records = [Record(**(vars(shake(a)) | {"record_id": f"r{a}"})) for a in (0.3, 0.5, 0.6, 0.4)]
-    path = tmp_path / "response.nc"
-    responses = [[respond(BENT, record)] for record in records]
-    answers = zip((record.record_id for record in records), responses, strict=True)
-    write_responses(answers, [BENT], path, input_sha256={}, parameters={})
-    with open_response(path) as response:
-        histories = [response.sel(record=r.record_id, structure="bent") for r in records]
-    grounds = {record.record_id: record.acceleration for record in records}
-    drawn = draw_response_grid(grounds, histories, {name: name for name in grounds})
+    responses = [respond(BENT, record) for record in records]
+    drawn = draw_response_grid(records, responses, [record.record_id for record in records])
     shown = [axes for axes in axes_of(drawn) if axes.get_visible() and axes.get_lines()]
     assert len(shown) == 4 * len(records)
     assert_allclose(curve(shown[0], 0)[1], records[0].acceleration / GRAVITY, rtol=1e-14)
-    peak = f"{responses[1][0].peak_rotation_ratio:.3f}"
+    peak = f"{responses[1].peak_rotation_ratio:.3f}"
     assert f"r0.5: stands, θ/α {peak}" in drawn.caption
 
 
-def test_figure_11_draws_a_falling_frame_no_further(tmp_path: Path) -> None:
-    path = tmp_path / "response.nc"
+def test_figure_11_draws_a_falling_frame_no_further() -> None:
     record = shake(1.5)
-    answers = [(record.record_id, [respond(COLUMN, record)])]
-    write_responses(answers, [COLUMN], path, input_sha256={}, parameters={})
-    with open_response(path) as response:
-        history = response.sel(record="shake", structure="column")
-    drawn = draw_response_grid({"shake": record.acceleration}, [history], {"shake": ""})
+    drawn = draw_response_grid([record], [respond(COLUMN, record)], [""])
     assert "shake: overturned " in drawn.caption
     ratio = curve(axes_of(drawn)[1], 0)[1]
     assert np.abs(ratio).max() <= 1.3
 
 
-def test_moment_falls_from_one_at_uplift_to_zero_at_the_slenderness(portrait: xr.Dataset) -> None:
-    (axes,) = axes_of(draw_moment_rotation(portrait))
+def test_figure_11_says_when_a_bridge_reaches_its_abutment() -> None:
+    """Until the deck moves by the gap, the response is that without an abutment."""
+    record, free = shake(), respond(BENT, shake())
+    gap = 0.5 * free.peak_u
+    bridge = replace(BENT, abutment=Abutment(gap=gap))
+    drawn = draw_response_grid([record], [respond(bridge, record)], [""])
+    reached = free.time[np.argmax(np.abs(free.u) >= gap)]
+    assert f"shake: stands; gap closes {reached:.1f} s" in drawn.caption
+
+
+def test_moment_falls_from_one_at_uplift_to_zero_at_the_slenderness() -> None:
+    (axes,) = axes_of(draw_moment_rotation(shake(), BENT))
     rotation, moment = curve(axes, 1)
     alpha = BENT.slenderness
     right = rotation > 1e-9
@@ -117,8 +103,8 @@ def test_moment_falls_from_one_at_uplift_to_zero_at_the_slenderness(portrait: xr
     assert_allclose(moment[right], expected, atol=1e-12)
 
 
-def test_portrait_marks_each_impact_and_the_barrier(portrait: xr.Dataset) -> None:
-    (axes,) = axes_of(draw_phase_portrait(portrait))
+def test_portrait_marks_each_impact_and_the_barrier() -> None:
+    (axes,) = axes_of(draw_phase_portrait(shake(), BENT))
     _, before = curve(axes, 3)
     _, after = curve(axes, 4)
     assert before.size == respond(BENT, shake()).impacts
@@ -130,36 +116,38 @@ def test_portrait_marks_each_impact_and_the_barrier(portrait: xr.Dataset) -> Non
 
 
 def test_a_fall_does_not_flatten_what_came_before() -> None:
-    fallen = portrait_dataset(shake(1.5), COLUMN)
-    assert fallen["peak_rotation_ratio"] > 5.0
-    for drawn in (draw_phase_portrait(fallen), draw_moment_rotation(fallen)):
+    strong = shake(1.5)
+    assert respond(COLUMN, strong).peak_rotation_ratio > 5.0
+    for drawn in (draw_phase_portrait(strong, COLUMN), draw_moment_rotation(strong, COLUMN)):
         assert max(axes_of(drawn)[0].get_xlim()) <= 1.5
         assert "it overturns at" in drawn.caption
 
 
-def test_joints_show_both_bounds_and_say_whether_they_hold(joints: xr.Dataset) -> None:
-    drawn = draw_joints(joints, 0.5)
+def test_joints_show_both_bounds_and_say_whether_they_hold() -> None:
+    drawn = draw_joints(shake(), BENT, friction=0.5, spacing=12.0, beam_centre=1.0)
     levels = [curve(axes, i)[1] for axes in axes_of(drawn)[1:] for i in range(len(axes.lines))]
     constant = {float(y[0]) for y in levels if np.ptp(y) == 0.0}
     for bound in (0.5, 1.0 / 6.0, 0.0):
         assert any(np.isclose(level, bound, atol=1e-15) for level in constant)
     assert "the assumption of no sliding holds" in drawn.caption
     assert "the assumption of no lift-off holds" in drawn.caption
-    most = float(joints["largest_column_top_friction_demand"])
+    each = column_forces(respond(BENT, shake()), shake(), spacing=12.0, beam_centre=1.0)
+    most = np.nanmax(each.top_friction_demand)
     assert f"one joint under the beam {most:.3f}" in drawn.caption
-    assert "no sliding does not hold" in draw_joints(joints, 0.18).caption
+    least = np.nanmin(each.top_vertical) / BENT.mass_ratio
+    assert f"the beam on one column {least:.3f}" in drawn.caption
+    assert "no sliding does not hold" in draw_joints(shake(), BENT, friction=0.18).caption
 
 
 def test_joints_of_columns_too_close_say_that_the_beam_lifts() -> None:
-    close = joints_dataset(shake(), BENT, spacing=1.7, beam_centre=3.0)
-    assert "no lift-off does not hold" in draw_joints(close, 0.5).caption
+    close = draw_joints(shake(), BENT, spacing=1.7, beam_centre=3.0)
+    assert "no lift-off does not hold" in close.caption
 
 
 def test_joints_of_a_column_alone_have_no_top() -> None:
-    drawn = draw_joints(joints_dataset(shake(0.2), COLUMN), 0.5)
+    drawn = draw_joints(shake(0.2), COLUMN)
     assert "under the beam" not in drawn.caption.split(";")[0]
-    spaced = draw_joints(joints_dataset(shake(0.2), COLUMN, spacing=5.0), 0.5)
-    assert spaced.caption == drawn.caption
+    assert draw_joints(shake(0.2), COLUMN, spacing=5.0).caption == drawn.caption
 
 
 def test_a_joint_that_nothing_presses_slides_whatever_its_friction() -> None:
@@ -168,9 +156,9 @@ def test_a_joint_that_nothing_presses_slides_whatever_its_friction() -> None:
         acceleration=np.concatenate([[0.0], np.full(300, 20.0)]),
         time_step=0.01,
     )
-    joints = joints_dataset(falls, COLUMN)
-    assert np.isinf(joints["largest_base_friction_demand"])
-    drawn = draw_joints(joints, 100.0)
+    demand = reactions(respond(COLUMN, falls), falls).base_friction_demand
+    assert np.isinf(np.nanmax(demand))
+    drawn = draw_joints(falls, COLUMN, friction=100.0)
     assert "no sliding does not hold" in drawn.caption
     assert "no lift-off does not hold" in drawn.caption
     assert "it overturns at" in drawn.caption
@@ -178,18 +166,19 @@ def test_a_joint_that_nothing_presses_slides_whatever_its_friction() -> None:
 
 def test_a_frame_at_rest_can_be_drawn() -> None:
     quiet = shake(0.01)
-    assert "0 impacts" in draw_phase_portrait(portrait_dataset(quiet, BENT)).caption
-    assert "0 impacts" in draw_joints(joints_dataset(quiet, BENT), 0.5).caption
+    assert "0 impacts" in draw_phase_portrait(quiet, BENT).caption
+    assert "0 impacts" in draw_joints(quiet, BENT).caption
 
 
 def test_vertical_motion_presses_the_joints() -> None:
     ground = GroundAcceleration.from_samples(shake().acceleration, 0.01)
     upwards = GroundAcceleration.from_samples(shake(0.3).acceleration, 0.01)
-    without = joints_dataset(shake(), BENT)
-    lifted = joints_dataset(shake(), BENT, ground.with_vertical(upwards))
-    assert lifted["least_base_vertical"] < without["least_base_vertical"]
-    assert "shake, with its vertical motion" in draw_joints(lifted, 0.5).caption
-    assert "shake, without its vertical motion" in draw_joints(without, 0.5).caption
+    without = draw_joints(shake(), BENT)
+    lifted = draw_joints(shake(), BENT, ground.with_vertical(upwards))
+    least = [curve(axes_of(drawn)[2], 0)[1].min() for drawn in (lifted, without)]
+    assert least[0] < least[1]
+    assert "shake, with its vertical motion" in lifted.caption
+    assert "shake, without its vertical motion" in without.caption
 
 
 # Files
@@ -201,7 +190,7 @@ formats = pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
 def test_the_same_figure_has_the_same_bytes(tmp_path: Path, ending: str) -> None:
     written = []
     for name in ("one", "two"):
-        drawn = draw_restitution(restitution_dataset([0.1, 0.2], [0.0, 4.0]))
+        drawn = draw_restitution()
         path = tmp_path / f"{name}.{ending}"
         save_captioned(drawn, path)
         written.append(path.read_bytes())
@@ -211,7 +200,7 @@ def test_the_same_figure_has_the_same_bytes(tmp_path: Path, ending: str) -> None
 
 @formats
 def test_the_caption_is_in_the_file_and_beside_it(tmp_path: Path, ending: str) -> None:
-    drawn = draw_restitution(restitution_dataset([0.1, 0.2], [0.0, 4.0]))
+    drawn = draw_restitution()
     path = tmp_path / f"figure.{ending}"
     beside = save_captioned(drawn, path)
     assert beside.read_text(encoding="utf-8") == f"{drawn.title}. {drawn.caption}\n"
@@ -221,7 +210,7 @@ def test_the_caption_is_in_the_file_and_beside_it(tmp_path: Path, ending: str) -
 
 
 def test_another_format_is_refused(tmp_path: Path) -> None:
-    drawn = draw_equivalent_size(size_dataset([0.0, 1.0]))
+    drawn = draw_equivalent_size()
     with pytest.raises(InputError, match=r"Must end in \.png, \.pdf or \.svg"):
         save_captioned(drawn, tmp_path / "figure.bmp")
     assert not list(tmp_path.iterdir())

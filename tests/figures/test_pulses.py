@@ -5,23 +5,27 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.collections import QuadMesh
 
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.pulses import draw_match_curves, draw_record_and_pulse, draw_scalogram
-from rockframe.matching.likeness import PulseVerdict, pulse_words
+from rockframe.matching.likeness import Likeness, PulseVerdict, likeness, pulse_words
 from rockframe.matching.match import PulseMatch, match_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
-from rockframe.results.plots.records import (
-    match_curve_dataset,
-    pulse_dataset,
-    scalogram_dataset,
-)
 from rockframe.wavelets.pulse import Pulse
 
 TIME = 0.01 * np.arange(1200, dtype=np.float64)
 PLANTED = Pulse(wavelet="antisymmetric_ricker", a_p=3.0, T_p=0.9, time=5.0)
 OPTIONS = PulseOptions()
+NOISE = Likeness(
+    verdict=PulseVerdict.NOISE,
+    p_value=0.32,
+    surrogates=24,
+    match_index=0.8,
+    median=0.7,
+    high=0.9,
+)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +45,7 @@ def test_figure_8_draws_the_record_and_its_pulse(
     record: Record, matches: dict[str, PulseMatch]
 ) -> None:
     match = matches["antisymmetric_ricker"]
-    drawn = draw_record_and_pulse([pulse_dataset(record, match)], {"shake": "Shake"})
+    drawn = draw_record_and_pulse([(record, match, NOISE)], ["Shake"])
     thin, heavy = drawn.figure.axes[0].get_lines()
     seen = np.isin(record.time, np.asarray(thin.get_xdata()))
     np.testing.assert_array_equal(thin.get_ydata(), record.acceleration[seen] / 9.81)
@@ -56,14 +60,13 @@ def test_figures_of_a_pulse_say_if_it_is_not_told_from_noise(
     record: Record, matches: dict[str, PulseMatch]
 ) -> None:
     match = matches["antisymmetric_ricker"]
-    words = pulse_words(PulseVerdict.NOISE, 0.32)
+    words = pulse_words(NOISE.verdict, NOISE.p_value)
     assert words == "best match, could be noise (p = 0.32)"
-    drawn = draw_record_and_pulse([pulse_dataset(record, match, words)], {"shake": "Shake"})
+    drawn = draw_record_and_pulse([(record, match, NOISE)], ["Shake"])
     legend = drawn.figure.axes[0].get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == [words]
     assert words in drawn.caption
-    assert words in draw_scalogram(scalogram_dataset(record, match, OPTIONS, words)).caption
     history = xr.Dataset(
         {
             "theta": ("time", np.zeros(TIME.size)),
@@ -85,21 +88,24 @@ def test_figures_of_a_pulse_say_if_it_is_not_told_from_noise(
 def test_scalogram_is_darkest_where_the_cross_is(
     record: Record, matches: dict[str, PulseMatch]
 ) -> None:
-    dataset = scalogram_dataset(record, matches["antisymmetric_ricker"], OPTIONS)
-    picture = dataset["match_index"].values
+    drawn = draw_scalogram(record, OPTIONS)
+    axes = drawn.figure.axes[0]
+    (mesh,) = (c for c in axes.collections if isinstance(c, QuadMesh))
+    picture = np.asarray(mesh.get_array())
     row, column = np.unravel_index(picture.argmax(), picture.shape)
-    drawn = draw_scalogram(dataset)
-    x, y = np.asarray(drawn.figure.axes[0].get_lines()[0].get_xydata())[0]
-    assert x == pytest.approx(float(dataset["time"][column]), abs=0.02)
-    assert y == pytest.approx(float(dataset["period"][row]), rel=0.03)
-    assert picture.max() == pytest.approx(float(dataset["best_match"]), rel=0.01)
+    cell = np.asarray(mesh.get_coordinates())[row : row + 2, column : column + 2]
+    x, y = np.asarray(axes.get_lines()[0].get_xydata())[0]
+    assert x == pytest.approx(cell[..., 0].mean(), abs=0.02)
+    assert y == pytest.approx(cell[..., 1].mean(), rel=0.03)
+    match = matches["antisymmetric_ricker"]
+    assert picture.max() == pytest.approx(match.match_index, rel=0.01)
+    found = likeness(record.acceleration, record.time_step, matches, OPTIONS, record.record_id)
+    tested = found["antisymmetric_ricker"]
+    assert f"{pulse_words(tested.verdict, tested.p_value)}, match index" in drawn.caption
 
 
-def test_best_matches_lie_on_top_of_their_curves(
-    record: Record, matches: dict[str, PulseMatch]
-) -> None:
-    dataset = match_curve_dataset(record, matches, OPTIONS)
-    lines = draw_match_curves(dataset).figure.axes[0].get_lines()
+def test_best_matches_lie_on_top_of_their_curves(record: Record) -> None:
+    lines = draw_match_curves(record, OPTIONS).figure.axes[0].get_lines()
     assert len(lines) == 8
     for curve, dot in zip(lines[::2], lines[1::2], strict=True):
         heights = np.asarray(curve.get_ydata())

@@ -11,12 +11,13 @@ import xarray as xr
 from matplotlib.backend_bases import MouseEvent
 from matplotlib.collections import QuadMesh
 from numpy.testing import assert_array_equal
+from numpy.typing import NDArray
 
+from rockframe.figures.captioned import Captioned
 from rockframe.figures.margins import draw_stability_map
 from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results.plots.curves import stability_dataset
 from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
 from rockframe.rocking import (
     GroundAcceleration,
@@ -117,24 +118,30 @@ def test_rocking_spectra_have_gaps_where_the_frame_overturns() -> None:
     assert "record shaking" in drawn.caption
 
 
-def test_the_stability_map_is_that_of_single_responses() -> None:
-    heights, scales = [2.4, 9.6, 19.2], [0.1, 0.5, 1.0, 4.0]
-    dataset = stability_dataset(shaking(), BENT, heights, scales)
-    drawn = draw_stability_map(dataset)
+def stability(grid: int) -> tuple[Captioned, NDArray[np.float64]]:
+    """Return the map of the bent, and the verdicts that it shows: scales by heights."""
+    drawn = draw_stability_map(shaking(), BENT, grid=grid)
     (mesh,) = (c for c in drawn.figure.axes[0].collections if isinstance(c, QuadMesh))
-    shown = np.asarray(mesh.get_array())
-    assert_array_equal(shown.ravel(), dataset["verdict"].values.T.ravel())
-    for i, height in enumerate(heights):
+    return drawn, np.asarray(mesh.get_array())
+
+
+def test_the_stability_map_is_that_of_single_responses() -> None:
+    drawn, shown = stability(16)
+    heights = 9.6 * np.geomspace(0.1, 4.0, 4)
+    for i, height in enumerate(heights.tolist()):
         frame = RockingFrame(height=height, width=height / 6.0, mass_ratio=4.0)
-        for k, scale in enumerate(scales):
+        for k, scale in enumerate((1.0, 2.0, 3.0, 4.0)):
             samples = scale * shaking().acceleration
             alone = respond(frame, GroundAcceleration.from_samples(samples, 0.02))
-            assert dataset["verdict"].values[i, k] == alone.verdict
+            assert shown[k, i] == alone.verdict
     assert "Structure bent" in drawn.caption
+    assert len(np.unique(shown)) > 1
 
 
 def test_similar_frames_lie_on_one_line_of_the_map() -> None:
     """A column six times as high as wide uplifts at g / 6, at any height."""
     uplift = GRAVITY / 6.0 / np.abs(shaking().acceleration).max()
-    dataset = stability_dataset(shaking(), BENT, [1.0, 30.0], [0.999 * uplift, 1.001 * uplift])
-    assert (dataset["verdict"].values == Verdict.NO_UPLIFT).tolist() == [[True, False]] * 2
+    _, shown = stability(64)
+    below = np.linspace(0.25, 4.0, 16) < uplift
+    assert 0 < below.sum() < 16
+    assert_array_equal(shown == Verdict.NO_UPLIFT, np.broadcast_to(below[:, None], (16, 16)))

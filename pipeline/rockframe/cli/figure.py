@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -18,6 +20,7 @@ from rockframe.options.respond import RespondOptions
 from rockframe.provenance import refuse_obstacles
 
 if TYPE_CHECKING:
+    from rockframe.cli.shown import Asked
     from rockframe.figures.captioned import Captioned
     from rockframe.paper.claim import Claim
     from rockframe.results.tables.rows import Row
@@ -91,11 +94,18 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 
 def run_figure(options: argparse.Namespace) -> int:
     """Draw and write the figure, and print its caption."""
+    from rockframe.cli.shown import Asked
     from rockframe.figures.captioned import caption_file_of, save_captioned
 
     output: Path = options.output
     refuse_obstacles([output, caption_file_of(output)])
-    drawn, status = FIGURES[options.figure].draw(options)
+    asked = Asked(
+        records=partial(arguments.stated_records, options),
+        record=tuple(options.record or ()),
+        structures=arguments.chosen_structures(options),
+        **{name: getattr(options, name) for name in ("structure", "vertical", "grid", *_OF_JOINTS)},
+    )
+    drawn, status = FIGURES[options.figure].draw(asked)
     caption_file = save_captioned(drawn, output)
     if options.json:
         console.show_json(
@@ -115,41 +125,70 @@ def run_figure(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure: its summary, and the module and function that draw it."""
+    """A figure: its summary, the function that draws it, and what this function takes.
+
+    Parameters
+    ----------
+    summary : str
+        The figure in a few words, for the help.
+    place : str
+        Module in `rockframe.figures`, and function.
+    shows : str
+        Function of `rockframe.cli.shown` that returns its positional arguments.
+    options : tuple of str
+        Fields of `Asked` that it takes as keywords.
+    """
 
     summary: str
     place: str
+    shows: str = "nothing"
+    options: tuple[str, ...] = ()
 
-    def draw(self, options: argparse.Namespace) -> tuple[Captioned, int]:
-        """Import the module, and return the figure and the exit status."""
+    def draw(self, asked: Asked) -> tuple[Captioned, int]:
+        """Return the figure and the exit status."""
+        from rockframe.cli import shown
+
         module, _, function = self.place.partition(".")
-        found = import_module(f"rockframe.cli.figures_of_{module}")
-        drawn: tuple[Captioned, int] = getattr(found, function)(options)
-        return drawn
+        draw = getattr(import_module(f"rockframe.figures.{module}"), function)
+        values, status = getattr(shown, self.shows)(asked)
+        return draw(*values, **{name: getattr(asked, name) for name in self.options}), status
 
 
+_OF_JOINTS: Final = ("friction", "spacing", "beam_centre")
 #: All figures, by name on the command line, in the order of the help.
 FIGURES: Final[Mapping[str, Drawing]] = {
-    "5": Drawing("size of the equivalent column", "frames.draw_5"),
-    "7": Drawing("largest restitution", "frames.draw_7"),
-    "8": Drawing("records and the pulses in them", "pulses.draw_8"),
-    "9": Drawing("minimum overturning acceleration spectra", "frames.draw_9"),
-    "11": Drawing("histories under records", "frames.draw_11"),
-    "moment-rotation": Drawing(
-        "restoring moment and the part reached", "frames.draw_moment_rotation"
+    "5": Drawing("size of the equivalent column", "parameters.draw_equivalent_size"),
+    "7": Drawing("largest restitution", "parameters.draw_restitution"),
+    "8": Drawing("records and the pulses in them", "pulses.draw_record_and_pulse", "pulses"),
+    "9": Drawing(
+        "minimum overturning acceleration spectra", "spectra.draw_figure_9", options=("grid",)
     ),
-    "phase-portrait": Drawing("rate over rotation, impacts, barrier", "frames.draw_phase_portrait"),
-    "scalogram": Drawing("wavelet transform of a record", "pulses.draw_scalogram"),
-    "match-index": Drawing("match index against period", "pulses.draw_match_curves"),
-    "joints": Drawing("friction demand and vertical forces", "frames.draw_joints"),
-    "rocking-spectrum": Drawing("peak rotation and rate over 2 pi / p", "frames.draw_rocking"),
-    "stability-map": Drawing("verdict over size and scale", "frames.draw_stability"),
+    "11": Drawing(
+        "histories under records", "histories.draw_response_grid", "responses", ("vertical",)
+    ),
+    "moment-rotation": Drawing(
+        "restoring moment and the part reached", "joints.draw_moment_rotation", "one_record"
+    ),
+    "phase-portrait": Drawing(
+        "rate over rotation, impacts, barrier", "joints.draw_phase_portrait", "one_record"
+    ),
+    "scalogram": Drawing("wavelet transform of a record", "pulses.draw_scalogram", "best_matched"),
+    "match-index": Drawing(
+        "match index against period", "pulses.draw_match_curves", "best_matched"
+    ),
+    "joints": Drawing(
+        "friction demand and vertical forces", "joints.draw_joints", "one_record", _OF_JOINTS
+    ),
+    "rocking-spectrum": Drawing(
+        "peak rotation and rate over 2 pi / p", "spectra.draw_spectrum_of", "one_record"
+    ),
+    "stability-map": Drawing(
+        "verdict over size and scale", "margins.draw_stability_map", "one_record", ("grid",)
+    ),
 }
 
 
-#: Assumed dimensions of the bridge bent for the figure of the joints; the paper states neither.
 _PAGE: Final = "paper-checked.md"
-_BENT: Final = ("--spacing", "12", "--beam-centre", "1")
 
 
 def add_paper(parser: argparse.ArgumentParser) -> None:
@@ -210,16 +249,18 @@ def _respond_for_paper(options: argparse.Namespace, folder: Path) -> tuple[Inges
 
 def _draw_all(folder: Path, grid: int) -> dict[str, str]:
     """Draw all figures of `rockframe figure`; return the title and caption of each by its path."""
+    from rockframe.cli.shown import Asked
     from rockframe.figures.captioned import save_captioned
 
-    parser = argparse.ArgumentParser()
-    add_figure(parser)
+    records = folder / "records.nc"
+    # the dimensions of the bridge bent are assumed: the paper states neither
+    asked = Asked(
+        records=lambda: nullcontext((records, 0)), grid=grid, spacing=12.0, beam_centre=1.0
+    )
     captions = {}
     for name, entry in FIGURES.items():
         path = folder / "figures" / f"figure-{name}.png"
-        words = [name, "--output", str(path), "--records", str(folder / "records.nc")]
-        words += ["--grid", str(grid)]
-        drawn, _ = entry.draw(parser.parse_args(words + list(_BENT if name == "joints" else ())))
+        drawn, _ = entry.draw(asked)
         save_captioned(drawn, path)
         captions[path.relative_to(folder).as_posix()] = f"{drawn.title}. {drawn.caption}"
     return captions

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,15 +12,16 @@ from typing import Final
 
 import matplotlib as mpl
 import numpy as np
-import xarray as xr
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
+from rockframe.frame import RockingFrame
 from rockframe.provenance import whole_file
-from rockframe.rocking import StatedVerdict, Verdict
-from rockframe.rocking.stated_verdict import MODEL_ENDS
+from rockframe.record import Record
+from rockframe.rocking import GroundAcceleration, Response
+from rockframe.signals.processing import peak
 from rockframe.units import GRAVITY
 
 #: Metadata to omit; without dates and versions, the same figure has the same bytes.
@@ -112,37 +114,13 @@ def require_format(path: Path) -> None:
         raise InputError(path, f"ends in {path.suffix!r}. Must end in .png, .pdf or .svg.")
 
 
-def of_structure(dataset: xr.Dataset) -> str:
+def of_structure(frame: RockingFrame) -> str:
     """Return the sentence of a caption about the structure."""
     return (
-        f"Structure {dataset['structure'].item()}: columns {float(dataset['height']):g} m tall, "
-        f"{float(dataset['width']):g} m wide, mass ratio γ = {float(dataset['mass_ratio']):g}, "
-        f"slenderness α = {float(dataset['slenderness']):.4f} rad, "
-        f"p̂ = {float(dataset['effective_frequency_parameter']):.3f} rad/s, "
-        f"√r = {float(dataset['restitution']):.3f}."
+        f"Structure {frame.name}: columns {frame.height:g} m tall, {frame.width:g} m wide, "
+        f"mass ratio γ = {frame.mass_ratio:g}, slenderness α = {frame.slenderness:.4f} rad, "
+        f"p̂ = {frame.effective_frequency_parameter:.3f} rad/s, √r = {frame.restitution:.3f}."
     )
-
-
-def stated_in(history: xr.Dataset) -> StatedVerdict:
-    """Return the verdict of a dataset of one record and structure."""
-    margin = "critical_scale" in history
-    return StatedVerdict(
-        Verdict(int(history["verdict"])),
-        overturning_time=float(history["overturning_time"]),
-        critical_scale=float(history["critical_scale"]) if margin else None,
-        model_ends={name: float(history[name]) for name in MODEL_ENDS if name in history},
-    )
-
-
-def tested_in(dataset: xr.Dataset) -> str:
-    """Return the result of the test against noise, followed by a comma, or ""."""
-    tested = str(dataset["tested"].item())
-    return f"{tested}, " if tested else ""
-
-
-def wavelet_in(dataset: xr.Dataset) -> str:
-    """Return the name of the wavelet of a pulse."""
-    return wavelet_words(str(dataset["wavelet"].item()))
 
 
 def wavelet_words(names: str) -> str:
@@ -150,18 +128,20 @@ def wavelet_words(names: str) -> str:
     return names.replace("_", " ").replace("ricker", "Ricker")
 
 
-def of_record(dataset: xr.Dataset) -> str:
+def of_record(record: Record, response: Response, ground: GroundAcceleration) -> str:
     """Return the sentence of a caption about the record and the response of the structure."""
-    end = float(dataset["overturning_time"])
-    largest = f"largest θ/α {float(dataset['peak_rotation_ratio']):.3f}, "
-    impacts = f"{int(dataset['impacts'])} impacts, "
+    end, impacts = response.overturning_time, f"{response.impacts} impacts, "
     # The time is NaN without overturning. After overturning, the peak only describes the fall.
-    fate = f"{largest}{impacts}it stands" if end != end else f"{impacts}it overturns at {end:.2f} s"
-    upwards = "with" if dataset.attrs["vertical"] else "without"
-    return (
-        f"Record {dataset['record_id'].item()}, {upwards} its vertical motion "
-        f"(PGA {float(dataset['pga']) / GRAVITY:.2f} g): {fate}."
-    )
+    fate = f"largest θ/α {response.peak_rotation_ratio:.3f}, {impacts}it stands"
+    if math.isfinite(end):
+        fate = f"{impacts}it overturns at {end:.2f} s"
+    upwards = "without" if ground.vertical is None else "with"
+    return f"Record {record.record_id}, {upwards} its vertical motion ({pga_of(record)}): {fate}."
+
+
+def pga_of(record: Record) -> str:
+    """Return the peak ground acceleration as captions print it."""
+    return f"PGA {peak(record.acceleration) / GRAVITY:.2f} g"
 
 
 #: Widths of a printed column and of a page [inch]: 85 mm and 178 mm.

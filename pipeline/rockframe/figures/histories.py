@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -17,12 +17,14 @@ from rockframe.figures.captioned import (
     PAGE_WIDTH,
     Captioned,
     of_structure,
-    stated_in,
     styled,
     time_limits,
     wavelet_words,
 )
 from rockframe.matching.match import PulseMatch
+from rockframe.record import Record
+from rockframe.rocking import Response, StatedVerdict, Verdict
+from rockframe.rocking.stated_verdict import MODEL_ENDS
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -129,25 +131,40 @@ def _draw_pulse(panel: Axes, match: PulseMatch, tested: str) -> None:
 
 def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:
     time = history["time"].values
-    stated = stated_in(history)
+    stated = _stated_in(history)
     parts = [f"{history['structure'].item()}: {stated.words}"]
     if not stated.overturns:
         parts.append(f"peak θ/α {float(history['peak_rotation_ratio']):.2f}")
     if "critical_scale" in history:
         parts.append(_margin(history))
     label = "; ".join(parts)
-    for panel, values in zip(panels, _until_falling(history), strict=True):
+    series = (history[name].values for name in ("theta", "v", "u"))
+    drawn = _until_falling(float(history["slenderness"]), *series)
+    for panel, values in zip(panels, drawn, strict=True):
         (line,) = panel.plot(time[: values.size], values, label=label)
         if stated.overturns and values.size:
             panel.plot(time[values.size - 1], values[-1], marker="x", color=line.get_color())
 
 
-def _until_falling(history: xr.Dataset) -> tuple[Float, Float, Float]:
+def _stated_in(history: xr.Dataset) -> StatedVerdict:
+    """Return the verdict of a dataset of one record and structure."""
+    margin = "critical_scale" in history
+    return StatedVerdict(
+        Verdict(int(history["verdict"])),
+        overturning_time=float(history["overturning_time"]),
+        critical_scale=float(history["critical_scale"]) if margin else None,
+        model_ends={name: float(history[name]) for name in MODEL_ENDS if name in history},
+    )
+
+
+def _until_falling(
+    slenderness: float, theta: Float, v: Float, u: Float
+) -> tuple[Float, Float, Float]:
     """Return theta / alpha, and v and u [cm], as far as they are drawn."""
-    ratio = history["theta"].values / float(history["slenderness"])
+    ratio = theta / slenderness
     falls = ~(np.abs(ratio) <= DRAWN_TO)
     end = int(np.argmax(falls)) if falls.any() else falls.size
-    return ratio[:end], 100.0 * history["v"].values[:end], 100.0 * history["u"].values[:end]
+    return ratio[:end], 100.0 * v[:end], 100.0 * u[:end]
 
 
 def _margin(history: xr.Dataset) -> str:
@@ -182,9 +199,9 @@ _HEIGHTS: Final = (0.8, 1.0, 0.8, 1.0)
 
 
 def draw_response_grid(
-    accelerations: Mapping[str, Float],
-    histories: Sequence[xr.Dataset],
-    titles: Mapping[str, str],
+    records: Sequence[Record],
+    responses: Sequence[Response],
+    titles: Sequence[str],
     *,
     vertical: bool = False,
 ) -> Captioned:
@@ -192,22 +209,23 @@ def draw_response_grid(
 
     Parameters
     ----------
-    accelerations : mapping
-        Ground acceleration [m s-2] at the times of the history, by record identifier.
-    histories : sequence of Dataset
-        As returned by ``open_response(...).sel``, one for each record, of one structure.
-    titles : mapping
-        Title of each column, by record identifier.
+    records : sequence of Record
+        The ground motions.
+    responses : sequence of Response
+        The response of the structure to each record.
+    titles : sequence of str
+        Title of each column.
     vertical : bool
         True if the motions include vertical components.
     """
-    bands = -(-len(histories) // _ACROSS)
-    across = min(_ACROSS, len(histories))
+    columns = list(zip(records, responses, titles, strict=True))
+    bands = -(-len(columns) // _ACROSS)
+    across = min(_ACROSS, len(columns))
     with styled():
         figure = Figure(figsize=(PAGE_WIDTH, 0.3 + 4.2 * bands), layout="constrained")
         above = None
         for band, part in enumerate(figure.subfigures(bands, 1, squeeze=False)[:, 0]):
-            shown = histories[band * across : (band + 1) * across]
+            shown = columns[band * across : (band + 1) * across]
             panels = part.subplots(
                 4, across, sharex="col", sharey="row", squeeze=False, height_ratios=_HEIGHTS
             )
@@ -220,56 +238,56 @@ def draw_response_grid(
                     for panel in panels[:, column]:
                         panel.set_visible(False)
                     continue
-                name = str(shown[column]["record_id"].item())
-                _draw_column(panels[:, column], accelerations[name], shown[column])
-                panels[0, column].set_title(titles[name], fontsize=8)
+                record, response, title = shown[column]
+                _draw_column(panels[:, column], record, response)
+                panels[0, column].set_title(title, fontsize=8)
                 panels[-1, column].set_xlabel("time [s]")
             _draw_metric_axis(panels[0, len(shown) - 1])
             for panel, label in zip(panels[:, 0], _LABELS, strict=True):
                 panel.set_ylabel(label)
             part.align_ylabels(list(panels[:, 0]))
     return Captioned(
-        figure, "Figure 11: histories of the rocking frame", _caption(histories, vertical)
+        figure,
+        "Figure 11: histories of the rocking frame",
+        _caption(records, responses, vertical),
     )
 
 
-def _draw_column(panels: NDArray[np.object_], acceleration: Float, history: xr.Dataset) -> None:
-    time = history["time"].values
-    series = _until_falling(history)
-    panels[0].plot(time, acceleration / GRAVITY, color="0.45", linewidth=0.5)
+def _draw_column(panels: NDArray[np.object_], record: Record, response: Response) -> None:
+    time = response.time
+    slenderness = response.frame.slenderness
+    series = _until_falling(slenderness, response.theta, response.v, response.u)
+    panels[0].plot(time, record.acceleration / GRAVITY, color="0.45", linewidth=0.5)
     for panel, values in zip(panels[1:], series, strict=True):
         panel.plot(time[: values.size], values, linewidth=0.9)
-    panels[1].annotate(_outcome_words(history), (0.97, 0.96), xycoords="axes fraction", fontsize=7,
+    panels[1].annotate(_outcome_words(response), (0.97, 0.96), xycoords="axes fraction", fontsize=7,
                        ha="right", va="top")  # fmt: skip
     ratio = np.abs(series[0])
     visible = ratio > _VISIBLE_IN_GRID * ratio.max(initial=0.0)
     panels[0].set_xlim(*time_limits(time[: ratio.size], visible, _GRID_MARGIN))
 
 
-def _outcome_words(history: xr.Dataset) -> str:
-    stated = stated_in(history)
-    if stated.overturns:
-        return stated.words
-    return f"max {float(history['peak_rotation_ratio']):.3f}"
+def _outcome_words(response: Response) -> str:
+    stated = StatedVerdict.of(response)
+    return stated.words if stated.overturns else f"max {response.peak_rotation_ratio:.3f}"
 
 
-def _caption(histories: Sequence[xr.Dataset], vertical: bool) -> str:
+def _caption(records: Sequence[Record], responses: Sequence[Response], vertical: bool) -> str:
     ground = "Horizontal and vertical" if vertical else "Horizontal"
     parts = []
-    for history in histories:
-        stated = stated_in(history)
+    for record, response in zip(records, responses, strict=True):
+        stated = StatedVerdict.of(response)
         fate = stated.words
         if not stated.overturns:
             fate += (
-                f", θ/α {float(history['peak_rotation_ratio']):.3f}, "
-                f"u {100.0 * float(history['peak_u']):.1f} cm, "
-                f"v {100.0 * float(history['peak_v']):.2f} cm"
+                f", θ/α {response.peak_rotation_ratio:.3f}, u {100.0 * response.peak_u:.1f} cm, "
+                f"v {100.0 * response.peak_v:.2f} cm"
             )
-        parts.append(f"{history['record_id'].item()}: {fate}")
+        parts.append(f"{record.record_id}: {fate}")
     return (
         "Ground acceleration, rotation θ over slenderness α, uplift v and drift u of the beam; "
         "panels of one kind have one scale. "
-        f"{of_structure(histories[0])} {ground} ground motion; eq (26), with the "
+        f"{of_structure(responses[0].frame)} {ground} ground motion; eq (26), with the "
         "restitution of eq (43) at each impact. Largest values, free rocking after the record "
         f"included: {'; '.join(parts)}."
     )

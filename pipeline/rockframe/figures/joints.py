@@ -6,9 +6,9 @@ import math
 from typing import Final
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from rockframe.figures.captioned import (
     DRAWN_TO,
@@ -19,59 +19,118 @@ from rockframe.figures.captioned import (
     styled,
     time_limits,
 )
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.rocking import (
+    ColumnForces,
+    GroundAcceleration,
+    Reactions,
+    Response,
+    as_ground,
+    barrier_rate,
+    column_forces,
+    impact_friction_demand,
+    least_spacing,
+    reactions,
+    respond,
+    restoring_moment,
+    trajectory,
+)
 
+Float = NDArray[np.float64]
+
+#: The curves of moment and barrier extend to this multiple of the slenderness.
+_CURVES_TO: Final = 1.3
 #: Demands are drawn up to this multiple of the available friction [1]; they may be infinite.
 _SHOWN: Final = 2.0
 
 
-def draw_joints(dataset: xr.Dataset, friction: float) -> Captioned:
+def draw_joints(
+    record: Record,
+    frame: RockingFrame,
+    motion: GroundAcceleration | None = None,
+    *,
+    friction: float = 0.5,
+    spacing: float | None = None,
+    beam_centre: float = 0.0,
+) -> Captioned:
     """Draw rotation, friction demand and vertical forces with their limits.
 
     Parameters
     ----------
-    dataset : Dataset
-        As returned by `joints_dataset`.
+    record : Record
+        The ground motion.
+    frame : RockingFrame
+        The frame.
+    motion : GroundAcceleration, optional
+        Motion of the ground, if it includes more than the record: with vertical acceleration.
     friction : float
         Assumed coefficient of friction of the joints [1].
+    spacing : float, optional
+        Distance between the axes of two columns [m]: adds the forces on each column, if there is a
+        beam.
+    beam_centre : float
+        Height of the beam's centre of mass above its underside [m].
+
+    Raises
+    ------
+    ParameterError
+        If the columns overlap.
     """
-    time = dataset["time"].values
+    ground = as_ground(motion or record)
+    response = respond(frame, ground)
+    forces = reactions(response, ground)
+    each, bent = None, ""
+    if spacing is not None and frame.mass_ratio > 0.0:
+        each = column_forces(response, ground, spacing=spacing, beam_centre=beam_centre)
+        bent = (
+            f" (two columns {spacing:g} m apart, the beam's centre of mass {beam_centre:g} m above "
+            "its underside; impacts would lift it off at a spacing below "
+            f"{least_spacing(frame, beam_centre):.2f} m)"
+        )
+    base = forces.base_vertical / (1.0 + frame.mass_ratio)
+    # the half weight of the beam is gamma m_c g
+    beam = None if each is None else each.top_vertical / frame.mass_ratio
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 4.6), layout="constrained")
         panels = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.0, 1.0])
-        panels[0].plot(time, dataset["theta"] / float(dataset["slenderness"]), color="0.35")
+        panels[0].plot(response.time, response.theta / frame.slenderness, color="0.35")
         panels[0].set_ylabel("θ/α")
-        furthest = min(float(dataset["peak_rotation_ratio"]), DRAWN_TO)
+        furthest = min(response.peak_rotation_ratio, DRAWN_TO)
         panels[0].set_ylim(*(side * max(1.1 * furthest, 0.01) for side in (-1.0, 1.0)))
-        _draw_friction(panels[1], dataset, friction)
-        _draw_vertical(panels[2], dataset)
+        _draw_friction(panels[1], response, forces, friction)
+        _draw_vertical(panels[2], response.time, base, beam)
         panels[2].set_xlabel("time [s]")
-        rotated = np.nan_to_num(np.abs(dataset["theta"].values), nan=0.0) > 1e-4
-        panels[0].set_xlim(*time_limits(time, rotated, 1.5))
+        rotated = np.nan_to_num(np.abs(response.theta), nan=0.0) > 1e-4
+        panels[0].set_xlim(*time_limits(response.time, rotated, 1.5))
         figure.align_ylabels(list(panels))
-    return Captioned(figure, "Forces at the joints", _caption(dataset, friction))
+    caption = (
+        "Rotation, friction demand and vertical forces. "
+        f"{_sliding(frame, forces, each, friction)} {_lift_off(base, beam, bent)} "
+        f"{of_structure(frame)} {of_record(record, response, ground)}"
+    )
+    return Captioned(figure, "Forces at the joints", caption)
 
 
-def _draw_friction(panel: Axes, dataset: xr.Dataset, friction: float) -> None:
-    time = dataset["time"].values
-    for name, label in (("base", "base"), ("top", "under the beam")):
-        demand = dataset[f"{name}_friction_demand"].values
+def _draw_friction(panel: Axes, response: Response, forces: Reactions, friction: float) -> None:
+    demands = (forces.base_friction_demand, forces.top_friction_demand)
+    for demand, label in zip(demands, ("base", "under the beam"), strict=True):
         if np.isfinite(demand).any():
-            panel.plot(time, demand, linewidth=0.8, label=label)
+            panel.plot(response.time, demand, linewidth=0.8, label=label)
     panel.axhline(friction, color="black", linestyle="--", linewidth=0.9, label="assumed available")
-    uplift = float(dataset["uplift_friction_demand"])
+    uplift = math.tan(response.frame.slenderness)
     panel.axhline(uplift, color="0.5", linestyle=":", linewidth=0.9, label="at uplift, tan α")
     panel.set_ylabel("friction demand")
-    shown = min(_number(dataset, "base_friction_demand"), _SHOWN * friction)
+    shown = min(_largest(demands[0]), _SHOWN * friction)
     panel.set_ylim(0.0, 1.1 * max(friction, uplift, shown))
     _legend_above(panel)
 
 
-def _draw_vertical(panel: Axes, dataset: xr.Dataset) -> None:
-    time = dataset["time"].values
-    panel.plot(time, dataset["base_vertical"], linewidth=0.8, label="all base joints")
-    if "column_top_vertical" in dataset:
-        each = dataset["column_top_vertical"]
-        for values, word in ((each.max("column"), "more"), (each.min("column"), "less")):
+def _draw_vertical(panel: Axes, time: Float, base: Float, beam: Float | None) -> None:
+    panel.plot(time, base, linewidth=0.8, label="all base joints")
+    if beam is not None:
+        # fmax and fmin ignore NaN, after a fall
+        for values, word in ((np.fmax(*beam), "more"), (np.fmin(*beam), "less")):
             panel.plot(time, values, linewidth=0.7, label=f"{word} loaded column")
     panel.axhline(0.0, color="black", linestyle="--", linewidth=0.9, label="lift-off")
     panel.set_ylabel("vertical force / static")
@@ -86,44 +145,42 @@ def _legend_above(panel: Axes) -> None:
     panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, fontsize=7, borderpad=0)
 
 
-def _number(dataset: xr.Dataset, name: str) -> float:
-    found = dataset.get(f"largest_{name}")
-    return math.nan if found is None else float(found)
+def _largest(values: Float) -> float:
+    """Return the largest value; NaN only if all are NaN."""
+    return float(np.fmax.reduce(values, axis=None))
 
 
-def _caption(dataset: xr.Dataset, friction: float) -> str:
+def _least(values: Float) -> float:
+    """Return the least value; NaN only if all are NaN."""
+    return float(np.fmin.reduce(values, axis=None))
+
+
+def _sliding(
+    frame: RockingFrame, forces: Reactions, each: ColumnForces | None, friction: float
+) -> str:
     demands = {
-        "all base joints together": _number(dataset, "base_friction_demand"),
-        "all joints under the beam together": _number(dataset, "top_friction_demand"),
-        "one base joint": _number(dataset, "column_base_friction_demand"),
-        "one joint under the beam": _number(dataset, "column_top_friction_demand"),
-        "each impact": float(dataset["impact_friction_demand"]),
-        "uplift (tan α)": float(dataset["uplift_friction_demand"]),
+        "all base joints together": _largest(forces.base_friction_demand),
+        "all joints under the beam together": _largest(forces.top_friction_demand),
     }
+    if each is not None:
+        demands["one base joint"] = _largest(each.base_friction_demand)
+        demands["one joint under the beam"] = _largest(each.top_friction_demand)
+    demands["each impact"] = impact_friction_demand(frame)
+    demands["uplift (tan α)"] = math.tan(frame.slenderness)
     known = {name: demand for name, demand in demands.items() if not math.isnan(demand)}
     stated = ", ".join(f"{name} {demand:.3f}" for name, demand in known.items())
     slides = max(known.values()) > friction
-    sliding = (
+    return (
         f"Friction needed at most, at the samples of the record: {stated}; with a "
         f"coefficient of {friction:g}, assumed and not measured, the assumption of "
         f"no sliding {'does not hold' if slides else 'holds'}."
     )
-    return (
-        f"Rotation, friction demand and vertical forces. {sliding} "
-        f"{_lift_off(dataset)} {of_structure(dataset)} {of_record(dataset)}"
-    )
 
 
-def _lift_off(dataset: xr.Dataset) -> str:
-    least = {"all base joints together": float(dataset["least_base_vertical"])}
-    bent = ""
-    if "spacing" in dataset:
-        least["the beam on one column"] = float(dataset["least_column_top_vertical"])
-        bent = (
-            f" (two columns {float(dataset['spacing']):g} m apart, the beam's centre of mass "
-            f"{float(dataset['beam_centre']):g} m above its underside; impacts would lift it off "
-            f"at a spacing below {float(dataset['least_spacing']):.2f} m)"
-        )
+def _lift_off(base: Float, beam: Float | None, bent: str) -> str:
+    least = {"all base joints together": _least(base)}
+    if beam is not None:
+        least["the beam on one column"] = _least(beam)
     known = {name: force for name, force in least.items() if not math.isnan(force)}
     stated = ", ".join(f"{name} {force:.3f}" for name, force in known.items())
     holds = min(known.values()) > 0.0
@@ -133,24 +190,41 @@ def _lift_off(dataset: xr.Dataset) -> str:
     )
 
 
-def draw_phase_portrait(dataset: xr.Dataset) -> Captioned:
-    """Draw the rate of rotation over the rotation.
+def _all_rotations(frame: RockingFrame) -> Float:
+    """Return rotations [rad] for curves, with both sides of the jump of the moment at 0."""
+    reach, edge = _CURVES_TO * frame.slenderness, 1e-12 * frame.slenderness
+    exact = (-frame.slenderness, -edge, edge, frame.slenderness)
+    return np.union1d(np.linspace(-reach, reach, 401), exact)
+
+
+def draw_phase_portrait(
+    record: Record, frame: RockingFrame, motion: GroundAcceleration | None = None
+) -> Captioned:
+    """Draw the rate of rotation over the rotation, with the jumps at impacts.
 
     Parameters
     ----------
-    dataset : Dataset
-        As returned by `portrait_dataset`.
+    record : Record
+        The ground motion.
+    frame : RockingFrame
+        The frame, without tendons and dissipaters.
+    motion : GroundAcceleration, optional
+        Motion of the ground, if it includes more than the record: with vertical acceleration.
     """
-    alpha = float(dataset["slenderness"])
-    scale = alpha * float(dataset["effective_frequency_parameter"])
-    curve = dataset["curve_rotation"].values / alpha
-    barrier = np.where(np.abs(curve) <= 1.0, dataset["curve_barrier"].values / scale, np.nan)
-    rates = dataset["impact_rate"].values / scale
-    after = float(dataset["restitution"]) * rates
+    ground = as_ground(motion or record)
+    response = respond(frame, ground)
+    alpha = frame.slenderness
+    scale = alpha * frame.effective_frequency_parameter
+    theta, omega = trajectory(response)
+    rotations = _all_rotations(frame)
+    curve = rotations / alpha
+    barrier = np.where(np.abs(curve) <= 1.0, barrier_rate(frame, rotations) / scale, np.nan)
+    rates = response.impact_velocities / scale
+    after = frame.restitution * rates
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 3.1), layout="constrained")
         axes = figure.subplots()
-        axes.plot(dataset["rotation"] / alpha, dataset["rate"] / scale, linewidth=0.8)
+        axes.plot(theta / alpha, omega / scale, linewidth=0.8)
         for sign in (1.0, -1.0):
             label = "overturns beyond, on still ground" if sign > 0.0 else None
             axes.plot(curve, sign * barrier, color="0.4", linestyle="--", linewidth=0.9,
@@ -167,7 +241,7 @@ def draw_phase_portrait(dataset: xr.Dataset) -> Captioned:
                 markeredgewidth=0.6,
                 label=label,
             )
-        if float(dataset["peak_rotation_ratio"]) > DRAWN_TO:
+        if response.peak_rotation_ratio > DRAWN_TO:
             axes.set_xlim(-DRAWN_TO, DRAWN_TO)
             axes.set_ylim(-1.5, 1.5)
         axes.set_xlabel("rotation  θ/α")
@@ -177,33 +251,43 @@ def draw_phase_portrait(dataset: xr.Dataset) -> Captioned:
         "Rate of rotation over p̂ α against rotation over the slenderness α. Dots: just before "
         "(filled) and after (open) each impact, where the rate falls by the restitution. Dashed: "
         "a frame left on still ground beyond this line and moving outwards overturns. "
-        f"{of_structure(dataset)} {of_record(dataset)}"
+        f"{of_structure(frame)} {of_record(record, response, ground)}"
     )
     return Captioned(figure, "Phase portrait", caption)
 
 
-def draw_moment_rotation(dataset: xr.Dataset) -> Captioned:
+def draw_moment_rotation(
+    record: Record, frame: RockingFrame, motion: GroundAcceleration | None = None
+) -> Captioned:
     """Draw the restoring moment over the rotation, and the part reached under a record.
 
     Parameters
     ----------
-    dataset : Dataset
-        As returned by `portrait_dataset`.
+    record : Record
+        The ground motion.
+    frame : RockingFrame
+        The frame, without tendons and dissipaters.
+    motion : GroundAcceleration, optional
+        Motion of the ground, if it includes more than the record: with vertical acceleration.
     """
-    alpha = float(dataset["slenderness"])
+    ground = as_ground(motion or record)
+    response = respond(frame, ground)
+    alpha = frame.slenderness
+    rotations = _all_rotations(frame)
+    reached = np.sort(trajectory(response)[0])
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
         axes.axhline(0.0, color="0.7", linewidth=0.8)
         axes.plot(
-            dataset["curve_rotation"] / alpha,
-            dataset["curve_moment"],
+            rotations / alpha,
+            restoring_moment(frame, rotations),
             color="0.6",
             linewidth=0.9,
             label="all rotations",
         )
-        reached = dataset["restoring_moment"].sortby(dataset["rotation"])
-        axes.plot(reached["rotation"] / alpha, reached, linewidth=2.4, label="reached")
+        moment = restoring_moment(frame, reached)
+        axes.plot(reached / alpha, moment, linewidth=2.4, label="reached")
         axes.set_xlabel("rotation  θ/α")
         axes.set_ylabel("moment / uplift moment")
         axes.legend(loc="upper left")
@@ -213,6 +297,6 @@ def draw_moment_rotation(dataset: xr.Dataset) -> Captioned:
         "Restoring moment over that at uplift, N m_c g R (1 + 2γ) sin α, against the rotation θ "
         "over the slenderness α: rigid up to uplift, then falling to zero at θ = α. The path runs "
         "along one curve and encloses no area; energy is lost in the impacts alone. "
-        f"{of_structure(dataset)} {of_record(dataset)}"
+        f"{of_structure(frame)} {of_record(record, response, ground)}"
     )
     return Captioned(figure, "Moment and rotation", caption)

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
@@ -21,11 +20,13 @@ from rockframe.figures.captioned import (
     PRINT_WIDTH,
     Captioned,
     of_structure,
+    pga_of,
     plain_ticks,
     styled,
 )
-from rockframe.rocking import MARGIN_LEGEND, Strip
-from rockframe.units import GRAVITY
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.rocking import MARGIN_LEGEND, GroundAcceleration, Strip, respond_many
 
 #: Range of multiples of the motion that is drawn; extended if a smaller multiple overturns [1].
 _LEAST: Final = 0.1
@@ -120,29 +121,59 @@ _COLOURS: Final = ("#ffffff", _STANDS, _OVERTURNS)
 _WORDS: Final = ("no uplift", "rocks and stands", "overturns")
 
 
-def draw_stability_map(dataset: xr.Dataset) -> Captioned:
+#: Heights of the map, relative to the height of the structure, and the largest scale.
+_HEIGHTS: Final = (0.1, 4.0)
+_LARGEST_SCALE: Final = 4.0
+#: Factor by which the map is coarser than Figure 9: responses to records take longer.
+_COARSER: Final = 4
+
+
+def draw_stability_map(
+    record: Record,
+    frame: RockingFrame,
+    motion: GroundAcceleration | None = None,
+    *,
+    grid: int = 400,
+) -> Captioned:
     """Draw the verdict over the height of the columns and the scale of the motion.
 
     Parameters
     ----------
-    dataset : Dataset
-        As returned by `stability_dataset`.
+    record : Record
+        The ground motion.
+    frame : RockingFrame
+        The frame; all sizes have its slenderness, mass ratio, section and restitution factor.
+    motion : GroundAcceleration, optional
+        Motion of the ground, if it includes more than the record: with vertical acceleration.
+    grid : int
+        Four times the number of points along each side.
+
+    Raises
+    ------
+    ParameterError
+        If a column is not between 1 mm and 1 km, or a vertical acceleration at its scale falls
+        faster than gravity.
     """
-    heights, scales = dataset["column_height"].values, dataset["scale"].values
+    points = max(2, grid // _COARSER)
+    heights = frame.height * np.geomspace(*_HEIGHTS, points)
+    scales = np.linspace(_LARGEST_SCALE / points, _LARGEST_SCALE, points)
+    slope = frame.width / frame.height
+    frames = [frame.resized(height, height * slope) for height in heights.tolist()]
+    verdicts = respond_many([motion or record], frames, scales).verdict[0]
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 3.1), layout="constrained")
         axes = figure.subplots()
         axes.pcolormesh(
             heights,
             scales,
-            dataset["verdict"].transpose("scale", "column_height").values,
+            verdicts.T,
             cmap=ListedColormap(_COLOURS),
             norm=BoundaryNorm(np.arange(-0.5, len(_COLOURS)), len(_COLOURS)),
             shading="nearest",
             rasterized=True,
         )
         (cross,) = axes.plot(
-            float(dataset["height"]),
+            frame.height,
             1.0,
             marker="+",
             color="black",
@@ -163,10 +194,10 @@ def draw_stability_map(dataset: xr.Dataset) -> Captioned:
         ]
         figure.legend(handles=[*handles, cross], loc="outside lower center", ncols=2, fontsize=7)
     caption = (
-        f"Verdict of frames of all sizes under multiples of record {dataset['record_id'].item()} "
-        f"(PGA {float(dataset['pga']) / GRAVITY:.2f} g): columns from {heights[0]:.3g} to "
+        f"Verdict of frames of all sizes under multiples of record {record.record_id} "
+        f"({pga_of(record)}): columns from {heights[0]:.3g} to "
         f"{heights[-1]:.3g} m ({heights.size} heights), scales from {scales[0]:.3g} to "
         f"{scales[-1]:.3g} ({scales.size}), slenderness and mass ratio as the structure's; the "
-        f"cross is the structure under the motion itself. {of_structure(dataset)}"
+        f"cross is the structure under the motion itself. {of_structure(frame)}"
     )
     return Captioned(figure, "Stability map", caption)

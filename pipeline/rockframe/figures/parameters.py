@@ -2,36 +2,44 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled
+from rockframe.rocking.spectra.overturning import column_of
+
+#: Mass ratio that reaches the limit of eq (28) to round-off.
+_LIMIT: Final = 1e15
+#: Slenderness [rad] of frames of which it does not matter.
+_ANY: Final = 0.1
+#: Slendernesses [degrees] and mass ratios of Figure 7; the ratios are assumed: the paper does not
+#: state them.
+_SLENDERNESSES: Final = np.arange(0.1, 60.0, 0.1)
+_RESTITUTION_RATIOS: Final = (0.0, 0.25, 1.0, 4.0, math.inf)
+#: Mass ratios of Figure 5.
+_SIZE_RATIOS: Final = np.linspace(0.0, 10.0, 201)
 
 
-def draw_restitution(dataset: xr.Dataset) -> Captioned:
-    """Draw sqrt(r) over the slenderness, with a curve for each mass ratio.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        As returned by `restitution_dataset`.
-    """
-    slenderness = np.degrees(dataset["slenderness"].values)
-    ends = np.degrees(dataset["slenderness_limit"].values)
-    gammas = [float(gamma) for gamma in dataset["mass_ratio"]]
+def draw_restitution() -> Captioned:
+    """Draw sqrt(r) over the slenderness, with a curve for each mass ratio: eq (43)."""
+    gammas = _RESTITUTION_RATIOS
+    finite = [min(gamma, _LIMIT) for gamma in gammas]
+    limits = [column_of(_ANY, gamma).slenderness_limit for gamma in finite]
+    ends = np.degrees(limits)
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 2.9), layout="constrained")
         axes = figure.subplots()
         for i, gamma in enumerate(gammas):
-            values = dataset["restitution"].values[i]
-            known = np.isfinite(values)
+            rocking = _SLENDERNESSES[np.radians(_SLENDERNESSES) < limits[i]]
+            values = [column_of(a, finite[i]).restitution for a in np.radians(rocking).tolist()]
             axes.plot(
-                np.append(slenderness[known], ends[i]),
-                np.append(values[known], 0.0),
+                np.append(rocking, ends[i]),
+                np.append(values, 0.0),
                 label=f"γ = {gamma:g}".replace("inf", "∞"),
                 linestyle=LINES[i % len(LINES)],
             )
@@ -60,20 +68,19 @@ _SMALL: Final[dict[str, Any]] = {
 }
 
 
-def draw_equivalent_size(dataset: xr.Dataset) -> Captioned:
-    """Draw R-hat / R and p-hat / p over the mass ratio.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        As returned by `size_dataset`.
-    """
-    gamma = dataset["mass_ratio"].values
+def draw_equivalent_size() -> Captioned:
+    """Draw R-hat / R and p-hat / p over the mass ratio: eqs (27) to (29)."""
+    gamma = _SIZE_RATIOS
+    frames = [column_of(_ANY, ratio) for ratio in (*gamma.tolist(), _LIMIT)]
+    size = np.array([frame.effective_size / frame.size for frame in frames])
+    frequency = np.array(
+        [frame.effective_frequency_parameter / frame.frequency_parameter for frame in frames]
+    )
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
-        _draw_curve(axes, dataset, "size", r"$\hat R\,/\,R$", upwards=1)
-        _draw_curve(axes, dataset, "frequency", r"$\hat p\,/\,p$", upwards=-1)
+        _draw_curve(axes, size, r"$\hat R\,/\,R$", upwards=1)
+        _draw_curve(axes, frequency, r"$\hat p\,/\,p$", upwards=-1)
         for where, name in _EXAMPLES.items():
             axes.axvline(where, color="0.6", linewidth=0.8, linestyle=":")
             axes.annotate(
@@ -88,17 +95,15 @@ def draw_equivalent_size(dataset: xr.Dataset) -> Captioned:
         "of columns with semi-diagonal R, frequency parameter p and the same slenderness, over the "
         f"mass ratio γ from {gamma[0]:g} to {gamma[-1]:g}: R̂/R = (1 + 3γ)/(1 + 2γ), eq (29), and "
         "p̂/p = [(1 + 2γ)/(1 + 3γ)]^½, eq (27), of rectangular columns; dashed, the limits of a "
-        f"very heavy beam, {float(dataset['size_limit']):.4g} and "
-        f"{float(dataset['frequency_limit']):.4g}, eq (28). Dotted: the paper's Temple of Apollo "
-        "and its bridge bent. No record is used."
+        f"very heavy beam, {size[-1]:.4g} and {frequency[-1]:.4g}, eq (28). Dotted: the paper's "
+        "Temple of Apollo and its bridge bent. No record is used."
     )
     return Captioned(figure, "Figure 5: size of the equivalent column", caption)
 
 
-def _draw_curve(axes: Axes, dataset: xr.Dataset, name: str, label: str, upwards: int) -> None:
-    """Draw a curve with its name and its limit; `upwards` is 1 if the curve rises, else -1."""
-    gamma, values = dataset["mass_ratio"].values, dataset[f"{name}_ratio"].values
-    limit = float(dataset[f"{name}_limit"])
+def _draw_curve(axes: Axes, ratios: NDArray[np.float64], label: str, upwards: int) -> None:
+    """Draw a curve with its name, and its last value as the limit; `upwards` is -1 if it falls."""
+    gamma, values, limit = _SIZE_RATIOS, ratios[:-1], float(ratios[-1])
     (line,) = axes.plot(gamma, values)
     axes.axhline(limit, color=line.get_color(), linewidth=0.8, linestyle="--")
     axes.annotate(

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
 from typing import Final
 
-import xarray as xr
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -13,12 +14,17 @@ from rockframe.figures.captioned import (
     LINES,
     PRINT_WIDTH,
     Captioned,
+    pga_of,
     plain_ticks,
     styled,
-    tested_in,
     time_limits,
-    wavelet_in,
+    wavelet_words,
 )
+from rockframe.matching.curve import match_curve, scalogram
+from rockframe.matching.likeness import Likeness, likeness, pulse_words
+from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
+from rockframe.options.pulse import PulseOptions
+from rockframe.record import Record
 from rockframe.units import GRAVITY
 
 _NAMES: Final = {
@@ -29,27 +35,31 @@ _NAMES: Final = {
 }
 
 
-def draw_match_curves(dataset: xr.Dataset) -> Captioned:
+def draw_match_curves(record: Record, options: PulseOptions) -> Captioned:
     """Draw the match index over the period and mark the best match of each wavelet.
 
     Parameters
     ----------
-    dataset : Dataset
-        As returned by `match_curve_dataset`.
+    record : Record
+        The record.
+    options : PulseOptions
+        Options of the search.
+
+    Raises
+    ------
+    ParameterError
+        If the record is constant or not finite, or no period is left to search.
     """
-    periods = dataset["period"].values
+    matches = match_pulses(record.acceleration, record.time_step, options)
+    periods, curves = match_curve(record.acceleration, record.time_step, options)
     told = []
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 3.0), layout="constrained")
         axes = figure.subplots()
-        for k, name in enumerate(str(value) for value in dataset["wavelet"].values):
-            one = dataset.isel(wavelet=k)
-            period, index = float(one["T_p"]), float(one["best_match"])
+        for k, (name, curve) in enumerate(curves.items()):
+            period, index = matches[name].pulse.T_p, matches[name].match_index
             color = f"C{k}"
-            axes.plot(
-                periods, one["match_index"].values, label=_NAMES[name], linestyle=LINES[k],
-                color=color,
-            )  # fmt: skip
+            axes.plot(periods, curve, label=_NAMES[name], linestyle=LINES[k], color=color)
             axes.plot(period, index, marker="o", markersize=4, linestyle="", color=color)
             told.append(f"{_NAMES[name]} {index:.3f} at T_p = {period:.3f} s")
         axes.set_xscale("log")
@@ -60,8 +70,8 @@ def draw_match_curves(dataset: xr.Dataset) -> Captioned:
         figure.legend(loc="outside lower center", ncols=2, fontsize=7)
     caption = (
         "Largest match index (cosine between record and wavelet) at each period, over all times, "
-        f"phases and up to {dataset.attrs['most_half_cycles']:g} half cycles. Dots: the best match "
-        f"of each wavelet: {'; '.join(told)}. Record {dataset['record_id'].item()}. T_p of "
+        f"phases and up to {options.most_half_cycles:g} half cycles. Dots: the best match "
+        f"of each wavelet: {'; '.join(told)}. Record {record.record_id}. T_p of "
         "different wavelets cannot be compared."
     )
     return Captioned(figure, "Match index and period", caption)
@@ -71,25 +81,46 @@ def draw_match_curves(dataset: xr.Dataset) -> Captioned:
 _SEEN: Final = 0.25
 #: Time that is drawn before and after these times [s].
 _MARGIN: Final = 2.0
+#: Largest numbers of periods and times in the picture.
+_PERIODS: Final = 160
+_TIMES: Final = 1500
 
 
-def draw_scalogram(dataset: xr.Dataset) -> Captioned:
+def draw_scalogram(record: Record, options: PulseOptions) -> Captioned:
     """Draw the match index over period and time, and mark the best match.
 
     Parameters
     ----------
-    dataset : Dataset
-        As returned by `scalogram_dataset`.
+    record : Record
+        The record.
+    options : PulseOptions
+        Options of the search; the better Ricker wavelet of its wavelets is drawn.
+
+    Raises
+    ------
+    ParameterError
+        If there is no Ricker wavelet of fixed phase, the record is constant or not finite, or no
+        period is left to search.
     """
-    centre, period = float(dataset["pulse_time"]), float(dataset["T_p"])
-    time, highest = dataset["time"].values, dataset["match_index"].values.max(axis=0)
+    samples, step = record.acceleration, record.time_step
+    matches = match_pulses(samples, step, options)
+    wavelet = best_ricker(matches)
+    best, tested = matches[wavelet], likeness(samples, step, matches, options, record.record_id)
+    centre, period = best.pulse.time, best.pulse.T_p
+    periods = np.geomspace(*options.periods_s, _PERIODS)
+    picture = np.abs(scalogram(samples, step, wavelet, periods))
+    picture /= math.sqrt(float(samples @ samples) * step)
+    # draw the largest of the skipped times, so that no ridge is lost
+    starts = np.arange(0, samples.size, max(1, math.ceil(samples.size / _TIMES)))
+    indices, time = np.maximum.reduceat(picture, starts, axis=1), record.time[starts]
+    highest = indices.max(axis=0)
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
-        picture = axes.pcolormesh(
+        mesh = axes.pcolormesh(
             time,
-            dataset["period"].values,
-            dataset["match_index"].values,
+            periods,
+            indices,
             cmap="Greys",
             vmin=0.0,
             shading="nearest",
@@ -99,24 +130,27 @@ def draw_scalogram(dataset: xr.Dataset) -> Captioned:
             centre, period, linestyle="", marker="+", markersize=11, markeredgewidth=1.6, color="C1"
         )
         axes.set_yscale("log")
-        ends = float(dataset["period"][0]), float(dataset["period"][-1])
+        ends = float(periods[0]), float(periods[-1])
         axes.set_ylim(*ends)
         plain_ticks(axes.yaxis, *ends)
         axes.set_xlim(*time_limits(time, highest >= _SEEN * highest.max(), _MARGIN))
         axes.grid(visible=False)
         axes.set_xlabel("time [s]")
         axes.set_ylabel("period  $T_p$ [s]")
-        bar = figure.colorbar(picture, ax=axes)
+        bar = figure.colorbar(mesh, ax=axes)
         bar.set_label("match index")
     caption = (
-        f"Match index of the {wavelet_in(dataset)} wavelet, by PyWavelets, at each period and "
+        f"Match index of the {wavelet_words(wavelet)} wavelet, by PyWavelets, at each period and "
         "time: the energy-normalised coefficient divided by the root of the record's energy. "
-        f"Cross: the best match, a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, "
-        f"T_p = {period:.3f} s at {centre:.2f} s, {tested_in(dataset)}match index "
-        f"{float(dataset['best_match']):.3f}. "
-        f"Record {dataset['record_id'].item()} (PGA {float(dataset['pga']) / GRAVITY:.2f} g)."
+        f"Cross: the best match, a_p = {best.pulse.a_p / GRAVITY:.3f} g, T_p = {period:.3f} s at "
+        f"{centre:.2f} s, {_tested(tested[wavelet])}, match index {best.match_index:.3f}. "
+        f"Record {record.record_id} ({pga_of(record)})."
     )
     return Captioned(figure, "Wavelet transform", caption)
+
+
+def _tested(found: Likeness) -> str:
+    return pulse_words(found.verdict, found.p_value)
 
 
 #: Time that is drawn before and after the pulse: as a multiple of its reach [1], and at least [s].
@@ -126,64 +160,72 @@ _LEAST: Final = 5.0
 _FOR_LEGEND: Final = 0.2
 
 
-def draw_record_and_pulse(datasets: Sequence[xr.Dataset], titles: Mapping[str, str]) -> Captioned:
+#: A record, a pulse in it, and the result of its test against noise.
+Tested = tuple[Record, PulseMatch, Likeness]
+
+
+def draw_record_and_pulse(
+    pulses: Sequence[Tested], titles: Sequence[str], remark: str = ""
+) -> Captioned:
     """Draw the acceleration of each record with its pulse as a heavy line.
 
     Parameters
     ----------
-    datasets : sequence of Dataset
-        As returned by `pulse_dataset`, one for each panel.
-    titles : mapping of str to str
-        Title of each record, by its identifier.
+    pulses : sequence of (Record, PulseMatch, Likeness)
+        Records, each with a pulse and its test against noise, one for each panel.
+    titles : sequence of str
+        Title of each record.
+    remark : str
+        Last sentence of the caption.
     """
     with styled():
-        size = (PRINT_WIDTH, 0.4 + 1.65 * len(datasets))
+        size = (PRINT_WIDTH, 0.4 + 1.65 * len(pulses))
         figure = Figure(figsize=size, layout="constrained")
-        panels = figure.subplots(len(datasets), 1, squeeze=False)[:, 0]
-        for panel, dataset in zip(panels, datasets, strict=True):
-            _draw(panel, dataset)
-            pulse = (
-                f"{wavelet_in(dataset)}, $a_p$ = {float(dataset['a_p']) / GRAVITY:.3f} g, "
-                f"$T_p$ = {float(dataset['T_p']):.3f} s"
+        panels = figure.subplots(len(pulses), 1, squeeze=False)[:, 0]
+        for panel, tested, title in zip(panels, pulses, titles, strict=True):
+            _draw(panel, *tested)
+            pulse = tested[1].pulse
+            named = (
+                f"{wavelet_words(pulse.wavelet)}, $a_p$ = {pulse.a_p / GRAVITY:.3f} g, "
+                f"$T_p$ = {pulse.T_p:.3f} s"
             )
-            panel.set_title(f"{titles[str(dataset['record_id'].item())]}\n{pulse}", fontsize=7)
+            panel.set_title(f"{title}\n{named}", fontsize=7)
         panels[-1].set_xlabel("time [s]")
-    told = " ".join(_words(dataset) for dataset in datasets)
+    told = " ".join(_words(*tested) for tested in pulses)
     caption = (
         "Ground acceleration (thin) and the pulse that explains most of it (heavy): largest "
-        f"coefficient of the energy-normalised wavelet transform. {told}"
+        f"coefficient of the energy-normalised wavelet transform. {told} {remark}"
     )
-    return Captioned(figure, "Figure 8: records and their acceleration pulses", caption)
+    title = "Figure 8: records and their acceleration pulses"
+    return Captioned(figure, title, caption.rstrip())
 
 
-def _draw(panel: Axes, dataset: xr.Dataset) -> None:
-    time = dataset["time"].values
-    centre, reach = float(dataset["pulse_time"]), float(dataset["reach"])
+def _draw(panel: Axes, record: Record, match: PulseMatch, found: Likeness) -> None:
+    time, pulse = record.time, match.pulse
+    reach = pulse.mother.reach * pulse.T_p
     half = max(_LEAST, _AROUND * reach)
-    seen = abs(time - centre) <= half
-    near = abs(time - centre) <= reach
-    panel.plot(
-        time[seen], dataset["acceleration"].values[seen] / GRAVITY, color="0.45", linewidth=0.6
-    )
+    seen = abs(time - pulse.time) <= half
+    near = abs(time - pulse.time) <= reach
+    panel.plot(time[seen], record.acceleration[seen] / GRAVITY, color="0.45", linewidth=0.6)
     panel.plot(
         time[near],
-        dataset["pulse"].values[near] / GRAVITY,
+        pulse.acceleration(time)[near] / GRAVITY,
         color="black",
         linewidth=1.6,
-        label=tested_in(dataset).removesuffix(", ") or "best match",
+        label=_tested(found),
     )
     low, high = panel.get_ylim()
     panel.set_ylim(low, high + _FOR_LEGEND * (high - low))
     panel.legend(loc="upper right", fontsize=7)
-    panel.set_xlim(max(float(time[0]), centre - half), min(float(time[-1]), centre + half))
+    ends = max(float(time[0]), pulse.time - half), min(float(time[-1]), pulse.time + half)
+    panel.set_xlim(*ends)
     panel.set_ylabel("ground  [g]")
 
 
-def _words(dataset: xr.Dataset) -> str:
+def _words(record: Record, match: PulseMatch, found: Likeness) -> str:
+    pulse = match.pulse
     return (
-        f"{dataset['record_id'].item()}: {wavelet_in(dataset)}, "
-        f"a_p = {float(dataset['a_p']) / GRAVITY:.3f} g, "
-        f"T_p = {float(dataset['T_p']):.3f} s, match index {float(dataset['best_match']):.3f}, "
-        f"{tested_in(dataset)}"
-        f"PGA {float(dataset['pga']) / GRAVITY:.2f} g."
+        f"{record.record_id}: {wavelet_words(pulse.wavelet)}, a_p = {pulse.a_p / GRAVITY:.3f} g, "
+        f"T_p = {pulse.T_p:.3f} s, match index {match.match_index:.3f}, {_tested(found)}, "
+        f"{pga_of(record)}."
     )

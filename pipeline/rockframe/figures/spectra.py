@@ -15,7 +15,17 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled, wavelet_words
-from rockframe.rocking import Verdict
+from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
+from rockframe.rocking import (
+    GroundAcceleration,
+    Verdict,
+    overturning_spectrum,
+    rocking_spectrum,
+)
+from rockframe.wavelets.family import RICKERS
+from rockframe.wavelets.pulse import Pulse
 
 #: Shades of the map: frame stands, overturns after an impact, overturns without impact.
 _SHADES: Final = ("#ffffff", "#e3e3e3", "#bdbdbd")
@@ -23,6 +33,35 @@ _SHADES: Final = ("#ffffff", "#e3e3e3", "#bdbdbd")
 _FEW: Final = 30
 #: A mass ratio above this represents the limit of an infinitely heavy beam.
 _HEAVY: Final = 1e12
+
+#: Slendernesses [degrees] and mass ratios of Figure 9; the last ratio represents a very heavy beam.
+#: The ratios are assumed: the paper does not state them.
+_SLENDERNESSES: Final = (10.0, 14.0)
+_MASS_RATIOS: Final = (0.0, 0.25, 1.0, 4.0, 1e15)
+#: Limits of the axes of Figure 9 [1].
+_FREQUENCY_RATIOS: Final = (1.0, 8.0)
+_AMPLITUDES: Final = (1.0, 15.0)
+#: Relative tolerance of its curves [1]: less than a hundredth of the width of a line.
+_TOLERANCE: Final = 1e-6
+
+
+def draw_figure_9(*, grid: int = 400) -> Captioned:
+    """Draw Figure 9 of the paper.
+
+    Parameters
+    ----------
+    grid : int
+        Points along each side of a map.
+    """
+    found = overturning_spectrum(
+        [Pulse(wavelet=name, a_p=1.0, T_p=1.0) for name in RICKERS],
+        np.radians(_SLENDERNESSES),
+        _MASS_RATIOS,
+        np.linspace(*_FREQUENCY_RATIOS, grid),
+        np.linspace(*_AMPLITUDES, grid),
+        tolerance=_TOLERANCE,
+    )
+    return draw_overturning_spectra(spectrum_dataset(found))
 
 
 def draw_overturning_spectra(dataset: xr.Dataset) -> Captioned:
@@ -134,6 +173,31 @@ def _caption(dataset: xr.Dataset) -> str:
         f"refined to a share of 1e-6; intervals thinner than {np.diff(amplitude).max():.2g} may be "
         "missed. No record is used."
     )
+
+
+#: Slendernesses of the rocking spectra of one record [degrees]; first value, last value and number
+#: of 2 pi / p [s].
+_ROCKING: Final = (6.0, 10.0, 14.0, 20.0)
+_PERIODS: Final = (2.0, 15.0, 261)
+
+
+def draw_spectrum_of(
+    record: Record, frame: RockingFrame, motion: GroundAcceleration | None = None
+) -> Captioned:
+    """Draw the rocking spectra of a record, for the mass ratio of a frame.
+
+    Parameters
+    ----------
+    record : Record
+        The ground motion.
+    frame : RockingFrame
+        A frame of this mass ratio.
+    motion : GroundAcceleration, optional
+        Motion of the ground, if it includes more than the record: with vertical acceleration.
+    """
+    alphas, periods = np.radians(_ROCKING), np.linspace(*_PERIODS)
+    found = rocking_spectrum([motion or record], alphas, [frame.mass_ratio], periods)
+    return draw_rocking_spectrum(rocking_spectrum_dataset([record.record_id], found))
 
 
 def draw_rocking_spectrum(dataset: xr.Dataset) -> Captioned:

@@ -6,9 +6,12 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from typing import Final
+from typing import TYPE_CHECKING, Final, Self
 
 from rockframe.rocking import kernels
+
+if TYPE_CHECKING:
+    from rockframe.rocking.response import Response
 
 #: The rule of `Margin.verdict`, in the words of its docstring. All tables, pages and documents that
 #: show verdicts print it.
@@ -132,6 +135,29 @@ class StatedVerdict:
     overturning_time: float = math.nan
     critical_scale: float | None = None
     model_ends: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, response: Response) -> Self:
+        """Return the verdict of a response, with its critical scale if margins were added.
+
+        Examples
+        --------
+        >>> from rockframe import Pulse, RockingFrame, respond
+        >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=20.0, T_p=1.5)
+        >>> StatedVerdict.of(respond(RockingFrame(height=3.0, width=0.4), pulse)).words
+        'overturned 0.4 s'
+        """
+        restraint = response.restraint
+        return cls(
+            response.verdict,
+            overturning_time=response.overturning_time,
+            critical_scale=None if response.margin is None else response.margin.critical_scale,
+            model_ends={
+                "gap_closed_time": response.gap_closed_time,
+                "lift_exceeded_time": response.lift_exceeded_time,
+                "tendon_yield_time": math.nan if restraint is None else restraint.tendon_yields,
+            },
+        )
 
     @property
     def overturns(self) -> bool:

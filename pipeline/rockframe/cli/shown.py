@@ -1,0 +1,221 @@
+"""What figures show: the records, structures and pulses that are asked for, or the default ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.cli import console
+from rockframe.components.pairing import vertical_beside
+from rockframe.errors import ParameterError, require_known
+from rockframe.frame import RockingFrame
+from rockframe.matching.likeness import likeness
+from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
+from rockframe.options.pulse import PulseOptions
+from rockframe.outcome import InputOutcome
+from rockframe.paper.table1 import paper_record_of
+from rockframe.record import Record
+from rockframe.results.records import RecordsFile, open_records
+from rockframe.rocking import Verdict, respond
+from rockframe.stages.common import horizontal
+from rockframe.stages.pulse import usable
+from rockframe.stages.respond import choose_structures, with_vertical
+from rockframe.study.structures import SHIPPED_STRUCTURES
+from rockframe.wavelets.family import RICKERS
+
+#: The arguments of the function that draws a figure, and the exit status.
+Shown = tuple[tuple[Any, ...], int]
+#: Largest numbers of records on a page, with their histories and with their pulses.
+_MOST_HISTORIES: Final = 12
+_MOST_PULSES: Final = 6
+#: Records of the paper's Figure 8, by their names in its Table 1, and their wavelets.
+_PAPER: Final = {"Erzincan/EW": "symmetric_ricker", "Pacoima Dam/164": "antisymmetric_ricker"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a figure is asked to show, and the numbers with which it is drawn.
+
+    Parameters
+    ----------
+    records : callable
+        Opens a records.nc, which may be made from other files, and states the exit status.
+    record : tuple of str
+        Names of the records; by default all.
+    structures : Path
+        File of structures.
+    structure : str, optional
+        Name of the structure; by default the first, in the shipped file the paper's bridge bent.
+    vertical : bool
+        True to include vertical components.
+    friction, spacing, beam_centre : float
+        Coefficient of friction [1], distance between columns and height of the beam's centre of
+        mass [m].
+    grid : int
+        Points along each side of a map.
+
+    Raises
+    ------
+    ParameterError
+        If friction or grid is not allowed.
+    """
+
+    records: Callable[[], AbstractContextManager[tuple[Path, int]]]
+    record: tuple[str, ...] = ()
+    structures: Path = SHIPPED_STRUCTURES
+    structure: str | None = None
+    vertical: bool = False
+    friction: float = 0.5
+    spacing: float | None = None
+    beam_centre: float = 0.0
+    grid: int = 400
+
+    def __post_init__(self) -> None:
+        if not self.friction > 0.0:
+            raise ParameterError(f"Invalid friction {self.friction!r}. Must be positive.")
+        if not 2 <= self.grid <= 4000:
+            raise ParameterError(f"Invalid grid {self.grid}. Must be 2 to 4000.")
+
+    @property
+    def frame(self) -> RockingFrame:
+        """The structure."""
+        return choose_structures(self.structures, self.structure)[0]
+
+    def chosen(self, file: RecordsFile) -> list[str]:
+        """Return the names of the requested records, or of all horizontal records."""
+        known = horizontal(file)
+        for name in self.record:
+            require_known("record", name, known)
+        return list(self.record or known)
+
+    def require_at_most(self, most: int) -> None:
+        """Raise an error if a figure cannot show that many records."""
+        allowed = "one for this figure" if most == 1 else f"at most {most}"
+        if len(self.record) > most:
+            raise ParameterError(
+                f"Invalid number of records, {len(self.record)}. Must be {allowed}."
+            )
+
+
+def nothing(_asked: Asked) -> Shown:
+    """Return no arguments, for figures without records."""
+    return (), 0
+
+
+def one_record(asked: Asked) -> Shown:
+    """Return a record, the structure, and the motion with the vertical component if requested."""
+    frame = asked.frame
+    asked.require_at_most(1)
+    with asked.records() as (path, status), open_records(path) as file:
+        record = _largest_rotation(file, asked.chosen(file), frame)
+        beside = vertical_beside(file) if asked.vertical else {}
+    return (record, frame, with_vertical(record, beside) if asked.vertical else None), status
+
+
+def _largest_rotation(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
+    """Return the record with the largest rotation without overturning, or the first."""
+    best, furthest = file.read(names[0]), 0.0
+    for name in names if len(names) > 1 else ():
+        record = file.read(name)
+        response = respond(frame, record)
+        if response.verdict is Verdict.SAFE and response.peak_rotation > furthest:
+            best, furthest = record, response.peak_rotation
+    return best
+
+
+def responses(asked: Asked) -> Shown:
+    """Return records, the responses of the structure, and titles."""
+    frame = asked.frame
+    found, rejected = [], []
+    with asked.records() as (path, status), open_records(path) as file:
+        names = asked.chosen(file)
+        if len(names) > _MOST_HISTORIES:
+            raise ParameterError(
+                f"Invalid number of records, {len(names)}. Must be at most {_MOST_HISTORIES}: "
+                "choose with --record."
+            )
+        beside = vertical_beside(file) if asked.vertical else {}
+        for record in map(file.read, names):
+            try:
+                motion = with_vertical(record, beside) if asked.vertical else record
+                found.append((record, respond(frame, motion)))
+            except ParameterError as error:
+                rejected.append(InputOutcome(record.record_id, str(error)))
+    if not found:
+        raise ParameterError(f"record {rejected[0].file!r}: {rejected[0].reason}")
+    records = [record for record, _ in found]
+    shown = (records, [response for _, response in found], [_title(record) for record in records])
+    return shown, console.show_rejections(rejected) or status
+
+
+def best_matched(asked: Asked) -> Shown:
+    """Return the requested record; by default the record that a Ricker wavelet matches best."""
+    asked.require_at_most(1)
+    records, status = _searchable(asked)
+
+    def index(pair: tuple[Record, PulseOptions]) -> float:
+        matches = _rickers(*pair)
+        return matches[best_ricker(matches)].match_index
+
+    return max(records, key=index) if len(records) > 1 else records[0], status
+
+
+def pulses(asked: Asked) -> Shown:
+    """Return the requested records with their pulses, titles, and how many are left out.
+
+    By default the records are the paper's two, or the best match of each of its wavelets.
+    """
+    asked.require_at_most(_MOST_PULSES)
+    records, status = _searchable(asked)
+    matches = [_rickers(*pair) for pair in records]
+    chosen = [(i, best_ricker(found)) for i, found in enumerate(matches)]
+    if not asked.record:
+        chosen = _default([record for record, _ in records], matches)
+    tested, titles = [], []
+    for i, wavelet in chosen:
+        record, options = records[i]
+        samples, step = record.acceleration, record.time_step
+        found = match_pulses(samples, step, options)
+        noise = likeness(samples, step, found, options, record.record_id)
+        tested.append((record, matches[i][wavelet], noise[wavelet]))
+        titles.append(_title(record).replace("\n", ", "))
+    count, remark = len({i for i, _ in chosen}), ""
+    if count < len(records):
+        remark = f"{count} of {len(records)} records are shown; --record names others."
+    return (tested, titles, remark), status
+
+
+def _searchable(asked: Asked) -> tuple[list[tuple[Record, PulseOptions]], int]:
+    """Return the requested records with their usable options, and the exit status."""
+    with asked.records() as (path, status), open_records(path) as file:
+        names = asked.chosen(file)
+        return [(file.read(name), usable(name, file, PulseOptions())) for name in names], status
+
+
+def _rickers(record: Record, options: PulseOptions) -> dict[str, PulseMatch]:
+    alone = options.replaced(wavelet=tuple(RICKERS))
+    return match_pulses(record.acceleration, record.time_step, alone)
+
+
+def _default(records: list[Record], matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
+    """Return the paper's two records if available, otherwise the best record for each wavelet."""
+    printed = [paper_record_of(record.source_file) for record in records]
+    named = {paper.record: i for i, paper in enumerate(printed) if paper is not None}
+    if all(name in named for name in _PAPER):
+        return [(named[name], wavelet) for name, wavelet in _PAPER.items()]
+    return [
+        (max(range(len(matches)), key=lambda i: matches[i][wavelet].match_index), wavelet)
+        for wavelet in _PAPER.values()
+    ]
+
+
+def _title(record: Record) -> str:
+    """Return the names of event and record in two lines."""
+    printed = paper_record_of(record.source_file)
+    if printed is not None:
+        return f"{printed.event}\n{printed.record}"
+    place = "/".join(part for part in (record.station, record.component) if part)
+    return "\n".join(part for part in (record.event, place or record.record_id) if part)
