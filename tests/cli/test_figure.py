@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import json
 import shutil
-from contextlib import redirect_stdout
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, redirect_stdout
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
+from rockframe.cli.shown import Asked
+from rockframe.errors import ParameterError
 from rockframe.figures.captioned import Captioned
+from rockframe.record import Record
+from rockframe.rocking import GroundAcceleration, as_ground
 from rockframe.wavelets.pulse import Pulse
 
 
@@ -172,6 +178,39 @@ def test_the_paper_checked_again_is_the_same(
 def test_the_page_keeps_out_of_the_folder_of_the_records(motions: Path) -> None:
     assert run("paper", "--output", motions, *stated(motions)) == 2
     assert sorted(file.name for file in motions.iterdir()) == ["strong.csv", "weak.csv"]
+
+
+def test_figure_11_lists_the_records_without_vertical_motion(
+    motions: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def above_the_strong_one(record: Record, _beside: Mapping[str, Record]) -> GroundAcceleration:
+        if record.record_id == "weak":
+            raise ParameterError("nothing beside it.")
+        return as_ground(record)
+
+    words = ("figure", "11", "--output", tmp_path / "a.png", *stated(motions), "--vertical")
+    assert run(*words) == 2
+    assert "record 'strong': no vertical record" in capsys.readouterr().err
+    monkeypatch.setattr("rockframe.cli.shown.with_vertical", above_the_strong_one)
+    assert run(*words) == 1
+    printed = capsys.readouterr()
+    assert printed.err == "rockframe: rejected: weak: nothing beside it.\n"
+    assert "strong: stands" in printed.out
+    assert "weak: " not in printed.out
+
+
+@pytest.mark.parametrize("invalid", [{"grid": 1}, {"grid": 4001}, {"friction": 0.0}])
+def test_numbers_of_figures_have_bounds(invalid: dict[str, Any]) -> None:
+    def no_records() -> AbstractContextManager[tuple[Path, int]]:
+        raise AssertionError
+
+    for allowed in (2, 4000):
+        assert Asked(records=no_records, grid=allowed).friction == 0.5
+    with pytest.raises(ParameterError, match=f"Invalid {next(iter(invalid))} "):
+        Asked(records=no_records, **invalid)
 
 
 def test_a_map_of_one_point_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

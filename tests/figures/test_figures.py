@@ -18,7 +18,7 @@ from rockframe.figures.joints import draw_joints, draw_moment_rotation, draw_pha
 from rockframe.figures.parameters import draw_equivalent_size, draw_restitution
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.restraint import Abutment
+from rockframe.restraint import Abutment, Tendon
 from rockframe.rocking import GroundAcceleration, column_forces, reactions, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
@@ -92,6 +92,21 @@ def test_figure_11_says_when_a_bridge_reaches_its_abutment() -> None:
     drawn = draw_response_grid([record], [respond(bridge, record)], [""])
     reached = free.time[np.argmax(np.abs(free.u) >= gap)]
     assert f"shake: stands; gap closes {reached:.1f} s" in drawn.caption
+
+
+def test_figure_11_says_when_a_tendon_yields_and_the_lift_is_exceeded() -> None:
+    """The first of the events is stated."""
+    tendon = Tendon(area=1e-4, modulus=195e9, length=9.6, prestress=1e5)
+    tied = respond(replace(BENT, column_mass=48e3, tendon=tendon), shake())
+    assert tied.restraint is not None
+    yielding = replace(tied, restraint=replace(tied.restraint, tendon_yields=5.0))
+    for response, end in (
+        (tied, ""),
+        (yielding, "; tendon yields 5.0 s"),
+        (replace(yielding, lift_exceeded_time=4.0), "; lift exceeded 4.0 s"),
+    ):
+        drawn = draw_response_grid([shake()], [response], [""])
+        assert f"shake: stands{end}, θ/α" in drawn.caption
 
 
 def test_moment_falls_from_one_at_uplift_to_zero_at_the_slenderness() -> None:
