@@ -1,4 +1,4 @@
-"""What figures show: the records, structures and pulses that are asked for, or the default ones."""
+"""Records, structures and pulses that figures show: those asked for, or the default ones."""
 
 from __future__ import annotations
 

@@ -216,9 +216,8 @@ def draw_phase_portrait(
     alpha = frame.slenderness
     scale = alpha * frame.effective_frequency_parameter
     theta, omega = trajectory(response)
-    rotations = _all_rotations(frame)
-    curve = rotations / alpha
-    barrier = np.where(np.abs(curve) <= 1.0, barrier_rate(frame, rotations) / scale, np.nan)
+    curve = _all_rotations(frame)
+    barrier = np.where(np.abs(curve) <= alpha, barrier_rate(frame, curve) / scale, np.nan)
     rates = response.impact_velocities / scale
     after = frame.restitution * rates
     with styled():
@@ -227,7 +226,7 @@ def draw_phase_portrait(
         axes.plot(theta / alpha, omega / scale, linewidth=0.8)
         for sign in (1.0, -1.0):
             label = "overturns beyond, on still ground" if sign > 0.0 else None
-            axes.plot(curve, sign * barrier, color="0.4", linestyle="--", linewidth=0.9,
+            axes.plot(curve / alpha, sign * barrier, color="0.4", linestyle="--", linewidth=0.9,
                       label=label)  # fmt: skip
         for values, face, label in ((rates, "C1", "before an impact"), (after, "w", "after it")):
             axes.plot(

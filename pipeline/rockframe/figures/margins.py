@@ -157,8 +157,7 @@ def draw_stability_map(
     points = max(2, grid // _COARSER)
     heights = frame.height * np.geomspace(*_HEIGHTS, points)
     scales = np.linspace(_LARGEST_SCALE / points, _LARGEST_SCALE, points)
-    slope = frame.width / frame.height
-    frames = [frame.resized(height, height * slope) for height in heights.tolist()]
+    frames = [frame.resized(h, h * frame.width / frame.height) for h in heights.tolist()]
     verdicts = respond_many([motion or record], frames, scales).verdict[0]
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 3.1), layout="constrained")
@@ -172,15 +171,8 @@ def draw_stability_map(
             shading="nearest",
             rasterized=True,
         )
-        (cross,) = axes.plot(
-            frame.height,
-            1.0,
-            marker="+",
-            color="black",
-            markersize=9,
-            linestyle="",
-            label="the structure, the motion itself",
-        )
+        label = "the structure, the motion itself"
+        (cross,) = axes.plot(frame.height, 1.0, "+", color="black", markersize=9, label=label)
         axes.set_xscale("log")
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter("{x:g}")

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from rockframe.figures.captioned import (
     LINES,
@@ -26,6 +27,8 @@ from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
 
 _NAMES: Final = {
     "symmetric_ricker": "symmetric Ricker",
@@ -108,11 +111,7 @@ def draw_scalogram(record: Record, options: PulseOptions) -> Captioned:
     best, tested = matches[wavelet], likeness(samples, step, matches, options, record.record_id)
     centre, period = best.pulse.time, best.pulse.T_p
     periods = np.geomspace(*options.periods_s, _PERIODS)
-    picture = np.abs(scalogram(samples, step, wavelet, periods))
-    picture /= math.sqrt(float(samples @ samples) * step)
-    # draw the largest of the skipped times, so that no ridge is lost
-    starts = np.arange(0, samples.size, max(1, math.ceil(samples.size / _TIMES)))
-    indices, time = np.maximum.reduceat(picture, starts, axis=1), record.time[starts]
+    time, indices = _picture(record, wavelet, periods)
     highest = indices.max(axis=0)
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 2.6), layout="constrained")
@@ -147,6 +146,16 @@ def draw_scalogram(record: Record, options: PulseOptions) -> Captioned:
         f"Record {record.record_id} ({pga_of(record)})."
     )
     return Captioned(figure, "Wavelet transform", caption)
+
+
+def _picture(record: Record, wavelet: str, periods: Float) -> tuple[Float, Float]:
+    """Return times, and the match index at each period and time."""
+    samples, step = record.acceleration, record.time_step
+    picture = np.abs(scalogram(samples, step, wavelet, periods))
+    picture /= math.sqrt(float(samples @ samples) * step)
+    # draw the largest of the skipped times, so that no ridge is lost
+    starts = np.arange(0, samples.size, max(1, math.ceil(samples.size / _TIMES)))
+    return record.time[starts], np.maximum.reduceat(picture, starts, axis=1)
 
 
 def _tested(found: Likeness) -> str:

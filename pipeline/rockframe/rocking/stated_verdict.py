@@ -145,7 +145,7 @@ class StatedVerdict:
         >>> from rockframe import Pulse, RockingFrame, respond
         >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=20.0, T_p=1.5)
         >>> StatedVerdict.of(respond(RockingFrame(height=3.0, width=0.4), pulse)).words
-        'overturned 0.4 s'
+        'overturned 0.3 s'
         """
         restraint = response.restraint
         return cls(
