@@ -37,7 +37,7 @@ _PAPER: Final = {"Erzincan/EW": "symmetric_ricker", "Pacoima Dam/164": "antisymm
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """What a figure is asked to show, and the numbers with which it is drawn.
+    """The records and the structure of a figure, and the numbers with which it is drawn.
 
     Parameters
     ----------

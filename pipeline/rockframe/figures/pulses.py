@@ -108,7 +108,8 @@ def draw_scalogram(record: Record, options: PulseOptions) -> Captioned:
     samples, step = record.acceleration, record.time_step
     matches = match_pulses(samples, step, options)
     wavelet = best_ricker(matches)
-    best, tested = matches[wavelet], likeness(samples, step, matches, options, record.record_id)
+    tested = likeness(samples, step, matches, options, record.record_id)[wavelet]
+    best = matches[wavelet]
     centre, period = best.pulse.time, best.pulse.T_p
     periods = np.geomspace(*options.periods_s, _PERIODS)
     time, indices = _picture(record, wavelet, periods)
@@ -142,7 +143,7 @@ def draw_scalogram(record: Record, options: PulseOptions) -> Captioned:
         f"Match index of the {wavelet_words(wavelet)} wavelet, by PyWavelets, at each period and "
         "time: the energy-normalised coefficient divided by the root of the record's energy. "
         f"Cross: the best match, a_p = {best.pulse.a_p / GRAVITY:.3f} g, T_p = {period:.3f} s at "
-        f"{centre:.2f} s, {_tested(tested[wavelet])}, match index {best.match_index:.3f}. "
+        f"{centre:.2f} s, {_tested(tested)}, match index {best.match_index:.3f}. "
         f"Record {record.record_id} ({pga_of(record)})."
     )
     return Captioned(figure, "Wavelet transform", caption)
