@@ -91,9 +91,16 @@ def test_killed_worker_costs_its_batch_not_the_run(tmp_path: Path) -> None:
     assert (tmp_path / "killed").exists()
 
 
-def test_batch_that_kills_its_workers_is_named() -> None:
+def counting(notes: Path, value: str) -> str:
+    """Return an expression that appends a letter to a file, and then gives `value`."""
+    return f"(open({str(notes)!r}, 'a').write('x'), {value})[1]"
+
+
+def test_batch_that_kills_its_workers_is_tried_three_times_and_named(tmp_path: Path) -> None:
+    batch = counting(tmp_path / "attempts", DIES)
     with pytest.raises(EngineError, match=r"batch 2: its worker died 3 times .*signal 9, Killed"):
-        list(map_batches(eval, ["1", DIES, "3"], engine=POOL))
+        list(map_batches(eval, ["1", batch, "3"], engine=POOL))
+    assert (tmp_path / "attempts").read_text() == "xxx"
 
 
 @pytest.mark.usefixtures("_clock")

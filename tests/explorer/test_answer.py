@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rockframe import Ensemble, GroundAcceleration, ParameterError, RockingFrame, margins, respond
-from rockframe.explorer.answer import Motion, answer, margin
+from rockframe.explorer.answer import Motion, _places, answer, margin
 from rockframe.explorer.settings import read_settings
 from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
@@ -129,6 +129,17 @@ def test_a_long_fall_ends_where_it_falls(long: Motion) -> None:
     standing = int(np.isfinite(theta).sum())
     assert found.response.verdict.name == "OVERTURNED"
     assert {standing - 1, standing} <= set(found.places)
+
+
+def test_a_fall_that_ends_between_extremes_is_drawn_to_its_end(long: Motion) -> None:
+    """The curve ends at the last sample before the fall, whatever happens around it."""
+    found = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
+    theta = np.full(60_000, np.nan)
+    theta[:30_000] = 0.01 * np.sin(0.05 * np.arange(30_000))
+    theta[29_900:30_000] = np.linspace(-0.02, 0.02, 100)[np.arange(100) * 37 % 100]
+    theta[29_950], theta[29_999] = 0.0, 0.001
+    places = _places(replace(found.response, theta=theta), found.ground, (100.0, 110.0))
+    assert {29_999, 30_000} <= set(places)
 
 
 def test_the_table_holds_every_sample(long: Motion) -> None:

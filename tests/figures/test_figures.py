@@ -81,7 +81,10 @@ def test_figure_11_draws_a_falling_frame_no_further() -> None:
     drawn = draw_response_grid([record], [respond(COLUMN, record)], [""])
     assert "shake: overturned " in drawn.caption
     ratio = curve(axes_of(drawn)[1], 0)[1]
-    assert np.abs(ratio).max() <= 1.3
+    assert 1.0 < np.abs(ratio).max() <= 1.3
+    whole = history["theta"].values / float(history["slenderness"])
+    assert_allclose(ratio, whole[: ratio.size], rtol=1e-12)
+    assert not abs(whole[ratio.size]) <= 1.3  # the next sample is beyond, or not computed
 
 
 def test_figure_11_says_when_a_bridge_reaches_its_abutment() -> None:

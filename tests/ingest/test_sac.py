@@ -131,6 +131,8 @@ def test_vertical(incidence: float, orientation: Orientation) -> None:
     ("fields", "name", "words"),
     [
         ({CMPAZ: 0.0}, b"HNE", "component 'HNE', but CMPINC 90 and CMPAZ 0. Must be the same dir"),
+        ({CMPAZ: 95.1}, b"HNE", "component 'HNE', but CMPINC 90 and CMPAZ 95.1"),
+        ({CMPAZ: 264.9}, b"HNE", "component 'HNE', but CMPINC 90 and CMPAZ 264.9"),
         ({CMPINC: 0.0}, b"HNN", "component 'HNN', but CMPINC 0 and CMPAZ 90"),
         ({}, b"HNZ", "component 'HNZ', but CMPINC 90 and CMPAZ 90"),
         ({SCALE: 213945.0}, b"HNE", "SCALE 213945. Must be 1 or undefined"),
@@ -142,7 +144,7 @@ def test_contradictions(fields: dict[int, float], name: bytes, words: str) -> No
         read_bytes(PATH, sac(fields=fields, name=name), IN_G)
 
 
-@pytest.mark.parametrize("azimuth", [92.5, 270.0, 273.0, 450.0])
+@pytest.mark.parametrize("azimuth", [92.5, 95.0, 265.0, 270.0, 273.0, 450.0])
 def test_a_component_may_be_slightly_askew_or_reversed(azimuth: float) -> None:
     [record] = read_bytes(PATH, sac(fields={CMPAZ: azimuth, SCALE: 1.0, DEPMEN: 0.125}), IN_G)
     assert record.azimuth == azimuth

@@ -99,9 +99,12 @@ def test_start_to_the_millisecond() -> None:
     assert record.start_time == "1989-10-18T00:04:05.120Z"
 
 
-def test_vertical() -> None:
-    [record] = read_bytes(PATH, joined(smc(integers={13: 0})))
-    assert record.orientation is Orientation.VERTICAL
+@pytest.mark.parametrize(
+    ("from_up", "orientation"), [(0, Orientation.VERTICAL), (180, Orientation.DOWNWARD)]
+)
+def test_vertical(from_up: int, orientation: Orientation) -> None:
+    [record] = read_bytes(PATH, joined(smc(integers={13: from_up})))
+    assert record.orientation is orientation
     assert math.isnan(record.azimuth)
 
 

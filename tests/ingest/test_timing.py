@@ -70,6 +70,20 @@ def test_times_printed_too_coarsely() -> None:
         step_of([f"{i / 80:.2f}" for i in range(100)])
 
 
+@pytest.mark.parametrize("start", range(5))
+@pytest.mark.parametrize(("rate", "fine"), [(45, False), (30, True)])
+def test_uneven_times_need_three_printed_units_a_step(rate: int, fine: bool, start: int) -> None:
+    """At 45 Hz steps of 0.02 and 0.03 s alternate, and rounding could hide a lost sample: the next
+    time but one is 0.04 s later. At 30 Hz it is 0.07 s later, and no rounded step is that long.
+    """
+    printed = [f"{(i + start) / rate:.2f}" for i in range(100)]
+    if fine:
+        assert step_of(printed) == pytest.approx(1 / rate, rel=1e-12)
+        del printed[50]
+    with pytest.raises(InputError, match="even steps, printed finely enough"):
+        step_of(printed)
+
+
 def test_given_step_must_fit() -> None:
     printed = [f"{i / 240:.4f}" for i in range(1000)]
     assert step_of(printed, 0.00416667) == 0.00416667

@@ -103,6 +103,17 @@ def test_drawing_ends_when_the_verdict_is_certain_and_not_before() -> None:
     assert clear.p_value == pytest.approx(0.01)
 
 
+@pytest.mark.parametrize(("seed", "ratio"), [(4, 0.1), (8, 0.1), (4, 0.2), (5, 0.2)])
+def test_the_high_level_is_exceeded_by_a_twentieth_of_the_surrogates(
+    seed: int, ratio: float
+) -> None:
+    """So a record that 5 to 10 % of them beat is below it, and one that 4 % beat is above it."""
+    one = judged(with_pulse(seed, ratio))["symmetric_ricker"]
+    beaten = (one.p_value * (one.surrogates + 1) - 1.0) / one.surrogates
+    assert 0.04 < beaten < 0.1
+    assert (one.match_index < one.high) == (beaten > 0.05)
+
+
 @pytest.mark.parametrize("weighting", list(Weighting))
 def test_the_verdict_is_under_the_weighting_of_the_pulse(weighting: Weighting) -> None:
     record = with_pulse(2, 5.0)

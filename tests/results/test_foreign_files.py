@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import tracemalloc
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -339,15 +340,15 @@ def with_left_out_that_is_none(path: Path, _kind: str) -> None:
 
 
 def of_more_than_there_is(path: Path, kind: str) -> None:
-    """Write a small file that states 1e12 samples, for which no memory may be allocated."""
+    """Write a small file that states 3e7 values of each variable, which it does not contain."""
     attrs = dict.fromkeys(("input_sha256", "parameters", "left_out"), "{}")
     with netCDF4.Dataset(path, "w") as file:
         file.setncatts({"rockframe_kind": kind, "source_code_hash": "", **attrs})
         for one in KINDS[kind].variables:
             for dim in one.dims:
                 if dim not in file.dimensions:
-                    # 1e12 along the first dimension
-                    file.createDimension(dim, 2 if file.dimensions else 10**12)
+                    # 3e7 along the first dimension
+                    file.createDimension(dim, 2 if file.dimensions else 3 * 10**7)
             chunks = [min(1000, file.dimensions[dim].size) for dim in one.dims]
             kinds: dict[str, Any] = {"text": str, "numbers": "f8", "flags": "i1"}
             dtype: Any = kinds.get(one.holds, "i4")
@@ -371,6 +372,38 @@ def test_a_file_that_is_something_else_is_refused(
     shutil.copyfile(made / f"{kind}.nc", path)
     damage(path, kind)
     assert refused(path, kind)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_memory_is_allocated_for_values_that_a_file_does_not_contain(
+    tmp_path: Path, kind: str
+) -> None:
+    """One variable of 3e7 numbers would take 30 MB or more, as bytes, and 240 MB as reals."""
+    path = tmp_path / "claims.nc"
+    of_more_than_there_is(path, kind)
+    tracemalloc.start()
+    try:
+        with pytest.raises(InputError, match="bytes of values, but has"), opened(path, kind):
+            pass
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert most < 10e6
+
+
+def test_a_file_may_be_compressed_as_far_as_netcdf_can(made: Path, tmp_path: Path) -> None:
+    """A record of zeros: a million samples take some kilobytes."""
+    path = tmp_path / "still.nc"
+    with xr.open_dataset(made / "records.nc", decode_times=False) as whole:
+        records = whole.load()
+    one = records.isel(record=[0], obs=np.zeros(10**6, dtype=int))
+    one["acceleration"][:] = 0.0
+    one["row_size"][:] = 10**6
+    packed = {"acceleration": {"zlib": True, "complevel": 9, "chunksizes": (10**6,)}}
+    one.to_netcdf(path, encoding=packed)
+    assert path.stat().st_size < 0.05 * one["acceleration"].nbytes
+    with opened(path, "records") as file:
+        assert file.sizes["obs"] == 10**6
 
 
 def set_values(path: Path, name: str, values: Any) -> None:

@@ -98,6 +98,21 @@ def test_contributions_add_up_and_stay_between_the_bounds() -> None:
     assert found.contributions[-1] < curve.rate[-1]
 
 
+def test_motions_above_a_curve_count_fully_in_the_upper_bound_only() -> None:
+    """A frame that stands in all tried motions: above the curve it may overturn, or may not.
+
+    Of 12 motions without overturning, the upper bound of P is well below 1 at every intensity of
+    the curve. So the rate at which its end is exceeded, 1e-3, is the larger part of the bound.
+    """
+    curve = HazardCurve("pga", np.array([0.5, 0.6]), np.array([1.001e-3, 1e-3]))
+    stands = fit_fragility(np.linspace(1.0, 2.0, 12), [1.0], np.zeros((12, 1), dtype=int))
+    found = overturning_rate(curve, stands)
+    most = float(stands.band(curve.intensity)[1].max())
+    assert most < 0.5
+    assert found.low == 0.0
+    assert 1e-3 < found.high <= 1e-3 + most * 1e-6 * (1.0 + 1e-9)
+
+
 def test_no_overflow_over_eighteen_decades() -> None:
     found = overturning_rate(POWER, curve_of(1.0, 500.0))
     assert math.isfinite(found.rate)

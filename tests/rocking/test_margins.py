@@ -29,6 +29,7 @@ from rockframe.rocking import (
     respond_many,
     robust_margins,
 )
+from rockframe.rocking.margins.first_overturning import least_scale_of
 from rockframe.rocking.margins.sensitivity import resampled
 from rockframe.stages.ingest import ingest_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
@@ -268,6 +269,33 @@ def test_a_vertical_acceleration_ends_the_scan() -> None:
     upwards = GroundAcceleration.from_samples(np.full(401, -0.4 * GRAVITY)[:400], 0.01)
     found = margin(BENT, across.with_vertical(upwards))
     assert_allclose(found.largest_scale, 2.5, rtol=1e-8)
+
+
+@pytest.mark.parametrize("upwards", [-0.4, 0.4])
+def test_no_frame_uplifts_below_its_least_scale(upwards: float) -> None:
+    """Over constant ground accelerations a and b, frames uplift at s a = tan alpha (g + s b)."""
+    held = GroundAcceleration.from_samples(np.full(200, upwards * GRAVITY), 0.01)
+    ground = GroundAcceleration.from_samples(np.full(200, 0.6 * GRAVITY), 0.01).with_vertical(held)
+    tangent = BENT.uplift_acceleration / GRAVITY
+    uplifts = tangent / (0.6 - tangent * upwards)
+    least = least_scale_of(ground, BENT)
+    assert least <= uplifts * (1.0 + 1e-12)
+    assert_allclose(least, tangent / (0.6 + tangent * abs(upwards)), rtol=1e-12)
+    assert respond(BENT, ground.scaled(0.999 * uplifts)).peak_rotation == 0.0
+    assert respond(BENT, ground.scaled(1.001 * uplifts)).peak_rotation > 0.0
+
+
+def test_bounds_of_a_vertical_acceleration_contain_it() -> None:
+    """Between its nodes, a curved acceleration dips below both."""
+    span: dict[str, Any] = {"start_time": 0.0, "end_time": 4.0, "intervals": 5, "degree": 4}
+    across = GroundAcceleration.from_function(np.zeros_like, **span)
+    curved = GroundAcceleration.from_function(lambda t: np.cos(7.0 * t), **span)
+    for upwards in (curved, curved.scaled(-1.0)):
+        low, high = across.with_vertical(upwards).upward_bounds()
+        inside = np.linspace(0.0, upwards.time_step, 50)
+        values = np.polynomial.polynomial.polyval(inside, upwards.coefficients.T)
+        assert low <= values.min() < -0.9
+        assert high >= values.max() > 0.9
 
 
 def test_the_same_whatever_is_beside() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from rockframe.rocking import (
     robust_margins,
 )
 from rockframe.rocking.margins.ensemble import draws, members
+from rockframe.rocking.margins.robust import RobustMargin
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -40,35 +42,65 @@ def test_an_ensemble_of_one_structure_overturns_at_its_critical_scale() -> None:
     assert (robust.error10, robust.error25, robust.error50) == (0.0, 0.0, 0.0)
 
 
-def fallen_members(ensemble: Ensemble, powers: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the numbers of members that overturn on rough ground, at negative powers of 1.01.
+@dataclass(frozen=True)
+class Counted:
+    """An ensemble on rough ground: its robust margin, and the members that overturn.
 
-    The powers are repeated products, because one unit in the last place can change a verdict.
+    `fallen` has shape (powers, members); the scales are the powers of 1.01 with these exponents.
     """
+
+    robust: RobustMargin
+    powers: NDArray[np.int64]
+    fallen: NDArray[np.bool_]
+
+    def scale(self, share: float, chosen: NDArray[np.int64]) -> float:
+        """Return the scale at which a share of the chosen members overturns.
+
+        Shares are averaged over nine steps of 1 %, the scale over nine shares within 0.03.
+        """
+        count = self.fallen[:, chosen].sum(axis=1)
+        mean = np.convolve(count, np.ones(9, dtype=int), "valid") / (9 * chosen.size)
+        places = []
+        for level in share + np.linspace(-0.03, 0.03, 9):
+            first = int(np.argmax(mean >= level))
+            within = (level - mean[first - 1]) / (mean[first] - mean[first - 1])
+            places.append(self.powers[4] + first - 1 + within)
+        return float(1.01 ** np.mean(places))
+
+
+@pytest.fixture(scope="module")
+def counted() -> Counted:
+    """The responses of each member, one by one.
+
+    The scales are repeated products, because one unit in the last place can change a verdict.
+    """
+    ensemble = Ensemble(members=40, seed=3)
+    [[robust]] = robust_margins([ROUGH], [SLENDER], ensemble)
+    power = round(np.log(robust.s25) / np.log(1.01))
+    powers = np.arange(power - 35, power + 35)
     family = members(ensemble, SLENDER)
     scale = (1.0 / np.cumprod(np.full(-powers.min(), 1.01))[-powers - 1])[:, None]
     scale = scale * draws(ensemble)[:, 3]
     frame = np.tile(np.arange(len(family)), powers.size)
     found = respond_scenarios([ROUGH], family, 0 * frame, frame, scale.ravel())
-    fallen = (found.verdict == Verdict.OVERTURNED).reshape(scale.shape)
-    return np.asarray(fallen.sum(axis=1))
+    return Counted(robust, powers, (found.verdict == Verdict.OVERTURNED).reshape(scale.shape))
 
 
-def test_shares_are_those_of_the_members() -> None:
-    """Shares are averaged over nine steps of 1 %, the scales over nine shares within 0.03."""
-    ensemble = Ensemble(members=40, seed=3)
-    [[robust]] = robust_margins([ROUGH], [SLENDER], ensemble)
-    power = round(np.log(robust.s25) / np.log(1.01))
-    powers = np.arange(power - 35, power + 35)
-    mean = np.convolve(fallen_members(ensemble, powers), np.ones(9, dtype=int), "valid") / (9 * 40)
+def test_shares_are_those_of_the_members(counted: Counted) -> None:
+    robust = counted.robust
     for scale, share in ((robust.s10, 0.10), (robust.s25, 0.25), (robust.s50, 0.50)):
-        places = []
-        for level in share + np.linspace(-0.03, 0.03, 9):
-            first = int(np.argmax(mean >= level))
-            within = (level - mean[first - 1]) / (mean[first] - mean[first - 1])
-            places.append(powers[4] + first - 1 + within)
-        assert_allclose(scale, 1.01 ** np.mean(places), rtol=1e-9)
-    assert 0.0 < robust.error25 < 0.1
+        assert_allclose(scale, counted.scale(share, np.arange(40)), rtol=1e-9)
+
+
+def test_errors_are_those_of_members_drawn_again(counted: Counted) -> None:
+    """The central 68 % of 600 other draws; of 100 draws, such a width is uncertain by 10 %."""
+    rng, robust = np.random.default_rng(8), counted.robust
+    ratios = []
+    for error, share in ((robust.error10, 0.10), (robust.error25, 0.25), (robust.error50, 0.50)):
+        again = [counted.scale(share, rng.integers(0, 40, 40)) for _ in range(600)]
+        low, high = np.quantile(np.log(again), (0.16, 0.84))
+        ratios.append(np.log1p(error) / (0.5 * (high - low)))
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.15)
 
 
 def test_another_draw_agrees_within_the_errors() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from tests.commands import ingested, run
 
 from rockframe.crushing import crushed
@@ -73,6 +74,9 @@ def test_every_model_is_in_the_file_the_table_and_the_figure(
     rows = comparison_rows(output)
     models = ["free", "restrained", "hybrid", "isolated", "fixed"]
     assert [row["model"] for row in rows] == models
+    series = {"time", "u", "v", "base_shear", "row_size"}
+    with xr.open_dataset(output, decode_times=False) as stored:  # each other variable is a column
+        assert len(rows[0]) == len(set(stored.variables) - series)
     histories = read_histories(output, rows[0]["record_id"], "bent")
     for k, row in enumerate(rows):
         assert np.nanmax(np.abs(histories["u"][k])) == pytest.approx(row["u_max_m"], rel=1e-2)

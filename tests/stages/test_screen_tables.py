@@ -22,7 +22,7 @@ from rockframe.figures.fragility import draw_peak_distribution
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.record import Record
 from rockframe.results.screening.screen import read_screening
-from rockframe.results.screening.tables import screen_rows
+from rockframe.results.screening.tables import fragility_rows, screen_rows
 from rockframe.results.tables.formats import write_rows_as
 from rockframe.rocking import ScreeningBatch
 from rockframe.signals.processing import peak
@@ -47,6 +47,23 @@ def screened(folder: Path, **options: Any) -> Screening:
         structures_path=structures(folder),
         options=ScreenOptions(scales=np.geomspace(0.5, 3.0, 5), margins="none", **options),
     )
+
+
+def test_no_column_is_left_out(tmp_path: Path) -> None:
+    screened(tmp_path)
+    screening = read_screening(tmp_path / "screen.nc")
+    motion = (
+        "event station azimuth_degree magnitude epicentral_distance_km vs30_m_s pga_g pgv_m_s "
+        "a_p_g T_p_s L_p_m mean_rank verdict_words"
+    )
+    pair = "record_id structure scale verdict peak_rotation_ratio u_max_m v_max_m demand_rank"
+    assert list(next(screen_rows(screening))) == [*pair.split(), *motion.split()]
+    fit = (
+        "structure limit_state measure unit outcome median median_low median_high lowest highest "
+        "safe_to lognormal_beta lognormal_beta_low lognormal_beta_high logistic_scale pseudo_r2 "
+        "concordance brier motions observations reached reached_from"
+    )
+    assert list(next(fragility_rows(screening))) == fit.split()
 
 
 @pytest.mark.parametrize("beta", [0.3, 0.6])
