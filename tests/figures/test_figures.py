@@ -78,11 +78,12 @@ def test_figure_11_has_a_column_for_each_record() -> None:
 
 def test_figure_11_draws_a_falling_frame_no_further() -> None:
     record = shake(1.5)
-    drawn = draw_response_grid([record], [respond(COLUMN, record)], [""])
+    response = respond(COLUMN, record)
+    drawn = draw_response_grid([record], [response], [""])
     assert "shake: overturned " in drawn.caption
     ratio = curve(axes_of(drawn)[1], 0)[1]
     assert 1.0 < np.abs(ratio).max() <= 1.3
-    whole = history["theta"].values / float(history["slenderness"])
+    whole = response.theta / COLUMN.slenderness
     assert_allclose(ratio, whole[: ratio.size], rtol=1e-12)
     assert not abs(whole[ratio.size]) <= 1.3  # the next sample is beyond, or not computed
 
