@@ -23,7 +23,6 @@ _ROOMS: Mapping[str, str] = {
     "ingest": "Reading",
     "frame": "Frames",
     "restraint": "Restraints",
-    "crushing": "Pivots that crush",
     "wavelets": "Wavelets and pulses",
     "matching": "Pulses of records",
     "rocking": "Response",

@@ -22,7 +22,7 @@ FLOORS = (
         "compiled",
     },
     {"frame", "rivals", "wavelets", "engines", "rocking.kernels"},
-    {"options", "crushing"},
+    {"options"},
     {"record", "study"},
     {"signals"},
     {"outcome"},

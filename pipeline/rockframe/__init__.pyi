@@ -7,7 +7,6 @@ from .components.pairing import pair_horizontals as pair_horizontals
 from .components.rotation import fault_components as fault_components
 from .components.rotation import rotate as rotate
 from .components.rotation import rotd as rotd
-from .crushing import crushed as crushed
 from .engines.engine import Engine as Engine
 from .engines.engine import OneProcess as OneProcess
 from .engines.engine import ProcessPool as ProcessPool
@@ -19,6 +18,7 @@ from .errors import ParameterError as ParameterError
 from .errors import RockframeError as RockframeError
 from .errors import RockframeWarning as RockframeWarning
 from .frame import RockingFrame as RockingFrame
+from .frame import crushed as crushed
 from .ingest import ReadOptions as ReadOptions
 from .ingest import read_file as read_file
 from .matching.curve import scalogram as scalogram

@@ -283,7 +283,7 @@ def refuse_overwriting(
         if output.resolve() in read:
             said = "Must be another file."
             if beside is not None and output != beside:
-                said = f"The table beside {beside.name} would take its place. Must be another name."
+                said = f"The table beside {beside.name} would replace it. Choose another name."
             raise InputError(output, f"is an input of this command. {said}")
 
 

@@ -44,7 +44,6 @@ ROOMS: Final = {
     "frame": "tests/test_frame.py tests/test_frame_numbers.py tests/test_systems.py tests/rocking",
     "column": "tests/test_column.py tests/test_frame.py tests/study",
     "restraint": "tests/test_systems.py tests/rocking tests/study",
-    "crushing": "tests/test_systems.py tests/test_frame.py tests/study",
     "rivals": "tests/test_systems.py tests/oscillators tests/study",
     "oscillators": "tests/oscillators tests/stages/test_compare.py",
     "risk": "tests/risk tests/stages",

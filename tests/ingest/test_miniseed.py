@@ -281,12 +281,12 @@ def test_records_in_line_are_one_piece(write: Write) -> None:
     ("change", "message"),
     [
         (lambda data: data[:-1], r"511 bytes in the record at byte 512\. Must be 512"),
-        (lambda data: data + b"x" * 60, r"no header at byte 1024\. Must be that of a miniSEED"),
-        (lambda data: data[:512] + bytes(512), r"no header at byte 512"),
+        (lambda data: data + b"x" * 60, r"no miniSEED header at byte 1024: the file is damaged"),
+        (lambda data: data[:512] + bytes(512), r"no miniSEED header at byte 512"),
         (lambda data: data[:46] + bytes(2) + data[48:], r"no length in the record at byte 0"),
         (lambda data: data[:30] + b"\0\1" + data[32:], r"obspy's MSEED reader failed|in the head"),
         (lambda data: data[:200] + bytes(200) + data[400:], r"obspy's MSEED reader failed: "),
-        (lambda data: data[:8] + b"\xff" + data[9:], r"no header at byte 0"),
+        (lambda data: data[:8] + b"\xff" + data[9:], r"no miniSEED header at byte 0"),
     ],
 )
 def test_damaged(write: Write, change: Callable[[bytes], bytes], message: str) -> None:

@@ -12,8 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rockframe.crushing import crushed
-from rockframe.frame import RockingFrame
+from rockframe.frame import RockingFrame, crushed
 from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
 from rockframe.rocking.batch import respond_many
 from rockframe.rocking.excitation import GroundAcceleration

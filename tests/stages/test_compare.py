@@ -11,9 +11,8 @@ import pytest
 import xarray as xr
 from tests.commands import ingested, run
 
-from rockframe.crushing import crushed
 from rockframe.errors import InputError, ParameterError
-from rockframe.frame import RockingFrame
+from rockframe.frame import RockingFrame, crushed
 from rockframe.restraint import Pivot
 from rockframe.results.compare import comparison_rows, read_histories
 from rockframe.results.screening.screen import read_screening

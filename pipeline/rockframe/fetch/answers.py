@@ -1,4 +1,4 @@
-"""Explain the problem of a service's reply in one line, with what to do."""
+"""Turn an invalid reply of a service into an error that says what to do."""
 
 from __future__ import annotations
 

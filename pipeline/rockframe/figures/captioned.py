@@ -182,9 +182,9 @@ def save(figure: Figure, path: Path) -> None:
 def time_limits(
     time: NDArray[np.float64], seen: NDArray[np.bool_], margin: float
 ) -> tuple[float, float]:
-    """Return the ends of a time axis [s]: a margin before and after all that is to be seen.
+    """Return the ends of a time axis [s], with a margin around the part that is shown.
 
-    The axis is that of the whole record if nothing is to be seen.
+    The axis is that of the whole record if `seen` is never true.
     """
     found = np.flatnonzero(seen)
     if not found.size:

@@ -12,9 +12,8 @@ from typing import Annotated, Any, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from rockframe.column import ColumnShape, hollow, inertia_ratio_of, tapered, volume
-from rockframe.crushing import crushed
 from rockframe.errors import InputError, RockframeWarning, invalid
-from rockframe.frame import RockingFrame, unusual
+from rockframe.frame import RockingFrame, crushed, unusual
 from rockframe.options.fields import Name
 from rockframe.options.model import Options, rule
 from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon

@@ -400,7 +400,7 @@ def _rebound(
     lifts: Marker,
     tied: Marker,
 ) -> bool:
-    """Land a lane after t at a rate, and start it on the other side.
+    """Apply the impact of a lane after time t, and start its rotation to the other side.
 
     Returns True if the lane needs attention: it now rests, or its interval has ended.
     """

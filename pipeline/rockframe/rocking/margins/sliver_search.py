@@ -315,7 +315,7 @@ def _prevails(fallen: NDArray[np.bool_], lengths: Float) -> int | None:
 
 
 def _islands(scales: Float, fallen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
-    """Return runs of samples that stand; they end half-way to the next sample that overturns."""
+    """Return the intervals that stand; each ends half-way to the next scale that overturns."""
     changes = np.flatnonzero(fallen[1:] != fallen[:-1]) + 1
     ends = np.sqrt(scales[changes - 1] * scales[changes])
     if changes.size and changes[0] == 2:
