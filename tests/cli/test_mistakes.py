@@ -103,7 +103,7 @@ def typed(*words: str | Path) -> tuple[str, ...]:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("motion.csv", "The table beside motion.nc would take"),
+        ("motion.csv", "The table beside motion.nc would replace it"),
         ("motion.nc", "Must be another file"),
     ],
 )

@@ -142,8 +142,9 @@ def test_interrupted_a_hundred_times_at_random_moments(
     study, interrupted, runs = home / "small.toml", 0, 0
     folder = tmp_path / "run-0"
     while interrupted < INTERRUPTIONS:
-        process = start(study, folder, pool=pool)
         lock = folder / ".rockframe" / "lock"
+        lock.unlink(missing_ok=True)  # of the run before
+        process = start(study, folder, pool=pool)
         wait_until(lock.exists, process)  # before it, Python itself starts and may be interrupted
         if wait_for_stamps(folder, stamps(folder) + chance.choice((0, 0, 1, 2, 4)), process):
             time.sleep(chance.uniform(0.0, 1.0))
