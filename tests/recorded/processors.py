@@ -69,10 +69,11 @@ def main() -> int:
         same = run.returncode == 0 and tables[kind] == tables["this processor"] and not apart
         said = "the same table" if same else "ANOTHER TABLE"
         if not alone:
-            words = ["pytest", "-q", "--numprocesses", "auto", "--dist", "loadfile"]
+            words = ["pytest", "-q", "-rfE", "--numprocesses", "auto", "--dist", "loadfile"]
             tests = done(words, switches)
-            last = re.sub(r"\x1b\[[0-9;]*m", "", tests.stdout.strip().rpartition("\n")[2])
-            said += f"; {last}"
+            lines = re.sub(r"\x1b\[[0-9;]*m", "", tests.stdout.strip()).splitlines() or [""]
+            said += f"; {lines[-1]}"
+            apart += [line for line in lines if line.startswith(("FAILED ", "ERROR "))]
             same = same and tests.returncode == 0
         print(f"{kind}: {said}", *apart, sep="\n    ", flush=True)
         failed |= not same
