@@ -127,8 +127,8 @@ def screen(tmp_path: Path) -> Callable[..., xr.Dataset]:
     """Return a function that screens records, by default without margins."""
     from tests.screening import stored, structures
 
-    from rockframe.results.screening.screen import read_screening
-    from rockframe.stages.screening.screen import screen_stage
+    from rockframe.results.screen import read_screening
+    from rockframe.stages.screen import screen_stage
 
     def run(records: Any, **options: Any) -> xr.Dataset:
         output = tmp_path / "screen.nc"

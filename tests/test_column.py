@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
-from rockframe.column import hollow, inertia_ratio_of, tapered
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.parts import hollow, inertia_ratio_of, tapered
 from rockframe.rocking import GroundAcceleration, column_forces, impact_impulses, reactions, respond
 from rockframe.study.structures import read_structures
 from rockframe.units import GRAVITY

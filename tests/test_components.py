@@ -13,8 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rockframe
-from rockframe.components.pairing import HorizontalPair, pair_horizontals, vertical_beside
-from rockframe.components.rotation import Sweep, fault_components, rotate, rotd
+from rockframe.components import (
+    HorizontalPair,
+    Sweep,
+    fault_components,
+    pair_horizontals,
+    rotate,
+    rotd,
+    vertical_beside,
+)
 from rockframe.errors import ParameterError
 from rockframe.options.ingest import IngestOptions
 from rockframe.record import Orientation, Record

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.restraint import Tendon
+from rockframe.parts import Tendon
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]

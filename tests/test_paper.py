@@ -10,8 +10,7 @@ import pytest
 
 from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit
 from rockframe.paper.claims import all_claims, checked_page
-from rockframe.paper.pulses import record_claims
-from rockframe.paper.table1 import paper_records
+from rockframe.paper.pulses import paper_records, record_claims
 from rockframe.results.tables.rows import Row
 
 Expected = Callable[[str], Any]

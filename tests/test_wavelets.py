@@ -14,11 +14,15 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
 from rockframe.errors import ParameterError
-from rockframe.wavelets.family import RICKERS, WAVELETS
-from rockframe.wavelets.mavroeidis_papageorgiou import spectra, spectra_of_lines
-from rockframe.wavelets.mother import MotherWavelet
+from rockframe.wavelets.family import (
+    BETA,
+    RICKERS,
+    WAVELETS,
+    MotherWavelet,
+    spectra,
+    spectra_of_lines,
+)
 from rockframe.wavelets.pulse import Pulse
-from rockframe.wavelets.ricker import BETA
 
 Expected = Callable[[str], Any]
 

@@ -14,9 +14,8 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.column import RECTANGULAR, Lever
 from rockframe.errors import ParameterError, invalid
-from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
+from rockframe.parts import RECTANGULAR, Abutment, Dissipater, Lever, Pivot, Tendon
 from rockframe.units import GRAVITY
 
 #: Dimensions of a frame [m].

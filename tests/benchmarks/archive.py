@@ -20,8 +20,8 @@ from pathlib import Path
 from tests.benchmarks.size import sized
 from tests.benchmarks.studies import ROCKFRAME, make_records
 
-from rockframe.runs.files import write_plan
 from rockframe.runs.plan import make_plan
+from rockframe.runs.state import write_plan
 from rockframe.study.study import read_study
 
 STUDY = """

@@ -20,9 +20,8 @@ import uvicorn
 from playwright.sync_api import sync_playwright
 from tests.benchmarks.size import sized
 
-from rockframe.explorer.answer import Motion, answer
+from rockframe.explorer.answer import Motion, answer, read_settings
 from rockframe.explorer.server import application, configured
-from rockframe.explorer.settings import read_settings
 from rockframe.ingest import read_file
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration

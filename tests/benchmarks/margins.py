@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tests.benchmarks.size import sized
 
-from rockframe.components.pairing import vertical_beside
+from rockframe.components import vertical_beside
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
@@ -41,13 +41,13 @@ from rockframe.rocking import (
     respond_scenarios,
     robust_margins,
 )
+from rockframe.rocking.batch import Prepared
 from rockframe.rocking.margins.first_overturning import (
     LARGEST_SCALE,
     first_overturnings,
     largest_scale_of,
     least_scale_of,
 )
-from rockframe.rocking.scenario_packing import Prepared
 from rockframe.stages.ingest import ingest_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES, bundled_records, read_structures
 from rockframe.wavelets.pulse import Pulse

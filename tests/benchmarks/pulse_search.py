@@ -22,14 +22,13 @@ import scipy.fft
 from numpy.typing import NDArray
 from tests.benchmarks.size import sized
 
-from rockframe.matching.likeness import _Surrogates as Surrogates
+from rockframe.matching.record_pulses import _Surrogates as Surrogates
 from rockframe.matching.search import ladder, search
 from rockframe.matching.signal import prepared
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.results.records import write_records
-from rockframe.wavelets.family import RICKERS, WAVELETS
-from rockframe.wavelets.mother import MotherWavelet
+from rockframe.wavelets.family import RICKERS, WAVELETS, MotherWavelet
 
 Float = NDArray[np.float64]
 

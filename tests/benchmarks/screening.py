@@ -19,7 +19,7 @@ from pathlib import Path
 
 from tests.benchmarks.size import sized
 
-from rockframe.options.fields import MOST_NUMBERS
+from rockframe.options.model import MOST_NUMBERS
 from rockframe.study.structures import bundled_records
 
 COMMAND = str(Path(sys.executable).parent / "rockframe")

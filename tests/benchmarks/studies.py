@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 from tests.benchmarks.size import sized
 
-from rockframe.runs.files import write_plan
 from rockframe.runs.plan import make_plan
+from rockframe.runs.state import write_plan
 from rockframe.study.study import read_study
 from rockframe.wavelets.pulse import Pulse
 

@@ -20,7 +20,7 @@ from tests.recorded.shapes import shapes
 import rockframe
 from rockframe.cli.main import parser
 from rockframe.ingest import FORMATS
-from rockframe.paper.table1 import paper_record_of
+from rockframe.paper.pulses import paper_record_of
 from rockframe.wavelets.pulse import Pulse
 
 #: Options for a quick run when only the records matter.

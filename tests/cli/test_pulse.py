@@ -11,7 +11,7 @@ import xarray as xr
 
 from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess, ProcessPool
-from rockframe.options.passport import PassportLimits
+from rockframe.options.ingest import PassportLimits
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.results.records import open_records, write_records

@@ -11,7 +11,7 @@ from tests.screening import site, stored
 
 from rockframe.cli.main import main
 from rockframe.cli.options import numbers
-from rockframe.results.screening.screen import read_screening
+from rockframe.results.screen import read_screening
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from rockframe.errors import EngineError, InputError
 from rockframe.options.respond import ScreenOptions
 from rockframe.provenance import sha256_of
 from rockframe.stages.respond import respond_stage
-from rockframe.stages.screening.screen import screen_stage
+from rockframe.stages.screen import screen_stage
 
 
 @pytest.fixture(scope="module")

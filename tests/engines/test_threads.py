@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rockframe import Pulse, RockingFrame, respond_scenarios
-from rockframe.engines.threads import cores, on_threads, threads
+from rockframe.engines.engine import cores, on_threads, threads
 
 
 def test_results_come_in_the_order_of_the_parts(monkeypatch: pytest.MonkeyPatch) -> None:

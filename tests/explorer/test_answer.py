@@ -11,8 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rockframe import Ensemble, GroundAcceleration, ParameterError, RockingFrame, margins, respond
-from rockframe.explorer.answer import Motion, _places, answer, margin
-from rockframe.explorer.settings import read_settings
+from rockframe.explorer.answer import Motion, _places, answer, margin, read_settings
 from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 

@@ -17,8 +17,8 @@ from rockframe.figures.histories import draw_response_grid
 from rockframe.figures.joints import draw_joints, draw_moment_rotation, draw_phase_portrait
 from rockframe.figures.parameters import draw_equivalent_size, draw_restitution
 from rockframe.frame import RockingFrame
+from rockframe.parts import Abutment, Tendon
 from rockframe.record import Record
-from rockframe.restraint import Abutment, Tendon
 from rockframe.rocking import GroundAcceleration, column_forces, reactions, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse

@@ -15,8 +15,8 @@ from tests.screening import sine, stored, structures
 from rockframe.figures.captioned import Captioned, save_captioned
 from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
 from rockframe.options.respond import ScreenOptions
-from rockframe.results.screening.screen import read_screening
-from rockframe.stages.screening.screen import screen_stage
+from rockframe.results.screen import read_screening
+from rockframe.stages.screen import screen_stage
 from rockframe.units import GRAVITY
 
 

@@ -18,7 +18,7 @@ from rockframe.figures.margins import draw_stability_map
 from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
+from rockframe.results.response import rocking_spectrum_dataset, spectrum_dataset
 from rockframe.rocking import (
     GroundAcceleration,
     Verdict,

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.columns import Columns, read_columns
+from rockframe.ingest.parsing.samples import Columns, read_columns
 
 FORMS = ("9.6f", "12.3f", "15.7E", "+12.5f", "16.13f", "25.15f")
 

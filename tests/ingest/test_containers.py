@@ -16,9 +16,8 @@ import pytest
 from tests.commands import run
 
 from rockframe.errors import InputError
-from rockframe.ingest import collect, members, read_file, sorted_out
-from rockframe.ingest.containers import contents
-from rockframe.ingest.members import printable
+from rockframe.ingest import collect, containers, read_file, sorted_out
+from rockframe.ingest.containers import contents, printable
 from rockframe.outcome import InputOutcome
 
 TABLE = b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
@@ -174,7 +173,7 @@ def test_tar_cut_short_loses_no_member_silently(cut: int) -> None:
 
 def test_nested_archives_share_one_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """A ZIP of small ZIPs must not expand to more than one ZIP may."""
-    monkeypatch.setattr(members, "MOST_MEMBERS", 5)
+    monkeypatch.setattr(containers, "MOST_MEMBERS", 5)
     inner = zipped(("x.csv", TABLE), ("y.csv", TABLE))
     with pytest.raises(InputError, match=r"6 members or more\. Must be at most 5"):
         list(contents(Path("a.zip"), zipped(("b.zip", inner), ("c.zip", inner))))
@@ -229,13 +228,13 @@ def test_empty_archive() -> None:
 
 
 def test_too_many_members() -> None:
-    data = zipped(*((f"{i}.csv", b"1") for i in range(members.MOST_MEMBERS + 1)))
+    data = zipped(*((f"{i}.csv", b"1") for i in range(containers.MOST_MEMBERS + 1)))
     with pytest.raises(InputError, match=r"1001 members\. Must be at most 1000"):
         list(contents(Path("a.zip"), data))
 
 
 def test_total_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(members, "LARGEST_TOTAL", 50)
+    monkeypatch.setattr(containers, "LARGEST_TOTAL", 50)
     with pytest.raises(InputError, match=r"expands to 62 bytes\. Must be at most 50"):
         list(contents(Path("a.zip"), zipped(("a.csv", TABLE), ("b.csv", TABLE))))
 

@@ -167,7 +167,7 @@ def test_distances_from_coordinates_agree_with_those_of_the_archive(
     folder: Path, name: str
 ) -> None:
     """Caltech's headers print coordinates in degrees, minutes and seconds, and the distance."""
-    from rockframe.ingest.site import distances
+    from rockframe.ingest.identify import distances
 
     text = (folder / "usc" / name).read_text(encoding="latin-1")
     parts = re.findall(r"(\d\d) (\d\d) (\d\d)N, (\d{3}) (\d\d) (\d\d)W", text)

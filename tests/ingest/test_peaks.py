@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
+from rockframe.ingest.parsing.samples import Printed, StatedPeak, require_peak
 
 SAMPLES = np.array([0.1, -0.52, 0.3])
 

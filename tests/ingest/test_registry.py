@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import FORMATS, members, read_bytes, read_file, registry, sniff_format
+from rockframe.ingest import FORMATS, containers, read_bytes, read_file, registry, sniff_format
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.record import Orientation, is_record_id
 
@@ -40,7 +40,7 @@ def test_empty(tmp_path: Path) -> None:
 
 def test_too_large(tmp_path: Path) -> None:
     with (tmp_path / "huge.AT2").open("wb") as stream:
-        stream.truncate(members.LARGEST + 1)
+        stream.truncate(containers.LARGEST + 1)
     with pytest.raises(InputError, match=r"256000001 bytes\. Must be at most 256000000"):
         read_file(tmp_path / "huge.AT2")
 

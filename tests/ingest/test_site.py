@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rockframe.ingest import read_file
-from rockframe.ingest.site import (
+from rockframe.ingest.identify import (
     site_of_cosmos,
     site_of_depth,
     site_of_location,

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from rockframe.errors import ParameterError
-from rockframe.matching.likeness import Likeness, PulseVerdict, likeness
 from rockframe.matching.match import match_pulses
-from rockframe.matching.record_pulses import find_pulses
+from rockframe.matching.record_pulses import Likeness, PulseVerdict, find_pulses, likeness
 from rockframe.matching.signal import Weighting
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.pulse import Pulse

@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rockframe.errors import ParameterError
-from rockframe.matching.curve import scalogram
-from rockframe.matching.match import best_match, match_pulse
+from rockframe.matching.match import best_match, match_pulse, scalogram
 from rockframe.wavelets.family import RICKERS
 from rockframe.wavelets.pulse import Pulse
 

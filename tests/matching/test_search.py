@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rockframe.matching.likeness import PulseVerdict, likeness
 from rockframe.matching.match import match_pulses
-from rockframe.matching.refine import crest
-from rockframe.matching.search import ladder, search
+from rockframe.matching.record_pulses import PulseVerdict, likeness
+from rockframe.matching.search import crest, ladder, search
 from rockframe.matching.signal import Weighting, period_range, prepared
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS

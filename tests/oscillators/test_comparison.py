@@ -13,11 +13,10 @@ from tests.rocking.motions import BENT, noise
 
 from rockframe.errors import ParameterError
 from rockframe.oscillators.comparison import Rivals, Validity, compare
-from rockframe.restraint import Abutment, Dissipater, Tendon
+from rockframe.parts import Abutment, Dissipater, Tendon
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import respond
-from rockframe.rocking.restrained import first_crossing
+from rockframe.rocking.response import first_crossing, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

@@ -23,8 +23,7 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import sealed as sealed_json
 from rockframe.provenance import sha256_of
-from rockframe.report.page import is_whole, sealed, shown
-from rockframe.report.payload import encode
+from rockframe.report.page import encode, is_whole, sealed, shown
 from rockframe.stages.report import report_stage
 
 from .conftest import EVENT, FILE, REJECTED, STATION

@@ -10,14 +10,19 @@ import pytest
 from tests.results.test_foreign_files import made as made
 
 from rockframe.errors import InputError
-from rockframe.results.compare import comparison_rows, furthest_pairs, read_histories
 from rockframe.results.merging import describe
 from rockframe.results.pulses import best_pulses, pulse_rows
 from rockframe.results.records import open_records
-from rockframe.results.response import open_response
-from rockframe.results.screening.screen import read_screening
-from rockframe.results.screening.tables import screen_rows, screen_summary
-from rockframe.results.spectra import read_rocking_spectrum, read_spectrum
+from rockframe.results.response import (
+    comparison_rows,
+    furthest_pairs,
+    open_response,
+    read_histories,
+    read_rocking_spectrum,
+    read_spectrum,
+)
+from rockframe.results.screen import read_screening
+from rockframe.results.screen_tables import screen_rows, screen_summary
 
 #: Number of places in each file.
 PLACES: Final = 24

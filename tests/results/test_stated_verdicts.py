@@ -15,16 +15,15 @@ from tests.screening import sine
 
 from rockframe import GroundAcceleration, open_records, open_response
 from rockframe.cli.stages.respond import response_columns
-from rockframe.explorer.answer import Motion, answer
+from rockframe.explorer.answer import Motion, answer, read_settings
 from rockframe.explorer.server import render
-from rockframe.explorer.settings import read_settings
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.margins import draw_margin_strips
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
 from rockframe.results.records import write_records
 from rockframe.results.run import read_run
-from rockframe.results.tables.columns import OVERVIEW, robust_scales, stated_verdict
+from rockframe.results.tables.rows import OVERVIEW, robust_scales, stated_verdict
 from rockframe.results.tables.table import table_rows
 from rockframe.rocking import VERDICT_RULE, Margin, StatedVerdict, Verdict, VerdictKind
 from rockframe.stages.pulse import pulse_stage

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.rocking import GroundAcceleration, Scenarios, Verdict, respond, respond_scenarios
-from rockframe.rocking.kernels.excursions import LEAST_DISTANCE
+from rockframe.rocking.kernels.tails import LEAST_DISTANCE
 from rockframe.rocking.response import as_ground
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse

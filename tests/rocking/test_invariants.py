@@ -13,14 +13,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame, crushed
-from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
+from rockframe.parts import Abutment, Dissipater, Pivot, Tendon
 from rockframe.rocking.batch import respond_many
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.kernels.polynomials import Polynomial
-from rockframe.rocking.kernels.steps import LANDED, MOVING, flight
+from rockframe.rocking.kernels.steps import LANDED, MOVING, Polynomial, flight
 from rockframe.rocking.kernels.ties import Pair
-from rockframe.rocking.response import Response, respond
-from rockframe.rocking.restrained import ties_of
+from rockframe.rocking.response import Response, respond, ties_of
 from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse

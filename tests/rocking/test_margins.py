@@ -30,7 +30,7 @@ from rockframe.rocking import (
     robust_margins,
 )
 from rockframe.rocking.margins.first_overturning import least_scale_of
-from rockframe.rocking.margins.sensitivity import resampled
+from rockframe.rocking.margins.robust import resampled
 from rockframe.stages.ingest import ingest_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.units import GRAVITY

@@ -20,7 +20,7 @@ from rockframe import (
     respond_many,
     respond_scenarios,
 )
-from rockframe.restraint import Dissipater, Tendon
+from rockframe.parts import Dissipater, Tendon
 from rockframe.units import GRAVITY
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from tests.rocking.direct import Outcome, integrate, straight_lines
 from tests.rocking.motions import BENT, noise, still
 
-from rockframe.restraint import Abutment, Dissipater, Tendon
+from rockframe.parts import Abutment, Dissipater, Tendon
 from rockframe.rocking import kernels
 from rockframe.rocking.batch import respond_many
 from rockframe.rocking.excitation import GroundAcceleration

@@ -16,9 +16,9 @@ from tests.runs.small import FEW, contents, make_study, run
 from rockframe.cli.main import main
 from rockframe.errors import ParameterError
 from rockframe.provenance import sealed
-from rockframe.runs.files import is_locked, locked, read_plan
 from rockframe.runs.performing import Work, perform, perform_apart
-from rockframe.runs.step import Step
+from rockframe.runs.plan import Step
+from rockframe.runs.state import is_locked, locked, read_plan
 
 
 @pytest.fixture(scope="module")

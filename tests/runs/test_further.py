@@ -13,8 +13,8 @@ from tests.runs.small import FEW, STUDY, contents, make_study, run
 from rockframe.cli.main import main, parser
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sealed, sha256_of
-from rockframe.results.screening.tables import write_screen_tables
-from rockframe.results.spectra import read_rocking_spectrum
+from rockframe.results.response import read_rocking_spectrum
+from rockframe.results.screen_tables import write_screen_tables
 from rockframe.rocking import Verdict
 from rockframe.stages.figures import figures_stage
 

@@ -17,9 +17,8 @@ from tests.runs.small import STUDY as FIVE
 from tests.runs.small import contents, make_study, run
 
 from rockframe.cli.main import main
-from rockframe.runs.files import is_locked, locked, read_plan, write_plan
 from rockframe.runs.plan import make_plan
-from rockframe.runs.state import states_of
+from rockframe.runs.state import is_locked, locked, read_plan, states_of, write_plan
 from rockframe.study.study import read_study
 
 #: Each record is a batch.
@@ -172,7 +171,7 @@ def test_record_that_changes_under_way_spoils_the_manifest(
     tmp_path: Path, change: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The record changes between ingest and manifest, so the outputs are not those of the file."""
-    from rockframe.results.tables.formats import write_rows_as
+    from rockframe.results.tables.entries import write_rows_as
 
     study, motion = make_study(tmp_path), tmp_path / "motions" / "motion-1.csv"
     original, write = motion.read_bytes(), write_rows_as

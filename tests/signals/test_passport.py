@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import read_file
-from rockframe.options.ingest import IngestOptions
-from rockframe.options.passport import PassportLimits
-from rockframe.paper.table1 import paper_records
+from rockframe.options.ingest import IngestOptions, PassportLimits
+from rockframe.paper.pulses import paper_records
 from rockframe.record import Record, SiteType
 from rockframe.results.records import read_records
 from rockframe.signals.measures import (

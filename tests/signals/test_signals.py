@@ -61,7 +61,7 @@ def test_the_bits_of_corrected_records_and_scales_do_not_depend_on_the_processor
     """Switches of numpy and OpenBLAS stand for an older processor."""
     code = (
         "import numpy as np\n"
-        "from rockframe.rocking.margins.sliver_search import powers\n"
+        "from rockframe.rocking.margins.first_overturning import powers\n"
         "from rockframe.signals.processing import BandPass, correct\n"
         "noise = np.random.default_rng(1).normal(size=6000)\n"
         "corrected = correct(noise, 0.01, BandPass())[0]\n"

@@ -13,9 +13,9 @@ from tests.commands import ingested, run
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame, crushed
-from rockframe.restraint import Pivot
-from rockframe.results.compare import comparison_rows, read_histories
-from rockframe.results.screening.screen import read_screening
+from rockframe.parts import Pivot
+from rockframe.results.response import comparison_rows, read_histories
+from rockframe.results.screen import read_screening
 from rockframe.results.tables.table import response_rows
 from rockframe.rocking.design import Design
 from rockframe.study.structures import read_bridges, read_structures

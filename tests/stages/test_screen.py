@@ -18,9 +18,9 @@ from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.respond import DesignOptions, Ensemble, ScreenOptions
-from rockframe.results.screening.screen import read_screen_history, read_screening
+from rockframe.results.screen import read_screen_history, read_screening
 from rockframe.rocking import as_ground, margins, respond, respond_many
-from rockframe.stages.screening.screen import screen_stage
+from rockframe.stages.screen import screen_stage
 from rockframe.study.structures import read_structures
 
 Screen = Callable[..., xr.Dataset]
@@ -139,7 +139,7 @@ def test_batches_of_other_inputs_are_not_taken(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("rockframe.stages.screening.screen.write_screen_tables", stop)
+        patch.setattr("rockframe.stages.screen.write_screen_tables", stop)
         with pytest.raises(KeyboardInterrupt):
             screen_stage(
                 stored(site(2), tmp_path),
@@ -263,7 +263,7 @@ def test_azimuths_of_one_name_do_not_share_batches(
 
     output = tmp_path / "screen.nc"
     with monkeypatch.context() as patched:
-        patched.setattr("rockframe.stages.screening.screen.statistics", stop)
+        patched.setattr("rockframe.stages.screen.statistics", stop)
         with pytest.raises(KeyboardInterrupt):
             screen_stage(records, output, near, engine=OneProcess())
     assert list(tmp_path.glob(".screen-*.batches"))

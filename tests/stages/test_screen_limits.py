@@ -18,12 +18,12 @@ from rockframe.errors import ParameterError
 from rockframe.figures.fragility import draw_fragility
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.report.page import screening_content
-from rockframe.results.screening.screen import read_screening
-from rockframe.results.screening.tables import screen_summary
+from rockframe.results.screen import read_screening
+from rockframe.results.screen_tables import screen_summary
 from rockframe.risk import LimitState, Outcome, fit_fragility
-from rockframe.risk.limits import peaks_of_frames
+from rockframe.risk.fragility import peaks_of_frames
 from rockframe.signals.measures import spectral_acceleration
-from rockframe.stages.screening.screen import screen_stage
+from rockframe.stages.screen import screen_stage
 
 Screen = Callable[..., xr.Dataset]
 SCALES = np.geomspace(0.25, 3.0, 8)

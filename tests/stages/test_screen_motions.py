@@ -14,17 +14,16 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 from tests.screening import sine, site, stored, three
 
-from rockframe.components.pairing import pair_horizontals
-from rockframe.components.rotation import rotate
+from rockframe.components import pair_horizontals, rotate
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
 from rockframe.record import SiteType
 from rockframe.results.records import read_records
-from rockframe.results.screening.screen import read_screening
+from rockframe.results.screen import read_screening
 from rockframe.rocking import respond
 from rockframe.stages.pulse import pulse_stage
-from rockframe.stages.screening.screen import screen_stage
+from rockframe.stages.screen import screen_stage
 from rockframe.study.structures import read_structures
 from rockframe.wavelets.pulse import Pulse
 

@@ -21,12 +21,12 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.figures.fragility import draw_peak_distribution
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.record import Record
-from rockframe.results.screening.screen import read_screening
-from rockframe.results.screening.tables import fragility_rows, screen_rows
-from rockframe.results.tables.formats import write_rows_as
+from rockframe.results.screen import read_screening
+from rockframe.results.screen_tables import fragility_rows, screen_rows
+from rockframe.results.tables.entries import write_rows_as
 from rockframe.rocking import ScreeningBatch
 from rockframe.signals.processing import peak
-from rockframe.stages.screening.screen import Screening, screen_stage
+from rockframe.stages.screen import Screening, screen_stage
 from rockframe.units import GRAVITY
 
 ROWS: list[dict[str, Any]] = [
@@ -84,7 +84,7 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
         rotation = np.where(verdict == 2, np.pi / 2, 0.01)
         return {"verdict": verdict, "peak_rotation": rotation, "impact_velocity": 0.0 * rotation}
 
-    monkeypatch.setattr("rockframe.stages.screening.run.peaks_of", peaks)
+    monkeypatch.setattr("rockframe.stages.screen_batches.peaks_of", peaks)
     screen_stage(
         stored(records, tmp_path),
         tmp_path / "screen.nc",
@@ -105,7 +105,7 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
 
 def test_tables_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The tables match the file even if scenarios are read in chunks of four motions."""
-    monkeypatch.setattr("rockframe.results.screening.tables._TOGETHER", 4 * 2 * 5)
+    monkeypatch.setattr("rockframe.results.screen_tables._TOGETHER", 4 * 2 * 5)
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
     design = DesignOptions(dimension="height", range=(2.0, 30.0), steps=4)

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from rockframe.cli.main import main
 from rockframe.record import Record
 from rockframe.results.records import write_records
-from rockframe.results.spectra import read_rocking_spectrum, read_spectrum
+from rockframe.results.response import read_rocking_spectrum, read_spectrum
 from rockframe.rocking import Verdict, respond
 from rockframe.rocking.spectra.overturning import column_of
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rockframe.cli.main import main
-from rockframe.components.pairing import vertical_beside
+from rockframe.components import vertical_beside
 from rockframe.frame import RockingFrame
 from rockframe.ingest import read_file
 from rockframe.record import Orientation, Record

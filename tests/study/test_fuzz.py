@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import InputError
 from rockframe.matching.signal import Weighting
-from rockframe.options.fields import Wavelet
-from rockframe.options.model import fields_of, options_within
+from rockframe.options.model import Wavelet, fields_of, options_within
 from rockframe.options.pulse import PulseOptions
 from rockframe.study.study import StudyTables, schema
 from rockframe.study.toml import parse

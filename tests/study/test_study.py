@@ -13,7 +13,7 @@ from tests.conftest import REPOSITORY
 from rockframe.cli.main import main
 from rockframe.cli.options import numbers
 from rockframe.errors import InputError
-from rockframe.restraint import Abutment, Tendon
+from rockframe.parts import Abutment, Tendon
 from rockframe.study.structures import CompareEntry, read_structures
 from rockframe.study.study import (
     SCHEMA,

@@ -19,7 +19,7 @@ from tests.runs.small import STUDY, contents, make_study, run
 from tests.workflow.snake import MARKS, WORKFLOW, jobs_done, rockframe, snakemake, started
 
 from rockframe.cli.main import main
-from rockframe.runs.files import is_locked, locked
+from rockframe.runs.state import is_locked, locked
 
 pytestmark = MARKS
 KILLS = 5

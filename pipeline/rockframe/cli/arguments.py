@@ -13,8 +13,8 @@ from rockframe.cells import TABLE_FORMATS
 from rockframe.cli.console import show_rejections
 from rockframe.cli.options import Once, add_options, chosen, file_to_write, path
 from rockframe.errors import InputError, ParameterError
-from rockframe.options.execution import ExecutionOptions, ReadingOptions
 from rockframe.options.ingest import IngestOptions
+from rockframe.options.model import ExecutionOptions, ReadingOptions
 from rockframe.provenance import scratch_folder
 
 if TYPE_CHECKING:

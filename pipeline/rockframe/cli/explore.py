@@ -93,7 +93,7 @@ def _free(stated: Sequence[RockingFrame]) -> list[RockingFrame]:
 
 def _motions(options: argparse.Namespace) -> list[Motion]:
     """Return the horizontal records, each with the vertical component of its station."""
-    from rockframe.components.pairing import vertical_beside
+    from rockframe.components import vertical_beside
     from rockframe.explorer.answer import PULSE_SEARCH, Motion
     from rockframe.results.records import open_records
     from rockframe.rocking.response import as_ground

@@ -239,7 +239,7 @@ def run_paper(options: argparse.Namespace) -> int:
 def _respond_for_paper(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[Row]]:
     """Run the stages for the paper's bridge; return the rows of the table."""
     from rockframe.cli.table1 import run_stages
-    from rockframe.paper.table1 import with_paper_facts
+    from rockframe.paper.pulses import with_paper_facts
     from rockframe.results.tables.table import table_rows
 
     respond = RespondOptions(structure="bridge-bent")
@@ -270,7 +270,7 @@ def _write_page(
     claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[Row], folder: Path
 ) -> None:
     from rockframe.paper.claims import checked_page
-    from rockframe.paper.table1 import paper_record_of, paper_records
+    from rockframe.paper.pulses import paper_record_of, paper_records
     from rockframe.provenance import whole_file
 
     own = {row["record_id"] for row in rows if paper_record_of(row["source_file"])}

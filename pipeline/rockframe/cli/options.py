@@ -17,8 +17,7 @@ from pydantic_core import PydanticUndefined
 
 from rockframe.cells import decimal
 from rockframe.errors import ParameterError
-from rockframe.options.fields import MOST_NUMBERS, evenly
-from rockframe.options.model import Options, explain, options_within
+from rockframe.options.model import MOST_NUMBERS, Options, evenly, explain, options_within
 
 if TYPE_CHECKING:
     from rockframe.options.model import Options

@@ -11,7 +11,7 @@ from rockframe.cells import TABLE_FORMATS
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, file_to_write, folder_to_write, path
 from rockframe.errors import InputError, ParameterError
-from rockframe.options.execution import FigureOptions, ReportOptions
+from rockframe.options.model import FigureOptions, ReportOptions
 
 
 def add_draw(parser: argparse.ArgumentParser) -> None:
@@ -187,9 +187,8 @@ def _find_folder(options: argparse.Namespace) -> None:
 
 def _plan_faults(folder: Path) -> list[str]:
     """Return the faults of the plan and of other internal files of the run."""
-    from rockframe.runs.files import read_plan
     from rockframe.runs.plan import KEPT
-    from rockframe.runs.state import damaged
+    from rockframe.runs.state import damaged, read_plan
 
     faults = [f"{path}: {what}." for path, what in damaged(folder, {}).items()]
     plan = folder / KEPT / "plan.json"

@@ -12,7 +12,7 @@ from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.interruption import keeping
-from rockframe.options.execution import ExecutionOptions
+from rockframe.options.model import ExecutionOptions
 
 if TYPE_CHECKING:
     from rockframe.engines.engine import Engine
@@ -80,8 +80,8 @@ def _engine(options: argparse.Namespace) -> Engine | None:
 
 
 def _write_plan(plan: Plan, options: argparse.Namespace) -> None:
-    from rockframe.runs.files import locked
     from rockframe.runs.run import prepare
+    from rockframe.runs.state import locked
 
     with locked(options.output):
         states, _ = prepare(plan, options.output, replace=options.replace, on_fault=_warn)
@@ -98,8 +98,8 @@ def _warn(text: str) -> None:
 
 def _show_verdicts(table: Path) -> None:
     """Print the number of records for each structure and verdict."""
-    from rockframe.results.tables.columns import stated_verdict
     from rockframe.results.tables.entries import rows_of
+    from rockframe.results.tables.rows import stated_verdict
     from rockframe.rocking import VerdictKind
 
     if not table.is_file():  # a study without records
@@ -135,8 +135,14 @@ def add_status(parser: argparse.ArgumentParser) -> None:
 def run_status(options: argparse.Namespace) -> None:
     """Hash the files and print the state of each step."""
     from rockframe.provenance import source_code_hash
-    from rockframe.runs.files import changed_inputs, is_locked, read_plan
-    from rockframe.runs.state import damaged, faults_of, states_of
+    from rockframe.runs.state import (
+        changed_inputs,
+        damaged,
+        faults_of,
+        is_locked,
+        read_plan,
+        states_of,
+    )
 
     plan = read_plan(options.folder)
     states = states_of(plan, options.folder)
@@ -190,8 +196,8 @@ def add_step(parser: argparse.ArgumentParser) -> None:
 
 def run_step(options: argparse.Namespace) -> int:
     """Perform the step. Return 1 if records were rejected."""
-    from rockframe.runs.files import read_plan
     from rockframe.runs.performing import Work, perform
+    from rockframe.runs.state import read_plan
 
     plan = read_plan(options.folder)
     steps = {step.name: step for step in plan.steps}
@@ -217,7 +223,7 @@ def run_init(options: argparse.Namespace) -> None:
     """Write the study file and its schema, unless the study file exists."""
     from pydantic import TypeAdapter, ValidationError
 
-    from rockframe.options.fields import Name
+    from rockframe.options.model import Name
     from rockframe.provenance import refuse_obstacles, whole_file
     from rockframe.study.study import SCHEMA, commented_study, schema
 

@@ -59,7 +59,7 @@ def _entry(run: Run, stated: str) -> Mapping[str, str]:
 
 def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
     """Return everything in the run about the record, in the order of the stages."""
-    from rockframe.results.screening.screen import screening_of
+    from rockframe.results.screen import screening_of
     from rockframe.results.tables.entries import left_out_of
 
     name = entry["record_id"]
@@ -175,7 +175,7 @@ def _of_motion(facts: Mapping[str, Any]) -> str:
 
 
 def _of_pulse(facts: Mapping[str, Any]) -> str:
-    from rockframe.matching.likeness import PulseVerdict, pulse_words
+    from rockframe.matching.record_pulses import PulseVerdict, pulse_words
 
     if "a_p_best" not in facts:
         return ""

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.cli import console
-from rockframe.components.pairing import vertical_beside
+from rockframe.components import vertical_beside
 from rockframe.errors import ParameterError, require_known
 from rockframe.frame import RockingFrame
-from rockframe.matching.likeness import likeness
 from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
+from rockframe.matching.record_pulses import likeness
 from rockframe.options.pulse import PulseOptions
 from rockframe.outcome import InputOutcome
-from rockframe.paper.table1 import paper_record_of
+from rockframe.paper.pulses import paper_record_of
 from rockframe.record import Record
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.rocking import Verdict, respond

@@ -11,15 +11,13 @@ from rockframe.cells import TABLE_FORMATS, Column
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write
 from rockframe.cli.stages.respond import margin_notes
-from rockframe.matching.likeness import LEVEL
+from rockframe.matching.record_pulses import LEVEL
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import Options
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
-from rockframe.paper.pulses import statements
-from rockframe.paper.table1 import BORROWED, QUANTITIES, compare
-from rockframe.results.tables.columns import pulse_mark, titled, wavelet_name
-from rockframe.results.tables.rows import Row
+from rockframe.paper.pulses import BORROWED, QUANTITIES, compare, statements
+from rockframe.results.tables.rows import Row, pulse_mark, titled, wavelet_name
 
 if TYPE_CHECKING:
     from rockframe.outcome import InputOutcome
@@ -49,8 +47,7 @@ def run_table1(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write all files; print the table."""
     from rockframe.provenance import whole_folder
     from rockframe.results.pulses import pulse_rows
-    from rockframe.results.tables.entries import write_entries
-    from rockframe.results.tables.formats import write_rows_as
+    from rockframe.results.tables.entries import write_entries, write_rows_as
     from rockframe.stages.figures import draw_records
     from rockframe.stages.table import table_rows_of
 
@@ -104,7 +101,7 @@ def _files(table_format: str) -> list[str]:
 
 def _validate(options: argparse.Namespace) -> None:
     """Validate all options and the structures before anything is computed."""
-    from rockframe.results.tables.formats import require_format
+    from rockframe.results.tables.entries import require_format
     from rockframe.stages.respond import choose_structures
     from rockframe.study.toml import read_limits
 

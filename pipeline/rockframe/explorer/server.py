@@ -20,11 +20,10 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from rockframe.column import RECTANGULAR, SECTIONS, inertia_ratio_of
 from rockframe.errors import ParameterError
-from rockframe.explorer.answer import Motion, answer, margin
-from rockframe.explorer.settings import read_settings
+from rockframe.explorer.answer import Motion, answer, margin, read_settings
 from rockframe.frame import RockingFrame
+from rockframe.parts import RECTANGULAR, SECTIONS, inertia_ratio_of
 from rockframe.web import render_page
 
 #: The only address that the server listens on.

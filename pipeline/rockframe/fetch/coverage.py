@@ -15,8 +15,8 @@ from obspy.core.util.obspy_types import ObsPyException
 from obspy.io.mseed.util import get_record_information
 
 from rockframe.errors import InputError
-from rockframe.fetch.answers import one_line
 from rockframe.fetch.metadata import Channel, Event
+from rockframe.fetch.service import one_line
 
 #: Sequence number, quality, a reserved byte, and the codes of the channel.
 _HEADER: Final = re.compile(rb"[0-9 \0]{6}[DRQM][ \0][A-Za-z0-9 ]{12}")

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from rockframe.figures.captioned import LINES, PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
-from rockframe.results.screening.tables import fragility_curve, with_its_limits
+from rockframe.results.screen_tables import fragility_curve, with_its_limits
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
 from rockframe.rocking import ScaleOutcome
 

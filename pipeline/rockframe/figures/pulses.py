@@ -21,9 +21,8 @@ from rockframe.figures.captioned import (
     time_limits,
     wavelet_words,
 )
-from rockframe.matching.curve import match_curve, scalogram
-from rockframe.matching.likeness import Likeness, likeness, pulse_words
-from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
+from rockframe.matching.match import PulseMatch, best_ricker, match_curve, match_pulses, scalogram
+from rockframe.matching.record_pulses import Likeness, likeness, pulse_words
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.units import GRAVITY

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled, wavelet_words
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
+from rockframe.results.response import rocking_spectrum_dataset, spectrum_dataset
 from rockframe.rocking import (
     GroundAcceleration,
     Verdict,

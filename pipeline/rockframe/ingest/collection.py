@@ -9,16 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.engines.engine import in_order
+from rockframe.engines.engine import cores, in_order
 from rockframe.engines.pool import Limits, WorkerDiedError, WorkerPool, awaited
-from rockframe.engines.threads import cores
 from rockframe.errors import ParameterError
 from rockframe.ingest.catalogue import facts_of
-from rockframe.ingest.files import Reading, read_outcomes
+from rockframe.ingest.containers import printable
+from rockframe.ingest.files import Catalogue, Reading, Source, read_outcomes, sources_of
 from rockframe.ingest.identify import other_ids
-from rockframe.ingest.members import printable
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.sources import Catalogue, Source, sources_of
 from rockframe.interruption import check
 from rockframe.outcome import InputOutcome
 from rockframe.record import Record

@@ -1,22 +1,263 @@
-"""Expand archives, and archives in archives, one member at a time."""
+"""Expand archives in memory, within size limits, one member at a time."""
 
 from __future__ import annotations
 
+import bz2
+import gzip
 import re
-from collections.abc import Iterator
+import stat
+import tarfile
+import zipfile
+import zlib
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest import members
-from rockframe.ingest.members import (
-    Content,
-    decompressed,
-    printable,
-    tar_members,
-    zip_members,
+
+#: Size limit of a file, and of an archive member after expansion [bytes].
+LARGEST: Final = 256_000_000
+#: Largest number of members in an archive, including members of archives in it.
+MOST_MEMBERS: Final = 1000
+#: Size limit of all members of an archive together, after expansion [bytes].
+LARGEST_TOTAL: Final = 2_000_000_000
+#: Largest expansion ratio; text of samples reaches 3 to 10, a record of zeros 80.
+LARGEST_RATIO: Final = 100
+#: The ratio is not checked below this size [bytes].
+_SMALL: Final = 1_000_000
+#: Size of the blocks in which data are expanded [bytes].
+_BLOCK: Final = 1 << 20
+
+_GZIP: Final = b"\x1f\x8b"
+_DRIVE: Final = re.compile(r"[A-Za-z]:")
+#: Size of a block of a tar archive, which ends with a block of zeros.
+_TAR_BLOCK: Final = 512
+#: Exceptions that the standard library raises on corrupted archives.
+_DAMAGE: Final = (
+    zipfile.BadZipFile,
+    tarfile.TarError,
+    zlib.error,
+    EOFError,
+    OSError,
+    ArithmeticError,
+    LookupError,
+    RecursionError,
+    RuntimeError,  # NotImplementedError too
+    ValueError,
 )
+
+
+@dataclass(frozen=True)
+class Content:
+    """The bytes of one record file, or the reason why it was rejected or skipped.
+
+    Parameters
+    ----------
+    where : Path
+        The file, or ``archive:member``; for error messages.
+    name : str
+        The name without the folder, with escaped unprintable characters; for tables.
+    path : Path
+        The file, or the member without the archive; for record identifiers.
+    data : bytes
+        Expanded contents.
+    refusal : str
+        Reason why a member was not expanded, or "".
+
+    Examples
+    --------
+    >>> Content(Path("a.zip:b.csv"), "a.zip:b.csv", Path("b.csv"), b"1 2").path.stem
+    'b'
+    """
+
+    where: Path
+    name: str
+    path: Path
+    data: bytes = b""
+    refusal: str = ""
+
+
+def printable(name: str) -> str:
+    r"""Return a file name in which unprintable characters are escaped, for tables.
+
+    Parameters
+    ----------
+    name : str
+        Name from the file system or an archive; may contain line ends and invalid Unicode.
+
+    Examples
+    --------
+    >>> printable("El Centro\n(NS).AT2")
+    'El Centro\\n(NS).AT2'
+    """
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in name
+    )
+
+
+def folder_names(paths: Iterable[Path]) -> list[str]:
+    r"""Return a unique display name for each folder: its name, with a number if it is repeated.
+
+    A link keeps its own name, not that of its target.
+
+    Examples
+    --------
+    >>> folder_names([Path("near/records"), Path("far/records"), Path("near")])
+    ['records', 'records-2', 'near']
+    """
+    names: list[str] = []
+    for path in paths:
+        plain = path.name not in {"", ".."}
+        name = called = printable(path.name if plain else path.resolve().name)
+        number = 1
+        while called in names:
+            number += 1
+            called = f"{name}-{number}"
+        names.append(called)
+    return names
+
+
+def decompressed(content: Content) -> Content:
+    """Return the file in a gzip or bzip2; reject a corrupted or too large file."""
+    is_gzip = content.data.startswith(_GZIP)
+    kind = "gzip" if is_gzip else "bzip2"
+    path, compressed, cap = content.where, len(content.data), _cap(len(content.data))
+    pieces: list[bytes] = []
+    size = 0
+    source = BytesIO(content.data)
+    try:
+        with gzip.GzipFile(fileobj=source) if is_gzip else bz2.BZ2File(source) as stream:
+            while piece := stream.read(_BLOCK):
+                pieces.append(piece)
+                size += len(piece)
+                if size > cap:
+                    message = f"{kind} of {compressed} bytes that expands to more than {cap}."
+                    raise InputError(path, f"{message} {_must(cap)}")
+    except _DAMAGE as error:
+        raise _damaged(path, kind, error) from None
+    name = re.sub(r"\.(gz|bz2)$", "", content.path.name, flags=re.I)
+    return _member(content, name, b"".join(pieces))
+
+
+def zip_members(outer: Content, data: bytes) -> Iterator[Content]:
+    """Yield the members of a ZIP archive; reject a corrupted or too large file."""
+    try:
+        archive = zipfile.ZipFile(BytesIO(data))
+    except _DAMAGE as error:
+        raise _damaged(outer.where, "ZIP", error) from None
+    with archive:
+        members = [member for member in archive.infolist() if not _is_folder(member)]
+        total = sum(member.file_size for member in members)
+        _require_limits(outer, "ZIP", len(members), total)
+        for member in members:
+            yield _zip_member(outer, archive, member)
+
+
+def _is_folder(member: zipfile.ZipInfo) -> bool:
+    return member.orig_filename.endswith("/") and not member.file_size
+
+
+def _zip_member(outer: Content, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Content:
+    name, mode = member.orig_filename, member.external_attr >> 16
+    refusal = _refused_name(name) or _first(
+        (stat.S_ISLNK(mode), "a link", "a regular file"),
+        (stat.S_IFMT(mode) not in {0, stat.S_IFREG}, "a special file", "a regular file"),
+        (member.flag_bits & 1, "encrypted", "readable without a password"),
+        (
+            member.compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED},
+            f"compressed by method {member.compress_type}",
+            "stored or deflated",
+        ),
+    )
+    cap = _cap(member.compress_size)
+    if not refusal and member.file_size > cap:
+        refusal = f"{member.compress_size} bytes that expand to {member.file_size}. {_must(cap)}"
+    if refusal:
+        return _member(outer, name, refusal=refusal)
+    try:
+        with archive.open(member) as stream:
+            return _member(outer, name, stream.read(member.file_size + 1))
+    except _DAMAGE as error:
+        return _member(outer, name, refusal=_damaged(outer.where, "member", error).reason)
+
+
+def tar_members(outer: Content, data: bytes) -> Iterator[Content]:
+    """Yield the members of a tar archive; reject a corrupted or too large file."""
+    try:
+        with tarfile.open(fileobj=BytesIO(data), mode="r:") as archive:
+            entries = archive.getmembers()
+            # tarfile treats a corrupted header as the end.
+            rest = data[archive.offset :]
+            if len(rest) < _TAR_BLOCK or rest.strip(b"\0"):
+                raise tarfile.ReadError("it ends early")
+            members = [entry for entry in entries if not entry.isdir()]
+            _require_limits(outer, "tar", len(members), sum(entry.size for entry in members))
+            for entry in members:
+                yield _tar_member(outer, archive, entry)
+    except _DAMAGE as error:
+        raise _damaged(outer.where, "tar", error) from None
+
+
+def _tar_member(outer: Content, archive: tarfile.TarFile, member: tarfile.TarInfo) -> Content:
+    refusal = _refused_name(member.name) or _first(
+        (member.issym() or member.islnk(), "a link", "a regular file"),
+        (not member.isreg() or member.issparse(), "a special file", "a regular file"),
+    )
+    if not refusal and member.size > LARGEST:
+        refusal = f"{member.size} bytes. Must be at most {LARGEST}."
+    stream = None if refusal else archive.extractfile(member)
+    return _member(outer, member.name, stream.read() if stream else b"", refusal)
+
+
+def _require_limits(outer: Content, kind: str, members: int, total: int) -> None:
+    if not members:
+        raise InputError(outer.where, f"{kind} archive without files.")
+    if members > MOST_MEMBERS:
+        message = f"{kind} archive of {members} members. Must be at most {MOST_MEMBERS}."
+        raise InputError(outer.where, message)
+    if total > LARGEST_TOTAL:
+        message = f"{kind} archive that expands to {total} bytes. Must be at most {LARGEST_TOTAL}."
+        raise InputError(outer.where, message)
+
+
+def _refused_name(name: str) -> str:
+    """Return the reason why a member with this name must not be expanded, or ""."""
+    must = "a path within the archive"
+    return _first(
+        (name.startswith("/") or _DRIVE.match(name), "an absolute path", must),
+        (".." in re.split(r"[/\\]", name), "a path out of the folder", must),
+        ("\\" in name, "a path with backslashes", must),
+        (not name or "\0" in name, "a name that is empty or holds NUL", must),
+        (name.endswith("/"), "a folder in the archive", "a file"),
+    )
+
+
+def _first(*causes: tuple[object, str, str]) -> str:
+    """Return the message of the first cause that applies, or ""."""
+    return next((f"{what}. Must be {must}." for holds, what, must in causes if holds), "")
+
+
+def _member(outer: Content, name: str, data: bytes = b"", refusal: str = "") -> Content:
+    shown = printable(name)
+    path = Path(f"{outer.where}:{shown}")
+    return Content(path, f"{outer.name}:{shown}", Path(shown), data, refusal)
+
+
+def _cap(compressed: int) -> int:
+    """Return the expanded size that is allowed for a compressed size [bytes]."""
+    return min(LARGEST, max(_SMALL, LARGEST_RATIO * compressed))
+
+
+def _must(cap: int) -> str:
+    return f"Must be at most {cap}: {LARGEST_RATIO} times the packed size, and at most {LARGEST}."
+
+
+def _damaged(path: Path, what: str, error: Exception) -> InputError:
+    reason = printable(str(error)).rstrip(".") or type(error).__name__
+    return InputError(path, f"corrupted {what}: {reason}.")
+
 
 #: Largest nesting depth of archives, such as a ZIP of ZIPs.
 _DEEPEST: Final = 2
@@ -24,7 +265,7 @@ _DEEPEST: Final = 2
 ARCHIVE_HEAD: Final = 512
 
 _ZIP: Final = (b"PK\x03\x04", b"PK\x05\x06")
-_GZIP, _BZIP2 = b"\x1f\x8b", re.compile(rb"BZh[1-9]1AY&SY")
+_BZIP2: Final = re.compile(rb"BZh[1-9]1AY&SY")
 _OTHER_ARCHIVES: Final = (b"\xfd7zXZ", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd")
 
 
@@ -89,14 +330,14 @@ class _Budget:
         """Count a member; too many members, or too many bytes in total, are an error."""
         self.count += 1
         self.size += size
-        if self.count > members.MOST_MEMBERS:
+        if self.count > MOST_MEMBERS:
             raise InputError(
                 self.path,
-                f"archive of {self.count} members or more. Must be at most {members.MOST_MEMBERS}.",
+                f"archive of {self.count} members or more. Must be at most {MOST_MEMBERS}.",
             )
-        if self.size > members.LARGEST_TOTAL:
+        if self.size > LARGEST_TOTAL:
             message = f"archive that expands to {self.size} bytes or more."
-            raise InputError(self.path, f"{message} Must be at most {members.LARGEST_TOTAL}.")
+            raise InputError(self.path, f"{message} Must be at most {LARGEST_TOTAL}.")
 
 
 def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:

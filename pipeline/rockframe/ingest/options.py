@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest.members import Content
+from rockframe.ingest.containers import Content
 from rockframe.units import acceleration_factor, plain_units
 
 #: Relative tolerance between two stated time steps.

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.members import Content, printable
+from rockframe.ingest.containers import Content, printable
+from rockframe.ingest.identify import site_of_depth
 from rockframe.ingest.options import ReadOptions
 from rockframe.ingest.parsing.lines import HEAD, head_of, unreadable
-from rockframe.ingest.site import site_of_depth
 from rockframe.record import Orientation, SiteType
 
 #: Text that identifies a StationXML file.

@@ -7,8 +7,7 @@ from typing import Annotated, Final, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rockframe.options.fields import Range, Seed, Wavelet, Wavelets
-from rockframe.options.model import Options, rule, value_error
+from rockframe.options.model import Options, Range, Seed, Wavelet, Wavelets, rule, value_error
 
 #: Smallest number of surrogates for which p can be as low as the significance level, 5 %.
 FEWEST_SURROGATES: Final = 19

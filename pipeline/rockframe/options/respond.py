@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from rockframe.errors import ParameterError
-from rockframe.options.fields import (
+from rockframe.options.model import (
     Bounds,
     File,
     Finite,
@@ -16,13 +16,15 @@ from rockframe.options.fields import (
     Margins,
     Numbers,
     NumbersFromZero,
+    Options,
     Positive,
     PositiveNumbers,
     Seed,
     Shapes,
+    rule,
+    value_error,
     warn_beyond_turn,
 )
-from rockframe.options.model import Options, rule, value_error
 
 _Spread = Annotated[float, Field(ge=0.0, lt=1.0)]
 

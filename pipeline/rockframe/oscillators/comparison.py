@@ -21,8 +21,7 @@ from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.reactions import ground_at_nodes, reactions
-from rockframe.rocking.response import Response, respond
-from rockframe.rocking.restrained import first_crossing
+from rockframe.rocking.response import Response, first_crossing, respond
 from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse

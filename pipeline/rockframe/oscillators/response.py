@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.engines.threads import on_threads
+from rockframe.engines.engine import on_threads
 from rockframe.notebook import Shown, history_dataset
 from rockframe.oscillators import kernel
 from rockframe.record import Record

@@ -11,8 +11,15 @@ from typing import Any
 from jinja2 import Environment
 
 from rockframe.paper.claim import Check, Claim, Finding, agrees_to_last_digit, check
-from rockframe.paper.equations import impact_checks, misprint_checks, motion_checks
-from rockframe.paper.frames import frame_checks, number_checks, one_column_checks, stability_checks
+from rockframe.paper.equations import (
+    frame_checks,
+    impact_checks,
+    misprint_checks,
+    motion_checks,
+    number_checks,
+    one_column_checks,
+    stability_checks,
+)
 from rockframe.paper.pulses import pulse_checks
 from rockframe.provenance import source_code_hash, versions
 

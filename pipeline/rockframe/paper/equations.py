@@ -1,4 +1,4 @@
-"""Claims about equations, sections 3 to 5; misprints are evaluated as printed and as corrected."""
+"""Claims about equations (sections 3 to 5), about frames, and about pulses on frames."""
 
 from __future__ import annotations
 
@@ -10,13 +10,264 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.paper.claim import Check, Finding, check, judged
-from rockframe.paper.frames import BRIDGE
-from rockframe.rocking import GroundAcceleration, respond, restoring_moment
+from rockframe.paper.claim import Check, Finding, check, judged, number
+from rockframe.parts import inertia_ratio_of
+from rockframe.rocking import (
+    GroundAcceleration,
+    Verdict,
+    overturning_spectrum,
+    respond,
+    respond_many,
+    restoring_moment,
+)
 from rockframe.units import GRAVITY
+from rockframe.wavelets.family import RICKERS
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
+
+TEMPLE: Final = RockingFrame(height=7.5, width=1.8)
+BRIDGE: Final = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+#: Mass ratios for which identities are checked.
+_MASS_RATIOS: Final = (0.0, 0.25, 0.3, 1.0, 4.0, 20.0, 1e3)
+
+
+def number_checks() -> dict[str, Check]:
+    """Check the numbers printed for the brick, the block, the temple and the bridge."""
+    p, bridge_p = TEMPLE.frequency_parameter, BRIDGE.frequency_parameter
+    tangent = TEMPLE.uplift_acceleration / GRAVITY
+    cylinder = inertia_ratio_of("circular", BRIDGE.height, BRIDGE.width)
+    round_piers = RockingFrame(height=BRIDGE.height, width=BRIDGE.width, inertia_ratio=cylinder)
+    return {
+        "brick-p": check(Finding.OPEN, diagonal=100.0 * 2.0 * 0.75 * GRAVITY / 8.0**2),
+        "plastic-limit": number(math.degrees(TEMPLE.slenderness_limit)),
+        "temple-p": number(p),
+        "temple-slenderness": number(math.degrees(TEMPLE.slenderness)),
+        "temple-uplift": number(tangent),
+        "omega-0.6": number(math.tau / (0.6 * p), rounded=math.tau / (0.6 * 1.4)),
+        "omega-0.9": number(math.tau / (0.9 * p)),
+        "overturning-15": number(15.0 * tangent),
+        "overturning-5": number(5.0 * tangent),
+        "bridge-slenderness": number(BRIDGE.uplift_acceleration / GRAVITY),
+        "bridge-p": number(bridge_p, cylindrical=round_piers.frequency_parameter),
+        "drift-and-lift": _drift_and_lift(),
+    }
+
+
+def frame_checks() -> dict[str, Check]:
+    """Check the claims about size, frequency, uplift and restitution of frames."""
+    heavy = RockingFrame(height=9.6, width=1.6, mass_ratio=1e15)
+    ratio = (heavy.effective_frequency_parameter / heavy.frequency_parameter) ** 2
+    block, forms, less = _block_restitution(), _size_forms(), _least_loss()
+    uplift = _uplift_ratios()
+    at_once = all(part == "1.000000000" for part in uplift.split(", "))
+    return {
+        "eq-6": check(block < 1e-14, worst=block),
+        "eq-28": check(abs(ratio - 2.0 / 3.0) < 1e-12, ratio=ratio),
+        "eq-29": check(forms < 1e-13, worst=forms),
+        "eq-36": check(at_once, ratios=uplift),
+        "restitution-order": check(less > 0.0, least=less),
+    }
+
+
+def _drift_and_lift() -> Check:
+    theta = np.linspace(0.0, BRIDGE.slenderness, 100_001)
+    drift = BRIDGE.horizontal_displacement(theta)
+    lift = BRIDGE.vertical_displacement(theta)
+    v_of_50 = 100.0 * float(np.interp(0.50, drift, lift))
+    u_of_5 = 100.0 * float(np.interp(0.05, lift, drift))
+    return check(v_of_50 <= 5.5, lift=v_of_50, drift=u_of_5)
+
+
+def _block_restitution() -> float:
+    slendernesses = np.radians(np.linspace(1.0, 54.0, 54))
+    return max(
+        abs(_frame_of(alpha, 0.0).restitution - (1.0 - 1.5 * math.sin(alpha) ** 2))
+        for alpha in slendernesses
+    )
+
+
+def _size_forms() -> float:
+    worst = 0.0
+    for gamma in _MASS_RATIOS:
+        frame = RockingFrame(height=9.6, width=1.6, mass_ratio=gamma)
+        size = (frame.frequency_parameter / frame.effective_frequency_parameter) ** 2
+        one, other = (1.0 + 3.0 * gamma) / (1.0 + 2.0 * gamma), 1.0 + gamma / (1.0 + 2.0 * gamma)
+        worst = max(worst, abs(one - size), abs(other - size))
+    return worst
+
+
+def _least_loss() -> float:
+    return min(
+        _frame_of(alpha, 0.0).restitution - _frame_of(alpha, gamma).restitution
+        for alpha in np.radians(np.arange(1.0, 45.0))
+        for gamma in (0.01, *_MASS_RATIOS[1:])
+    )
+
+
+def _uplift_ratios() -> str:
+    """Return ground acceleration at uplift over g tan(alpha), for a ramp to twice it in 1 s."""
+    ratios = []
+    for gamma in (0.0, 4.0, 100.0):
+        frame = RockingFrame(height=9.6, width=1.6, mass_ratio=gamma)
+        ramp = [0.0, 2.0 * frame.uplift_acceleration]
+        uplift = respond(frame, GroundAcceleration.from_samples(ramp, 1.0)).uplift_time
+        ratios.append(f"{2.0 * uplift:.9f}")
+    return ", ".join(ratios)
+
+
+def _frame_of(slenderness: float, mass_ratio: float) -> RockingFrame:
+    return RockingFrame(height=5.0, width=5.0 * math.tan(slenderness), mass_ratio=mass_ratio)
+
+
+#: A pulse under which the bridge does not overturn, and the time of free rocking after it [s].
+_PULSE: Final = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
+_AFTER: Final = 15.0
+#: Number of the impact at which rates are compared.
+_IMPACT: Final = 6
+#: The column of the same slenderness and of size R-hat, eq (29).
+_GROWTH: Final = BRIDGE.effective_size / BRIDGE.size
+_COLUMN: Final = RockingFrame(height=_GROWTH * BRIDGE.height, width=_GROWTH * BRIDGE.width)
+
+
+def one_column_checks() -> dict[str, Check]:
+    """Check the equivalent column, with its own and with the frame's restitution.
+
+    Examples
+    --------
+    >>> [found.finding.value for found in one_column_checks().values()]
+    ['differs', 'agrees']
+    """
+    losses = BRIDGE.restitution / _COLUMN.restitution
+    losing = RockingFrame(height=_COLUMN.height, width=_COLUMN.width, restitution_factor=losses)
+    frame, own, lossy = (
+        respond(each, _PULSE, free_rocking=_AFTER) for each in (BRIDGE, _COLUMN, losing)
+    )
+    rate, of_column = (abs(each.impact_velocities[_IMPACT - 1]) for each in (frame, own))
+    apart, apart_losing = (np.abs(frame.theta - each.theta).max() for each in (own, lossy))
+    return {
+        "one-column": check(
+            bool(apart < 1e-9),
+            apart=apart,
+            T_p=_PULSE.T_p,
+            impact=_IMPACT,
+            rate=rate,
+            of_column=of_column,
+        ),
+        "one-column-losses": check(bool(apart_losing < 1e-9), apart=apart_losing, T_p=_PULSE.T_p),
+    }
+
+
+#: Slendernesses of Figure 9 [degrees], and the mass ratios used for it here.
+_SLENDERNESSES: Final = (10.0, 14.0)
+_BEAMS: Final = (0.0, 0.25, 1.0, 4.0)
+#: Frequency ratios for which the paper calls the gain marginal, and higher ratios.
+_LOW: Final = (2.0, 3.0, 4.0)
+_HIGH: Final = (5.0, 6.0, 7.0)
+#: Step and largest value of the scans of amplitude, a_p / (g tan alpha) [1].
+_STEP: Final = 0.02
+_LARGEST: Final = 15.0
+#: Smallest gain that does not count as marginal [1].
+_MARGINAL: Final = 0.1
+#: Amplitude that overturns the frame but not the column, a_p / (g tan alpha) [1].
+_ISLAND: Final = 2.45
+
+
+def stability_checks() -> dict[str, Check]:
+    """Check the claims about overturning."""
+    least = _least(_SLENDERNESSES, _BEAMS, (*_LOW, *_HIGH), _LARGEST)
+    return {
+        "temple-column-stands": _no_overturning(0.0, 7.5, 15.0),
+        "temple-frame-stands": _no_overturning(0.25, 5.0, 5.0),
+        "marginal": _marginal(least[..., : len(_LOW)]),
+        "enhanced": _enhanced(least[..., len(_LOW) - 1 :]),
+        "heavier": _heavier_is_safer(least),
+        "every-amplitude": _every_amplitude(),
+    }
+
+
+def _no_overturning(mass_ratio: float, frequency_ratio: float, bound: float) -> Check:
+    """Check that no pulse up to a bound overturns the temple (section 7), by a scan to 60."""
+    least = _least((14.0,), (mass_ratio,), (frequency_ratio,), 60.0)[:, 0, 0, 0]
+    found = f"{least[0]:.4f} (symmetric), {least[1]:.4f} (antisymmetric)"
+    if np.isnan(least).all():
+        found = "no pulse up to 60 g tan α overturns"
+    return check(not (least <= bound).any(), found=found, step=_STEP)
+
+
+def _marginal(least: Float) -> Check:
+    """Compare the heaviest beam with the column alone in the four panels."""
+    gain = least[:, :, -1] / least[:, :, 0] - 1.0
+    at_4, below = _span(gain[..., -1]), _span(gain[..., :-1])
+    small = bool((gain < _MARGINAL).all())
+    return check(small, at_4=at_4, below=below, step=_STEP, largest=_LARGEST)
+
+
+def _enhanced(least: Float) -> Check:
+    """Compare the heaviest beam with the column alone from a frequency ratio of 4 on."""
+    alone = least[:, :, 0]
+    frame = np.where(np.isnan(least[:, :, -1]), np.inf, least[:, :, -1])
+    gain = np.where(np.isnan(alone), np.inf, frame / alone - 1.0)
+    grows = bool((gain[..., 1:] >= gain[..., :-1]).all())
+    at_5 = gain[..., 1]
+    return check(
+        grows and bool((gain[..., 1:] > 0.0).all()),
+        at_5=_span(at_5[np.isfinite(at_5)]),
+        never=np.isinf(gain[..., 2]).sum(),
+        panels=gain[..., 2].size,
+        step=_STEP,
+        largest=_LARGEST,
+    )
+
+
+def _heavier_is_safer(least: Float) -> Check:
+    lighter, heavier = least[:, :, :-1], least[:, :, 1:]  # NaN: nothing up to the largest overturns
+    falls = int((heavier < lighter).sum() + (np.isnan(lighter) & ~np.isnan(heavier)).sum())
+    edges = ", ".join(f"{edge:.2f}" for edge in least[0, 0, :, 1])
+    return check(falls == 0, falls=falls, steps=(~np.isnan(lighter)).sum(), edges=edges)
+
+
+def _every_amplitude() -> Check:
+    """Compare a column that does not overturn under a pulse with a frame that does."""
+    falls = {}
+    for gamma in (0.0, 0.25):
+        frame = RockingFrame(height=5.0, width=5.0 * math.tan(math.radians(10.0)), mass_ratio=gamma)
+        pulse = Pulse(
+            wavelet="antisymmetric_ricker",
+            a_p=_ISLAND * frame.uplift_acceleration,
+            T_p=math.pi / frame.frequency_parameter,
+        )
+        falls[gamma] = respond_many([pulse], [frame]).verdict.item() == Verdict.OVERTURNED
+    words = {True: "overturns", False: "stands"}
+    return check(
+        falls[0.0] or not falls[0.25],
+        amplitude=_ISLAND,
+        column=words[falls[0.0]],
+        frame=words[falls[0.25]],
+    )
+
+
+def _least(
+    degrees: tuple[float, ...],
+    mass_ratios: tuple[float, ...],
+    frequency_ratios: tuple[float, ...],
+    largest: float,
+) -> Float:
+    """Return smallest overturning amplitudes by pulse, slenderness, mass and frequency ratio."""
+    found = overturning_spectrum(
+        [Pulse(wavelet=name, a_p=1.0, T_p=1.0) for name in RICKERS],
+        np.radians(degrees),
+        mass_ratios,
+        frequency_ratios,
+        np.arange(1.0, largest + 0.5 * _STEP, _STEP),
+        tolerance=1e-6,
+    )
+    return found.minimum_overturning_amplitude
+
+
+def _span(gains: Float) -> str:
+    return f"{100.0 * gains.min():+.0f} % to {100.0 * gains.max():+.0f} %"
+
 
 #: Rotation [rad] and ground acceleration [m s-2] at which misprints are evaluated.
 _THETA: Final = 0.5 * BRIDGE.slenderness
@@ -26,7 +277,7 @@ _TURNED: Final = 0.05
 _OMEGA: Final = 0.3
 _RATE: Final = -0.8
 #: Step of finite differences, in rotation [rad] and time [s].
-_STEP: Final = 1e-4
+_DIFFERENCE: Final = 1e-4
 
 
 def motion_checks() -> dict[str, Check]:
@@ -48,7 +299,7 @@ def misprint_checks() -> dict[str, Check]:
     alpha = BRIDGE.slenderness
     printed = _work_slope(math.cos(alpha + _THETA), math.sin(alpha + _THETA))
     meant = _work_slope(math.cos(alpha - _THETA), math.sin(alpha - _THETA))
-    slope = (_work(_THETA + _STEP) - _work(_THETA - _STEP)) / (2.0 * _STEP)
+    slope = (_work(_THETA + _DIFFERENCE) - _work(_THETA - _DIFFERENCE)) / (2.0 * _DIFFERENCE)
     return {
         "eq-12": _lift_check(),
         "eq-23": check(Finding.MISPRINT, printed=8.0 + 2.0, meant=8.0 + 0.5 * 2.0),
@@ -82,10 +333,10 @@ def _kinematic_residual() -> float:
 
 def _differences(place: Callable[[Float], Float], side: float) -> tuple[float, float]:
     """Return the first and second time derivative of a displacement, by finite differences."""
-    time = _STEP * np.arange(-1, 2)
+    time = _DIFFERENCE * np.arange(-1, 2)
     values = place(side * (_TURNED + _OMEGA * time + 0.5 * _RATE * time**2))
-    first = (values[2] - values[0]) / (2.0 * _STEP)
-    return float(first), float((values[2] - 2.0 * values[1] + values[0]) / _STEP**2)
+    first = (values[2] - values[0]) / (2.0 * _DIFFERENCE)
+    return float(first), float((values[2] - 2.0 * values[1] + values[0]) / _DIFFERENCE**2)
 
 
 def _printed_rates(side: float) -> tuple[float, float, float, float]:

@@ -12,8 +12,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components.pairing import MOTION_FIELDS, motion_key, pair_horizontals
-from rockframe.components.rotation import rotd as rotd_of
+from rockframe.components import MOTION_FIELDS, motion_key, pair_horizontals
+from rockframe.components import rotd as rotd_of
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.record import Orientation, Record
 from rockframe.results.reading import damage_named, opened

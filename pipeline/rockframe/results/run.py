@@ -20,9 +20,8 @@ from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import opened
 from rockframe.results.response import strips_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
-from rockframe.results.tables.columns import stated_verdict
 from rockframe.results.tables.entries import rows_of
-from rockframe.results.tables.rows import LabelledValues, LabelledValuesOf
+from rockframe.results.tables.rows import LabelledValues, LabelledValuesOf, stated_verdict
 from rockframe.results.writing import slices
 from rockframe.rocking import Strip
 

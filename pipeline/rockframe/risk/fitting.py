@@ -11,8 +11,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.risk.fragility import Curve, Fragility
-from rockframe.risk.limits import Outcome
+from rockframe.risk.fragility import Curve, Fragility, Outcome
 
 Float = NDArray[np.float64]
 

@@ -13,8 +13,7 @@ import numpy as np
 import scipy  # its submodules load when they are first used
 from numpy.typing import NDArray
 
-from rockframe.risk.fragility import Fragility
-from rockframe.risk.limits import Outcome
+from rockframe.risk.fragility import Fragility, Outcome
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.column import SECTIONS, inertia_ratio_of
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import DesignOptions
+from rockframe.parts import SECTIONS, inertia_ratio_of
 
 Float = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Design:
     steps : int
         Number of evenly spaced values, including both ends.
     quantity : str
-        A quantity of `rockframe.risk.limits`: ``rotation_ratio``, ``u`` and so on.
+        A quantity of `rockframe.risk.fragility`: ``rotation_ratio``, ``u`` and so on.
 
     Raises
     ------

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.column import Lever
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.parts import Lever
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Response, as_ground

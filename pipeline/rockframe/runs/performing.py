@@ -12,8 +12,8 @@ from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batche
 from rockframe.engines.scheduler import DaskScheduler, choose_engine
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import check
-from rockframe.options.execution import FigureOptions, ReportOptions
 from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.model import FigureOptions, ReportOptions
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import (
     RespondOptions,
@@ -23,10 +23,8 @@ from rockframe.options.respond import (
 )
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import scratch_folder, sha256_of
-from rockframe.runs.files import finish, read_plan
-from rockframe.runs.plan import KEPT, Plan
-from rockframe.runs.state import remove_partials, stamp
-from rockframe.runs.step import Step, waves
+from rockframe.runs.plan import KEPT, Plan, Step, waves
+from rockframe.runs.state import finish, read_plan, remove_partials, stamp
 from rockframe.stages.common import Batch
 from rockframe.stages.compare import compare_stage
 from rockframe.stages.figures import figures_stage
@@ -34,7 +32,7 @@ from rockframe.stages.ingest import ingest_stage
 from rockframe.stages.pulse import pulse_stage
 from rockframe.stages.report import report_stage, require_whole
 from rockframe.stages.respond import respond_stage
-from rockframe.stages.screening.screen import screen_stage
+from rockframe.stages.screen import screen_stage
 from rockframe.stages.spectrum import rocking_spectrum_stage, spectrum_stage
 from rockframe.stages.table import merge_stage, table_stage
 from rockframe.study.structures import CompareEntry
@@ -344,7 +342,7 @@ def _recomputed(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple
 
 def _differing_tables(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:
     """Compare the tables of a screening with those made from the screening in the folder."""
-    from rockframe.results.screening.tables import write_screen_tables
+    from rockframe.results.screen_tables import write_screen_tables
 
     if step.stage == "screen":
         for path in write_screen_tables(folder / "screen.nc", elsewhere / "screen.nc").values():

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Final
 
 from rockframe.errors import InputError
 from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs, refuse_obstacles
-from rockframe.runs.files import locked, read_plan, write_plan
-from rockframe.runs.plan import KEPT, Plan
+from rockframe.runs.plan import KEPT, PAGE, Plan
 from rockframe.runs.state import (
     StepState,
     damaged,
     faults_of,
+    locked,
+    read_plan,
     remove_file,
     remove_former,
     remove_output,
@@ -22,8 +23,8 @@ from rockframe.runs.state import (
     remove_spent,
     states_of,
     take_back_manifest,
+    write_plan,
 )
-from rockframe.runs.step import PAGE
 
 if TYPE_CHECKING:
     from rockframe.engines.engine import Engine

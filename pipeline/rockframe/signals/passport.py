@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.options.passport import PassportLimits
+from rockframe.options.ingest import PassportLimits
 from rockframe.record import Record, SiteType
 from rockframe.signals.measures import (
     arias_intensity,

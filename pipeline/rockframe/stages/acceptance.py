@@ -12,8 +12,7 @@ import numpy as np
 
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.ingest import Reading
-from rockframe.options.ingest import Filters, IngestOptions
-from rockframe.options.passport import PassportLimits
+from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
 from rockframe.outcome import STATUSES, InputOutcome
 from rockframe.record import Record
 from rockframe.results.tables.entries import write_entries

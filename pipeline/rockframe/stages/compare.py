@@ -11,8 +11,8 @@ from rockframe.frame import RockingFrame
 from rockframe.oscillators.comparison import Compared, Rivals, compare
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
-from rockframe.results.compare import write_comparison
 from rockframe.results.records import open_records
+from rockframe.results.response import write_comparison
 from rockframe.results.writing import input_hash
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.stages.common import WHOLE, Progress, accepted, horizontal, silent

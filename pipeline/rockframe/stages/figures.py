@@ -12,23 +12,25 @@ import xarray as xr
 from rockframe.cells import write_rows
 from rockframe.errors import InputError, ParameterError
 from rockframe.figures.captioned import Captioned, save, save_captioned
-from rockframe.figures.comparison import draw_comparison
 from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
-from rockframe.figures.histories import draw_response_history
+from rockframe.figures.histories import draw_comparison, draw_response_history
 from rockframe.figures.margins import draw_margin_strips
 from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
-from rockframe.options.execution import FigureOptions
+from rockframe.options.model import FigureOptions
 from rockframe.provenance import refuse_obstacles, replaced_folder
-from rockframe.results.compare import furthest_pairs, read_histories
 from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import kind_of
 from rockframe.results.records import open_records
-from rockframe.results.response import open_response
-from rockframe.results.screening.screen import read_screening
-from rockframe.results.spectra import read_rocking_spectrum, read_spectrum
-from rockframe.results.tables.columns import stated_pulse
+from rockframe.results.response import (
+    furthest_pairs,
+    open_response,
+    read_histories,
+    read_rocking_spectrum,
+    read_spectrum,
+)
+from rockframe.results.screen import read_screening
 from rockframe.results.tables.entries import rows_of
-from rockframe.results.tables.rows import Row
+from rockframe.results.tables.rows import Row, stated_pulse
 from rockframe.rocking import Verdict
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.table import table_rows_of

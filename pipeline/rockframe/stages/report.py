@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.options.execution import ReportOptions
+from rockframe.options.model import ReportOptions
 from rockframe.provenance import (
     MANIFEST,
     processor,
@@ -20,15 +20,14 @@ from rockframe.provenance import (
     versions,
     whole_file,
 )
-from rockframe.report.page import is_whole, render, sealed
-from rockframe.report.payload import choose
-from rockframe.results.compare import comparison_rows
+from rockframe.report.page import choose, is_whole, render, sealed
 from rockframe.results.manifest import read_manifest
 from rockframe.results.merging import Described, describe
 from rockframe.results.records import open_records
+from rockframe.results.response import comparison_rows
 from rockframe.results.run import read_histories, read_run
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE, ROCKING_SPECTRUM, SCREEN, SPECTRUM
-from rockframe.results.screening.screen import read_screening
+from rockframe.results.screen import read_screening
 from rockframe.results.tables.entries import rows_of
 
 #: Files of a run with datasets, in the order of the stages.

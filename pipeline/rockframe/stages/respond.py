@@ -12,9 +12,8 @@ from typing import Final, Self
 
 import xarray as xr
 
-from rockframe.components.pairing import vertical_beside
-from rockframe.engines.engine import Engine, map_batches
-from rockframe.engines.threads import on_threads
+from rockframe.components import vertical_beside
+from rockframe.engines.engine import Engine, map_batches, on_threads
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import RespondOptions

@@ -12,8 +12,8 @@ from rockframe.errors import ParameterError, require_known
 from rockframe.options.respond import RockingSpectrumOptions, SpectrumOptions
 from rockframe.provenance import refuse_obstacles, refuse_overwriting
 from rockframe.results.records import open_records
+from rockframe.results.response import rocking_spectrum_dataset, spectrum_dataset
 from rockframe.results.schema import ROCKING_SPECTRUM, SPECTRUM
-from rockframe.results.spectra import rocking_spectrum_dataset, spectrum_dataset
 from rockframe.results.writing import input_hash, write
 from rockframe.rocking import overturning_spectrum, rocking_spectrum
 from rockframe.stages.common import horizontal

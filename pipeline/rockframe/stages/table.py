@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
 from rockframe.options.ingest import FetchOptions
 from rockframe.outcome import InputOutcome
-from rockframe.paper.table1 import with_paper_facts
+from rockframe.paper.pulses import with_paper_facts
 from rockframe.provenance import refuse_obstacles, refuse_overwriting
 from rockframe.results.merging import merge
 from rockframe.results.reading import kind_of
-from rockframe.results.tables.formats import write_rows_as
+from rockframe.results.tables.entries import write_rows_as
 from rockframe.results.tables.rows import Row
 from rockframe.results.tables.table import table_rows
 

@@ -11,12 +11,20 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rockframe.column import ColumnShape, hollow, inertia_ratio_of, tapered, volume
 from rockframe.errors import InputError, RockframeWarning, invalid
 from rockframe.frame import RockingFrame, crushed, unusual
-from rockframe.options.fields import Name
-from rockframe.options.model import Options, rule
-from rockframe.restraint import Abutment, Dissipater, Pivot, Tendon
+from rockframe.options.model import Name, Options, rule
+from rockframe.parts import (
+    Abutment,
+    ColumnShape,
+    Dissipater,
+    Pivot,
+    Tendon,
+    hollow,
+    inertia_ratio_of,
+    tapered,
+    volume,
+)
 from rockframe.rivals import (
     COLUMN_SHARE,
     LIMIT_DUCTILITY,

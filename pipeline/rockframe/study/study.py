@@ -14,10 +14,18 @@ from pydantic import Field
 from pydantic_core import PydanticUndefined
 
 from rockframe.errors import InputError
-from rockframe.options.execution import BatchOptions, FigureOptions, ReportOptions
-from rockframe.options.fields import File, Name, Texts
 from rockframe.options.ingest import Filters, IngestOptions
-from rockframe.options.model import Options, fields_of, options_within
+from rockframe.options.model import (
+    BatchOptions,
+    FigureOptions,
+    File,
+    Name,
+    Options,
+    ReportOptions,
+    Texts,
+    fields_of,
+    options_within,
+)
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import (
     RespondOptions,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, get_origin
 from pydantic import ValidationError
 
 from rockframe.errors import InputError, ParameterError, meant
+from rockframe.options.ingest import PassportLimits
 from rockframe.options.model import (
     REFUSED,
     RULE,
@@ -22,7 +23,6 @@ from rockframe.options.model import (
     fields_of,
     options_within,
 )
-from rockframe.options.passport import PassportLimits
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails

@@ -1,25 +1,354 @@
-"""Wavelets by name, with their free parameters: phase and number of half cycles."""
+"""Wavelets by name: Ricker, Mavroeidis and Papageorgiou, sines; and their weighted sums."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.wavelets.mavroeidis_papageorgiou import (
-    NAME,
-    mavroeidis_papageorgiou,
-    spectra_of_lines,
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class MotherWavelet:
+    """A pulse of unit period, centred at tau = 0.
+
+    Parameters
+    ----------
+    name : str
+        Name in datasets and on the command line.
+    acceleration, velocity, displacement : callable
+        Functions of tau = time / T_p [1], in units of a_p, a_p T_p and a_p T_p^2.
+    spectrum : callable
+        Fourier integral of the acceleration with exp(-2 pi i nu tau), a function of
+        nu = frequency times T_p [1].
+    energy : float
+        Integral of the squared acceleration over all tau [1].
+    reach : float
+        |tau| beyond which the acceleration is below 1e-16.
+    finite : bool
+        True if the pulse ends at its reach with a kink; False if it decays smoothly.
+    """
+
+    name: str
+    acceleration: Callable[[Float], Float]
+    velocity: Callable[[Float], Float]
+    displacement: Callable[[Float], Float]
+    spectrum: Callable[[Float], Complex]
+    energy: float
+    reach: float
+    finite: bool = False
+
+    @property
+    def extent(self) -> int | float:
+        """Half-length of the pulse: its reach, in whole periods if the pulse decays smoothly."""
+        return self.reach if self.finite else math.ceil(self.reach)
+
+    @property
+    def core(self) -> float:
+        """The |tau| beyond which less than 1e-6 of the energy lies."""
+        return self.reach if self.finite else 0.5 * self.reach
+
+
+def combined(parts: Sequence[MotherWavelet], weights: Sequence[float]) -> MotherWavelet:
+    """Return the weighted sum of an even and an odd wavelet, or one wavelet times its weight.
+
+    Parameters
+    ----------
+    parts : sequence of MotherWavelet
+        One wavelet, or an even and an odd one. The integral of the product of these is zero, so
+        their energies add up.
+    weights : sequence of float
+        Factor of each wavelet.
+    """
+
+    def total(quantity: str) -> Callable[[Float], Any]:
+        functions = [getattr(part, quantity) for part in parts]
+        return lambda x: sum(w * f(x) for w, f in zip(weights, functions, strict=True))
+
+    return MotherWavelet(
+        name=parts[0].name,
+        acceleration=total("acceleration"),
+        velocity=total("velocity"),
+        displacement=total("displacement"),
+        spectrum=total("spectrum"),
+        energy=sum(w**2 * part.energy for w, part in zip(weights, parts, strict=True)),
+        reach=max(part.reach for part in parts),
+        finite=parts[0].finite,
+    )
+
+
+#: Normalises eq (45) to a maximum of 1: sqrt(18 - 6 sqrt 6) exp((sqrt 6 - 3) / 2) = 1.3801.
+BETA: Final = math.sqrt(18.0 - 6.0 * math.sqrt(6.0)) * math.exp(0.5 * (math.sqrt(6.0) - 3.0))
+#: x = _ANTISYMMETRIC_RATE tau is the variable of the antisymmetric wavelet, eq (45) corrected.
+_ANTISYMMETRIC_RATE: Final = 2.0 * math.pi / math.sqrt(3.0)
+
+
+def _symmetric_acceleration(tau: Float) -> Float:
+    """Return the acceleration of eq (44)."""
+    y = (math.pi * tau) ** 2
+    return (1.0 - 2.0 * y) * np.exp(-y)
+
+
+def _symmetric_velocity(tau: Float) -> Float:
+    return tau * np.exp(-((math.pi * tau) ** 2))
+
+
+def _symmetric_displacement(tau: Float) -> Float:
+    return -np.exp(-((math.pi * tau) ** 2)) / (2.0 * math.pi**2)
+
+
+def _symmetric_spectrum(nu: Float) -> Complex:
+    return np.asarray(2.0 / math.sqrt(math.pi) * nu**2 * np.exp(-(nu**2)), dtype=np.complex128)
+
+
+def _antisymmetric_acceleration(tau: Float) -> Float:
+    """Return the acceleration of eq (45), with the factor 2 pi / (sqrt 3 T_p) missing in print."""
+    x = _ANTISYMMETRIC_RATE * tau
+    return (x**2 - 3.0) * x * np.exp(-0.5 * x**2) / BETA
+
+
+def _antisymmetric_velocity(tau: Float) -> Float:
+    x = _ANTISYMMETRIC_RATE * tau
+    return (1.0 - x**2) * np.exp(-0.5 * x**2) / (BETA * _ANTISYMMETRIC_RATE)
+
+
+def _antisymmetric_displacement(tau: Float) -> Float:
+    x = _ANTISYMMETRIC_RATE * tau
+    return x * np.exp(-0.5 * x**2) / (BETA * _ANTISYMMETRIC_RATE**2)
+
+
+def _antisymmetric_spectrum(nu: Float) -> Complex:
+    height = math.sqrt(2.0 * math.pi) / (BETA * _ANTISYMMETRIC_RATE**4)
+    size = height * (2.0 * math.pi * nu) ** 3 * np.exp(-1.5 * nu**2)
+    return np.asarray(1j * size, dtype=np.complex128)
+
+
+SYMMETRIC_RICKER: Final = MotherWavelet(
+    name="symmetric_ricker",
+    acceleration=_symmetric_acceleration,
+    velocity=_symmetric_velocity,
+    displacement=_symmetric_displacement,
+    spectrum=_symmetric_spectrum,
+    energy=3.0 * math.sqrt(2.0) / (8.0 * math.sqrt(math.pi)),
+    reach=2.1,
 )
-from rockframe.wavelets.mother import Complex, Float, MotherWavelet, combined
-from rockframe.wavelets.ricker import ANTISYMMETRIC_RICKER, SYMMETRIC_RICKER
-from rockframe.wavelets.sines import FULL_COSINE, FULL_SINE, HALF_SINE
+ANTISYMMETRIC_RICKER: Final = MotherWavelet(
+    name="antisymmetric_ricker",
+    acceleration=_antisymmetric_acceleration,
+    velocity=_antisymmetric_velocity,
+    displacement=_antisymmetric_displacement,
+    spectrum=_antisymmetric_spectrum,
+    energy=15.0 * math.sqrt(3.0) / (16.0 * math.sqrt(math.pi) * BETA**2),
+    reach=2.7,
+)
+
+
+_TWO_PI: Final = 2.0 * math.pi
+
+
+def _inside(tau: Float, reach: float) -> Float:
+    return np.asarray(np.abs(tau) <= reach, dtype=np.float64)
+
+
+def _half_sine_velocity(tau: Float) -> Float:
+    return (np.sin(_TWO_PI * np.clip(tau, -0.25, 0.25)) + 1.0) / _TWO_PI
+
+
+def _half_sine_displacement(tau: Float) -> Float:
+    x = np.clip(tau, -0.25, 0.25)
+    after = np.maximum(tau - 0.25, 0.0) / math.pi
+    return (x + 0.25 - np.cos(_TWO_PI * x) / _TWO_PI) / _TWO_PI + after
+
+
+def _full_sine_velocity(tau: Float) -> Float:
+    return (np.cos(_TWO_PI * np.clip(tau, -0.5, 0.5)) + 1.0) / _TWO_PI
+
+
+def _full_sine_displacement(tau: Float) -> Float:
+    x = np.clip(tau, -0.5, 0.5)
+    return (x + 0.5 + np.sin(_TWO_PI * x) / _TWO_PI) / _TWO_PI
+
+
+def _full_cosine_velocity(tau: Float) -> Float:
+    return -np.sin(_TWO_PI * np.clip(tau, -0.5, 0.5)) / _TWO_PI
+
+
+def _full_cosine_displacement(tau: Float) -> Float:
+    return (np.cos(_TWO_PI * np.clip(tau, -0.5, 0.5)) + 1.0) / _TWO_PI**2
+
+
+def _spectrum(nu: Float, length: float, odd: bool = False) -> Complex:
+    """Return the Fourier integral of cos(2 pi tau), or of sin, over a length in periods."""
+    below, above = np.sinc(length * (nu - 1.0)), np.sinc(length * (nu + 1.0))
+    total = -1j * (below - above) if odd else below + above
+    return np.asarray(0.5 * length * total, dtype=np.complex128)
+
+
+#: a_p sin(omega_p t) over half a period.
+HALF_SINE: Final = MotherWavelet(
+    name="half_sine",
+    acceleration=lambda tau: np.cos(_TWO_PI * tau) * _inside(tau, 0.25),
+    velocity=_half_sine_velocity,
+    displacement=_half_sine_displacement,
+    spectrum=lambda nu: _spectrum(nu, 0.5),
+    energy=0.25,
+    reach=0.25,
+    finite=True,
+)
+#: a_p sin(omega_p t) over a period; the velocity does not change its sign.
+FULL_SINE: Final = MotherWavelet(
+    name="full_sine",
+    acceleration=lambda tau: -np.sin(_TWO_PI * tau) * _inside(tau, 0.5),
+    velocity=_full_sine_velocity,
+    displacement=_full_sine_displacement,
+    spectrum=lambda nu: -_spectrum(nu, 1.0, odd=True),
+    energy=0.5,
+    reach=0.5,
+    finite=True,
+)
+#: a_p cos(omega_p t) over a period; the displacement does not change its sign.
+FULL_COSINE: Final = MotherWavelet(
+    name="full_cosine",
+    acceleration=lambda tau: -np.cos(_TWO_PI * tau) * _inside(tau, 0.5),
+    velocity=_full_cosine_velocity,
+    displacement=_full_cosine_displacement,
+    spectrum=lambda nu: -_spectrum(nu, 1.0),
+    energy=0.5,
+    reach=0.5,
+    finite=True,
+)
+
+
+NAME: Final = "mavroeidis_papageorgiou"
+_TURN: Final = 2.0 * math.pi
+
+
+@lru_cache(maxsize=256)
+def mavroeidis_papageorgiou(half_cycles: float) -> tuple[MotherWavelet, MotherWavelet]:
+    """Return the wavelets of phase 0 and pi / 2, whose weighted sums have all phases.
+
+    Parameters
+    ----------
+    half_cycles : float
+        Number of half cycles, gamma [1], 1 or more.
+    """
+    return _of_phase(half_cycles, 0.0), _of_phase(half_cycles, 0.5 * math.pi)
+
+
+def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
+    """Return the spectra of the wavelets of phase 0 and pi / 2, in the time of one spectrum.
+
+    Parameters
+    ----------
+    nu : array
+        Frequency times T_p [1].
+    half_cycles : float
+        Number of half cycles, gamma [1].
+    """
+    found = _spectra(nu, half_cycles, np.exp(1j * math.pi * half_cycles * nu))
+    return found[..., 0, :], found[..., 1, :]
+
+
+def spectra_of_lines(line: float | Float, count: int, half_cycles: float | Float) -> Complex:
+    """Return `spectra` at `count` frequencies from 0, `line` apart, along the axis before last."""
+    nu = np.multiply.outer(line, np.arange(count, dtype=np.float64))
+    return _spectra(nu, half_cycles, phase_ramp(math.pi * half_cycles * line, count))
+
+
+def _spectra(nu: Float, gamma: float | Float, turned: Complex) -> Complex:
+    """Return the spectra along the axis before last; `turned` is exp(i pi gamma nu)."""
+    from rockframe.wavelets.loops import fill  # imports numba, which most uses do not need
+
+    *points, count = nu.shape
+    found = np.empty((*points, 2, count), dtype=np.complex128)
+    numbers = np.full(points, gamma, dtype=np.float64).ravel()
+    rows = (numbers.size, count)
+    fill(nu.reshape(rows), numbers, turned.reshape(rows), found.reshape(-1, 2, count))
+    return found
+
+
+def energy(gamma: float, phi: float) -> float:
+    """Return the integral of the squared acceleration of a phase [1]; `gamma` half cycles."""
+    # energy E(gamma, phi) in closed form, of psi with v' = -(pi / gamma) psi
+    share = math.sin(_TURN * gamma) * math.cos(2.0 * phi) / (8.0 * math.pi * (4.0 * gamma**2 - 1.0))
+    return (math.pi / gamma) ** 2 * (0.25 * gamma * (1.0 + 3.0 * gamma**2) - share)
+
+
+def _of_phase(gamma: float, phi: float) -> MotherWavelet:
+    end = 0.5 * gamma
+
+    def window(tau: Float) -> Float:
+        return 0.5 * (1.0 + np.cos(_TURN * tau / gamma))
+
+    def velocity(tau: Float) -> Float:
+        return np.where(np.abs(tau) <= end, window(tau) * np.cos(_TURN * tau + phi), 0.0)
+
+    def acceleration(tau: Float) -> Float:
+        slope = -0.5 * _TURN / gamma * np.sin(_TURN * tau / gamma)
+        inside = slope * np.cos(_TURN * tau + phi) - _TURN * window(tau) * np.sin(_TURN * tau + phi)
+        return np.where(np.abs(tau) <= end, inside, 0.0)
+
+    def displacement(tau: Float) -> Float:
+        now = np.clip(tau, -end, end)
+        near, slow, fast = (
+            _area_of_cosine(now, end, rate, phi)
+            for rate in (_TURN, _TURN * (1.0 - 1.0 / gamma), _TURN * (1.0 + 1.0 / gamma))
+        )
+        return 0.5 * near + 0.25 * (slow + fast)
+
+    def spectrum(nu: Float) -> Complex:
+        even, odd = spectra(nu, gamma)
+        return math.cos(phi) * even + math.sin(phi) * odd
+
+    return MotherWavelet(
+        NAME,
+        acceleration,
+        velocity,
+        displacement,
+        spectrum,
+        energy(gamma, phi),
+        reach=end,
+        finite=True,
+    )
+
+
+def _area_of_cosine(tau: Float, end: float, rate: float, phi: float) -> Float:
+    """Return the integral of cos(rate x + phi) over x from -end to tau; the rate may be 0."""
+    length = tau + end
+    middle = np.cos(phi + 0.5 * rate * (tau - end))
+    return np.asarray(length * middle * np.sinc(rate * length / _TURN))
+
+
+def phase_ramp(angle: float | NDArray[np.float64], count: int) -> NDArray[np.complex128]:
+    """Return exp(i k angle) for k = 0, 1, ..., count - 1, along a last axis.
+
+    Parameters
+    ----------
+    angle : float or array
+        Step [rad].
+    count : int
+        Number of values.
+
+    Examples
+    --------
+    >>> phase_ramp(0.5 * math.pi, 3).round(9).tolist()
+    [(1+0j), 1j, (-1+0j)]
+    """
+    side = math.isqrt(count) + 1
+    ramp = 1j * np.multiply.outer(angle, np.arange(side))
+    table = np.exp(side * ramp)[..., :, None] * np.exp(ramp)[..., None, :]
+    return np.asarray(table.reshape(*table.shape[:-2], -1)[..., :count])
+
 
 #: The two wavelets of Makris and Vassiliou (2013), by name.
 RICKERS: Final[Mapping[str, MotherWavelet]] = MappingProxyType(

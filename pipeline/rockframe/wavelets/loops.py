@@ -6,9 +6,12 @@ import math
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
-from rockframe.wavelets.mother import Complex, Float
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 #: Distance from the limits at 0 and +-1 within which the window's spectrum is a sum of three sincs.
 _NEAR: Final = 1e-6

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError, require_known
-from rockframe.wavelets.family import SHAPES, mother_of
-from rockframe.wavelets.mother import MotherWavelet
+from rockframe.wavelets.family import SHAPES, MotherWavelet, mother_of
 
 Float = NDArray[np.float64]
 

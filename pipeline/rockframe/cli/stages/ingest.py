@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from rockframe.cells import TABLE_FORMATS
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
-from rockframe.options.execution import ReadingOptions
 from rockframe.options.ingest import FetchOptions, Filters, IngestOptions
+from rockframe.options.model import ReadingOptions
 from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, file_to_write, path
 from rockframe.errors import InputError, ParameterError
-from rockframe.options.execution import ExecutionOptions
 from rockframe.options.ingest import IngestOptions
+from rockframe.options.model import ExecutionOptions
 from rockframe.options.pulse import PulseOptions
 
 if TYPE_CHECKING:

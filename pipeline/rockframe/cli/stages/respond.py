@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, flag, folder_to_write, path
 from rockframe.errors import ParameterError
-from rockframe.options.execution import ExecutionOptions
+from rockframe.options.model import ExecutionOptions
 from rockframe.options.respond import RespondOptions, RockingSpectrumOptions, SpectrumOptions
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def run_respond(options: argparse.Namespace) -> int:
 
 def response_columns(first: Mapping[str, str]) -> list[Column]:
     """Return the columns of responses, after the columns in `first`."""
-    from rockframe.results.tables.columns import titled
+    from rockframe.results.tables.rows import titled
 
     return titled({**first, "structure": "structure", **_HEADS})
 
@@ -139,7 +139,7 @@ def add_compare(parser: argparse.ArgumentParser) -> None:
 
 def run_compare(options: argparse.Namespace) -> int:
     """Run the stage, print the table, and draw the figures."""
-    from rockframe.results.compare import COMPARISON, comparison_rows
+    from rockframe.results.response import COMPARISON, comparison_rows
     from rockframe.stages.compare import compare_stage
     from rockframe.stages.figures import figures_stage
 
@@ -193,7 +193,7 @@ def run_spectrum(options: argparse.Namespace) -> None:
 
 
 def _spectrum_of_pulses(options: argparse.Namespace) -> None:
-    from rockframe.results.spectra import read_spectrum
+    from rockframe.results.response import read_spectrum
     from rockframe.stages.spectrum import spectrum_stage
 
     stated = chosen(options, SpectrumOptions)
@@ -244,7 +244,7 @@ def _curves(dataset: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _spectrum_of_records(options: argparse.Namespace) -> None:
-    from rockframe.results.spectra import read_rocking_spectrum
+    from rockframe.results.response import read_rocking_spectrum
     from rockframe.stages.spectrum import rocking_spectrum_stage
 
     output: Path = options.output

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Final
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, path
 from rockframe.interruption import keeping
-from rockframe.options.execution import ExecutionOptions
 from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.model import ExecutionOptions
 from rockframe.options.respond import ScreenOptions
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rockframe.stages.screening.screen import Screening
+    from rockframe.stages.screen import Screening
 
 _RESUMES: Final = "finished batches are kept; the same command resumes"
 
@@ -44,7 +44,7 @@ def add_screen(parser: argparse.ArgumentParser) -> None:
 
 def run_screen(options: argparse.Namespace) -> int:
     """Run the stage and print the tables."""
-    from rockframe.stages.screening.screen import screen_stage
+    from rockframe.stages.screen import screen_stage
 
     screening, filters = chosen(options, ScreenOptions), chosen(options, Filters)
     engine, workers = arguments.chosen_engine(options), chosen(options, ExecutionOptions).workers
@@ -72,8 +72,8 @@ _SHOWN: Final = 10
 
 def show(output: Path, done: Screening, *, as_json: bool) -> None:
     """Print the screening as tables, or as JSON."""
-    from rockframe.results.screening.screen import read_screening
-    from rockframe.results.screening.tables import screen_rows, screen_summary
+    from rockframe.results.screen import read_screening
+    from rockframe.results.screen_tables import screen_rows, screen_summary
 
     screening = read_screening(output, every_scale=False)
     summary = screen_summary(screening)
@@ -121,7 +121,7 @@ def _show_verdicts(screening: xr.Dataset) -> None:
 
 
 def _show_ranking(screening: xr.Dataset) -> None:
-    from rockframe.results.screening.tables import screen_rows
+    from rockframe.results.screen_tables import screen_rows
     from rockframe.rocking import ScaleOutcome
 
     structures = [str(name) for name in screening["structure"].values]
@@ -175,7 +175,7 @@ def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, An
 
 
 def _show_fragility(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
-    from rockframe.results.screening.tables import fragility_curve
+    from rockframe.results.screen_tables import fragility_curve
 
     logistic = [console.column("logistic scale>", "logistic_scale", ".3f")]
     form = fragility_curve(screening)

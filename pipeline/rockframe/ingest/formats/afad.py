@@ -10,9 +10,16 @@ from rockframe.errors import InputError
 from rockframe.ingest.identify import directed, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.headers import KeyedHeader, keyed_header, numbers_in
-from rockframe.ingest.parsing.lines import first_line, parse_numbers, rows_below, text_of
-from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.lines import (
+    KeyedHeader,
+    first_line,
+    keyed_header,
+    numbers_in,
+    parse_numbers,
+    rows_below,
+    text_of,
+)
+from rockframe.ingest.parsing.samples import require_printed_peak
 from rockframe.ingest.parsing.timing import utc_of
 from rockframe.record import Record
 

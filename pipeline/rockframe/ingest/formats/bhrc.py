@@ -12,12 +12,17 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.identify import directed, distinct_records
+from rockframe.ingest.identify import directed, distances, distinct_records, place_in
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
-from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_lines
-from rockframe.ingest.parsing.lines import first_line, text_of
-from rockframe.ingest.site import distances, place_in
+from rockframe.ingest.parsing.lines import (
+    count_of,
+    first_line,
+    number_of,
+    numbers_in,
+    required_lines,
+    text_of,
+)
+from rockframe.ingest.parsing.samples import Columns, count_columns, read_columns
 from rockframe.record import Record
 
 DESCRIPTION = "BHRC (Iran), VOL1DS, three components in g/10"

@@ -7,12 +7,19 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.identify import directed, record_ids
+from rockframe.ingest.identify import directed, distances, place_in, record_ids, site_of_location
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_lines
-from rockframe.ingest.parsing.lines import head_lines, parse_numbers, rows_below, text_of
-from rockframe.ingest.parsing.peaks import Printed, require_printed_peak
-from rockframe.ingest.site import distances, place_in, site_of_location
+from rockframe.ingest.parsing.lines import (
+    count_of,
+    head_lines,
+    number_of,
+    numbers_in,
+    parse_numbers,
+    required_lines,
+    rows_below,
+    text_of,
+)
+from rockframe.ingest.parsing.samples import Printed, require_printed_peak
 from rockframe.record import Record
 
 DESCRIPTION = "CSMNC (China), one component in cm/s2"

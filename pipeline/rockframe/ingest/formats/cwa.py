@@ -9,15 +9,12 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.identify import directed, record_ids
+from rockframe.ingest.identify import directed, distances, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header
-from rockframe.ingest.parsing.lines import head_lines, text_of
-from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.lines import KeyedHeader, count_of, head_lines, keyed_header, text_of
+from rockframe.ingest.parsing.samples import Columns, read_columns, require_printed_peak
 from rockframe.ingest.parsing.timing import time_step_of, utc_of
-from rockframe.ingest.site import distances
 from rockframe.record import Record
 
 DESCRIPTION = "CWA (Taiwan), three columns in gal"

@@ -12,21 +12,27 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.identify import directed, record_ids, seed_letter, with_ending
+from rockframe.ingest.identify import directed, record_ids, seed_letter, site_of_depth, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
-from rockframe.ingest.parsing.headers import KeyedHeader, count_of, keyed_header, number_of
 from rockframe.ingest.parsing.lines import (
+    KeyedHeader,
+    count_of,
     first_line,
     head_lines,
+    keyed_header,
+    number_of,
     parse_numbers,
     rows_below,
     text_of,
 )
-from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.samples import (
+    Columns,
+    count_columns,
+    read_columns,
+    require_printed_peak,
+)
 from rockframe.ingest.parsing.timing import utc_of
-from rockframe.ingest.site import site_of_depth
 from rockframe.record import Record
 
 OLDER = "ITACA, older form, in m/s2"

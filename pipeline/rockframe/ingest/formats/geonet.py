@@ -18,10 +18,20 @@ from rockframe.errors import InputError
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.columns import Columns, header_item, read_columns
-from rockframe.ingest.parsing.headers import header_lines, numbers_in, required_line
-from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
-from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.lines import (
+    head_lines,
+    header_lines,
+    is_number,
+    numbers_in,
+    required_line,
+    text_of,
+)
+from rockframe.ingest.parsing.samples import (
+    Columns,
+    header_item,
+    read_columns,
+    require_printed_peak,
+)
 from rockframe.ingest.parsing.timing import utc_time
 from rockframe.record import Orientation, Record
 

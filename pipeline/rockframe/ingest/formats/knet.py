@@ -13,14 +13,18 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.identify import directed, record_ids, with_ending
+from rockframe.ingest.identify import directed, distances, record_ids, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.headers import KeyedHeader
-from rockframe.ingest.parsing.lines import first_line, is_number, parse_numbers, text_of
+from rockframe.ingest.parsing.lines import (
+    KeyedHeader,
+    first_line,
+    is_number,
+    parse_numbers,
+    text_of,
+)
 from rockframe.ingest.parsing.obspy_reader import read_stream
-from rockframe.ingest.parsing.peaks import require_printed_peak
-from rockframe.ingest.site import distances
+from rockframe.ingest.parsing.samples import require_printed_peak
 from rockframe.record import Record, SiteType
 from rockframe.units import acceleration_factor
 

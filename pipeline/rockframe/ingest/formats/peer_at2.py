@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.identify import directed, record_ids
+from rockframe.ingest.identify import directed, record_ids, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import head_lines, is_number, parse_numbers, rows_below, text_of
-from rockframe.ingest.parsing.peaks import require_printed_peak
-from rockframe.ingest.site import site_of_station
+from rockframe.ingest.parsing.samples import require_printed_peak
 from rockframe.record import Record
 
 DESCRIPTION = "PEER strong-motion database, acceleration in g (all header styles)"

@@ -18,15 +18,19 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.identify import direction, record_ids
+from rockframe.ingest.identify import direction, record_ids, site_of_smc
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
-from rockframe.ingest.parsing.headers import header_lines
-from rockframe.ingest.parsing.lines import bad_number, first_line, text_of
-from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
+from rockframe.ingest.parsing.lines import bad_number, first_line, header_lines, text_of
+from rockframe.ingest.parsing.samples import (
+    Columns,
+    Printed,
+    StatedPeak,
+    count_columns,
+    read_columns,
+    require_peak,
+)
 from rockframe.ingest.parsing.timing import time_step_of, utc_time
-from rockframe.ingest.site import site_of_smc
 from rockframe.record import Orientation, Record
 
 DESCRIPTION = "USGS SMC, acceleration in cm/s2, evenly sampled or time-acceleration pairs"

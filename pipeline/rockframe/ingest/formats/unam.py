@@ -9,19 +9,18 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.identify import directed, record_ids
+from rockframe.ingest.identify import directed, distances, place_in, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.columns import Columns, read_columns
-from rockframe.ingest.parsing.headers import (
+from rockframe.ingest.parsing.lines import (
     KeyedHeader,
     count_of,
+    head_lines,
     keyed_header,
     number_of,
     numbers_in,
+    text_of,
 )
-from rockframe.ingest.parsing.lines import head_lines, text_of
-from rockframe.ingest.parsing.peaks import require_printed_peak
-from rockframe.ingest.site import distances, place_in
+from rockframe.ingest.parsing.samples import Columns, read_columns, require_printed_peak
 from rockframe.record import Record
 
 DESCRIPTION = "UNAM (Mexico), standard format 2.0, columns in gal"

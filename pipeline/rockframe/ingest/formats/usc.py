@@ -13,13 +13,22 @@ from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.identify import directed, record_ids
+from rockframe.ingest.identify import directed, record_ids, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
-from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_line
-from rockframe.ingest.parsing.lines import head_lines, text_of
-from rockframe.ingest.parsing.peaks import require_printed_peak
-from rockframe.ingest.site import site_of_station
+from rockframe.ingest.parsing.lines import (
+    count_of,
+    head_lines,
+    number_of,
+    numbers_in,
+    required_line,
+    text_of,
+)
+from rockframe.ingest.parsing.samples import (
+    Columns,
+    count_columns,
+    read_columns,
+    require_printed_peak,
+)
 from rockframe.record import Record
 
 DESCRIPTION = "USC and Caltech, corrected (volume 2, and USC's blocks), in cm/s2"

@@ -10,9 +10,9 @@ from rockframe.results.schema.declare import Variable as Variable
 #: Module and name of the declaration of each kind of file, in the order of the stages.
 _DECLARATIONS: Final = {
     "records": ("records", "RECORDS_NC"),
-    "pulses": ("pulses", "PULSES_NC"),
+    "pulses": ("response", "PULSES_NC"),
     "response": ("response", "RESPONSE_NC"),
-    "screen": ("screen", "SCREEN_NC"),
+    "screen": ("response", "SCREEN_NC"),
     "spectrum": ("response", "SPECTRUM_NC"),
     "rocking_spectrum": ("response", "ROCKING_SPECTRUM_NC"),
     "compare": ("response", "COMPARE_NC"),

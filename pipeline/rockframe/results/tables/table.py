@@ -15,8 +15,7 @@ from rockframe.results.pulses import pulse_rows
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
 from rockframe.results.schema.response import CONTACT, ROBUST
-from rockframe.results.tables.columns import stated_verdict
-from rockframe.results.tables.rows import Row, columns_of, rows_along
+from rockframe.results.tables.rows import Row, columns_of, rows_along, stated_verdict
 from rockframe.rocking.stated_verdict import MODEL_ENDS
 
 #: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty.

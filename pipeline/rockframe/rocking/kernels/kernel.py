@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
 from rockframe.rocking.kernels import NO_UPLIFT, OVERTURNED, SAFE
-from rockframe.rocking.kernels.polynomials import NEVER, Polynomial, derivatives, shift
 from rockframe.rocking.kernels.steps import (
     ALOFT,
     CHANGED,
@@ -34,9 +33,13 @@ from rockframe.rocking.kernels.steps import (
     MAX_SMOOTH_STRIDE,
     MAX_STRIDE,
     MOVING,
+    NEVER,
     Marker,
+    Polynomial,
+    derivatives,
     flight,
     lift_off,
+    shift,
     taylor,
 )
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, tail, tied_tail

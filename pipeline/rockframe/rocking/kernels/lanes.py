@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
 from rockframe.rocking.kernels import NO_UPLIFT, OVERTURNED, SAFE
-from rockframe.rocking.kernels.excursions import keep
 from rockframe.rocking.kernels.kernel import (
     IMPACT_VELOCITY,
     IMPACTS,
@@ -30,18 +29,21 @@ from rockframe.rocking.kernels.kernel import (
     UPLIFT_TIME,
 )
 from rockframe.rocking.kernels.kernel import PEAK as PEAK_ROTATION
-from rockframe.rocking.kernels.polynomials import NEVER, Polynomial, derivatives, shift
 from rockframe.rocking.kernels.steps import (
     ALOFT,
     FALLEN,
     HALF_PI,
     MOVING,
+    NEVER,
     Marker,
+    Polynomial,
+    derivatives,
     flight,
     lift_off,
+    shift,
     taylor,
 )
-from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, elastic_tail, tail
+from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, elastic_tail, keep, tail
 from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
 from rockframe.rocking.kernels.vectors import (
     ALPHA,

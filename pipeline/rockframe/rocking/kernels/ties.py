@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.compiled import compiled
-from rockframe.rocking.kernels.polynomials import NEVER, Polynomial, first_rise
+from rockframe.rocking.kernels.steps import NEVER, Polynomial, first_rise
 
 Float = NDArray[np.float64]
 #: Stiffness, force at rest, highest and lowest force, kind. Forces are moments, see above.

@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.compiled import inlined
-from rockframe.rocking.kernels.polynomials import Polynomial, shift
-from rockframe.rocking.kernels.steps import FROM_UPLIFT, HALF_PI, MOVING, Marker
+from rockframe.rocking.kernels.steps import FROM_UPLIFT, HALF_PI, MOVING, Marker, Polynomial, shift
 
 Float = NDArray[np.float64]
 #: Taylor coefficients of psi''.

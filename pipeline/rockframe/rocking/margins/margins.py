@@ -18,13 +18,17 @@ from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.first_overturning import (
     LARGEST_SCALE,
+    FirstOverturning,
     first_overturnings,
     largest_scale_of,
     least_scale_of,
 )
-from rockframe.rocking.margins.robust import RobustMargin, robust_margins
-from rockframe.rocking.margins.sensitivity import Sensitivity, sensitivities
-from rockframe.rocking.margins.sliver_search import FirstOverturning
+from rockframe.rocking.margins.robust import (
+    RobustMargin,
+    Sensitivity,
+    robust_margins,
+    sensitivities,
+)
 from rockframe.rocking.response import Response, as_ground, refuse_flight, require_some
 from rockframe.rocking.stated_verdict import Strip, Verdict, strip_of
 from rockframe.wavelets.pulse import Pulse

@@ -16,15 +16,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.column import RECTANGULAR
-from rockframe.engines.engine import Engine, OneProcess, map_batches
-from rockframe.engines.threads import on_threads, threads
+from rockframe.engines.engine import Engine, OneProcess, map_batches, on_threads, threads
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.parts import RECTANGULAR
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.steps import MAX_GROUND_DEGREE
-from rockframe.rocking.spectra.refining import concatenated
-from rockframe.rocking.spectra.scan import OverturningSpectrum, Scan, scan
+from rockframe.rocking.spectra.scan import OverturningSpectrum, Scan, concatenated, scan
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

@@ -1,43 +1,213 @@
-"""Scan over the amplitude of a motion for all intervals in which frames overturn.
-
-A full scan is needed because stability is not monotone in the amplitude. Between the amplitudes of
-the scan, slivers are searched for where they are likely: near other edges, at the largest rotation
-of frames that stand, and at the latest overturning of frames that overturn. Every edge that is
-found is then bisected.
-"""
+"""Scan over the amplitude of a motion for intervals of overturning, and bisect their edges."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
+from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.spectra.refining import (
-    Flips,
-    Lines,
-    Points,
-    around_flips,
-    concatenated,
-    flipped,
-    narrow,
-    slivers,
-)
+from rockframe.rocking.stated_verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
     import xarray as xr
+    from _typeshed import DataclassInstance
     from matplotlib.axes import Axes
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
+Arrays = TypeVar("Arrays", bound="DataclassInstance")
+
+#: Number of intervals on either side of a flip that are divided, and the number of their parts.
+_AROUND: Final = 3
+_FINER: Final = 5
+#: A candidate for a sliver is divided this many times, each half into `_DIVISIONS` parts. Scenarios
+#: of one ground are computed side by side: a few more of them cost less than another round.
+_DIVISIONS: Final = 4
+_ROUNDS: Final = 4
+#: Number of parts in the bisection of a flip: more than two need more responses, but fewer rounds.
+_PARTS: Final = 4
+#: Frames whose peak rotation is below this share of their slenderness are not near overturning.
+_NEAR: Final = 0.7
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """The frames and ground motions of a `scan`."""
+
+    grounds: Sequence[GroundAcceleration]
+    frames: Sequence[RockingFrame]
+    ground: Int
+    frame: Int
+    unit: Float
+
+    def at(self, line: Int, amplitude: Float) -> Points:
+        """Return the outcome of lines at amplitudes."""
+        found = respond_scenarios(
+            self.grounds,
+            self.frames,
+            self.ground[line],
+            self.frame[line],
+            self.unit[line] * amplitude,
+        )
+        fallen = found.verdict == Verdict.OVERTURNED
+        fall = np.where(np.isnan(found.overturning_time), np.inf, found.overturning_time)
+        lean = np.where(found.peak_rotation_ratio >= _NEAR, found.peak_rotation_ratio, -np.inf)
+        nearness = np.where(fallen, fall, lean)
+        return Points(line, amplitude, found.verdict, fallen, nearness, found.impacts)
+
+    def within(self, three: Sequence[Points]) -> list[Points]:
+        """Return the outcomes at three points of each line and between them, in order."""
+        shares = np.arange(1, _DIVISIONS) / _DIVISIONS
+        tried = [
+            (1.0 - share) * a.amplitude + share * b.amplitude
+            for a, b in pairwise(three)
+            for share in shares
+        ]
+        found = self.at(np.tile(three[0].line, len(tried)), np.concatenate(tried))
+        new = [found.take(part) for part in np.split(np.arange(found.line.size), len(tried))]
+        return [three[0], *new[: shares.size], three[1], *new[shares.size :], three[2]]
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Amplitudes of lines and the outcomes there, as flat arrays.
+
+    `nearness` is larger the nearer a point is to the opposite outcome: the peak rotation of a frame
+    that stands, or the time of overturning of a frame that overturns.
+    """
+
+    line: Int
+    amplitude: Float
+    verdict: NDArray[np.int8]
+    fallen: NDArray[np.bool_]
+    nearness: Float
+    impacts: NDArray[np.int32]
+
+    def take(self, chosen: NDArray[np.generic]) -> Points:
+        """Return the points that an index or a mask selects."""
+        return Points(*(getattr(self, name)[chosen] for name in _FIELDS))
+
+    def and_(self, other: Points) -> Points:
+        """Return the points of both, sorted by line and amplitude."""
+        both = concatenated([self, other])
+        return both.take(np.lexsort((both.amplitude, both.line)))
+
+
+_FIELDS: Final = tuple(Points.__dataclass_fields__)
+
+
+@dataclass(frozen=True, eq=False)
+class Flips:
+    """Pairs of neighbouring amplitudes, of which one overturns and the other does not."""
+
+    line: Int
+    fallen: Float
+    standing: Float
+    impacts: NDArray[np.int32]
+
+    @classmethod
+    def between(cls, one: Points, other: Points) -> Flips:
+        """Return the flips between points of the same lines with opposite outcomes."""
+        return cls(
+            one.line,
+            np.where(one.fallen, one.amplitude, other.amplitude),
+            np.where(one.fallen, other.amplitude, one.amplitude),
+            np.where(one.fallen, one.impacts, other.impacts),
+        )
+
+
+def flipped(points: Points) -> NDArray[np.bool_]:
+    """Return whether each point and the next one are of one line and have opposite outcomes."""
+    one_line = np.equal(points.line[1:], points.line[:-1])
+    return one_line & np.not_equal(points.fallen[1:], points.fallen[:-1])
+
+
+def around_flips(lines: Lines, points: Points) -> Points:
+    """Return more points around the flips, because other edges are often near."""
+    flips = np.flatnonzero(flipped(points))
+    near = flips[:, None] + np.arange(-_AROUND, _AROUND + 1)
+    near = np.clip(near, 0, points.line.size - 2)
+    own = points.line[near + 1] == points.line[flips][:, None]  # not those of the next line
+    own &= points.line[near] == points.line[flips][:, None]
+    left = np.unique(near[own & (points.amplitude[near + 1] > points.amplitude[near])])
+    start, end = points.amplitude[left], points.amplitude[left + 1]
+    shares = np.arange(1, _FINER) / _FINER
+    amplitude = start[:, None] + shares * (end - start)[:, None]
+    return lines.at(np.repeat(points.line[left], shares.size), amplitude.ravel())
+
+
+def slivers(lines: Lines, points: Points) -> list[Flips]:
+    """Find the flips on both sides of intervals thinner than the step between points.
+
+    A candidate is three points of the same outcome, of which the middle one has the largest
+    nearness. It is divided and shrunk around the point of largest nearness until a point has the
+    opposite outcome, at most `_ROUNDS` times.
+    """
+    line, nearness = points.line, points.nearness
+    alike = (line[:-2] == line[2:]) & ~flipped(points)[1:] & ~flipped(points)[:-1]
+    highest = (nearness[1:-1] >= nearness[:-2]) & (nearness[1:-1] > nearness[2:])
+    left = np.flatnonzero(alike & highest & (nearness[1:-1] > -np.inf))
+    three = [points.take(left + k) for k in range(3)]
+    found: list[Flips] = []
+    for _ in range(_ROUNDS if left.size else 0):
+        nine = lines.within(three)
+        for one, next_one in pairwise(nine):
+            hit = np.flatnonzero(one.fallen != next_one.fallen)
+            found.append(Flips.between(one.take(hit), next_one.take(hit)))
+        other = [point.fallen != three[1].fallen for point in nine]
+        rest = np.flatnonzero(~np.any(other, axis=0))
+        if rest.size == 0:
+            break
+        centre = np.argmax([point.nearness[rest] for point in nine[1:-1]], axis=0)
+        three = [_chosen(nine[k : len(nine) - 2 + k], centre, rest) for k in range(3)]
+    return found
+
+
+def _chosen(points: list[Points], which: Int, rest: Int) -> Points:
+    """Return for each remaining candidate the point that `which` selects."""
+    return Points(
+        *(
+            np.stack([getattr(point, name)[rest] for point in points])[which, np.arange(rest.size)]
+            for name in _FIELDS
+        )
+    )
+
+
+def concatenated(parts: Sequence[Arrays]) -> Arrays:
+    """Concatenate dataclasses of arrays, field by field."""
+    names = [field.name for field in fields(parts[0])]
+    return type(parts[0])(
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in names)
+    )
+
+
+def narrow(lines: Lines, flips: Flips, tolerance: float) -> Flips:
+    """Bisect flips to a relative tolerance."""
+    fallen, standing = flips.fallen.copy(), flips.standing.copy()
+    impacts = flips.impacts.copy()
+    shares = np.arange(_PARTS + 1) / _PARTS
+    while True:
+        wide = np.flatnonzero(np.abs(fallen - standing) > tolerance * fallen)
+        if wide.size == 0:
+            return Flips(flips.line, fallen, standing, impacts)
+        start, end = standing[wide, None], fallen[wide, None]
+        within = (1.0 - shares) * start + shares * end
+        tried = lines.at(np.repeat(flips.line[wide], _PARTS - 1), within[:, 1:-1].ravel())
+        falls = np.column_stack([tried.fallen.reshape(wide.size, -1), np.ones(wide.size, bool)])
+        counts = np.column_stack([tried.impacts.reshape(wide.size, -1), impacts[wide]])
+        first, here = np.argmax(falls, axis=1), np.arange(wide.size)
+        fallen[wide], standing[wide] = within[here, first + 1], within[here, first]
+        impacts[wide] = counts[here, first]
 
 
 @dataclass(frozen=True, eq=False)

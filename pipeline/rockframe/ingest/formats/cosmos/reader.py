@@ -15,15 +15,13 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError, OtherQuantityError
-from rockframe.ingest.formats.cosmos import header
+from rockframe.ingest.formats.cosmos import sections
 from rockframe.ingest.formats.cosmos.sections import TOP, Channel, channels_of
-from rockframe.ingest.identify import distinct_records
+from rockframe.ingest.identify import distinct_records, site_of_cosmos
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.columns import read_columns, require_layout
 from rockframe.ingest.parsing.lines import first_line, text_of
-from rockframe.ingest.parsing.peaks import StatedPeak, require_peak
-from rockframe.ingest.site import site_of_cosmos
+from rockframe.ingest.parsing.samples import StatedPeak, read_columns, require_layout, require_peak
 from rockframe.record import Record
 from rockframe.units import GRAVITY
 
@@ -81,12 +79,12 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     found = channels_of(path, text_of(path, data).split(b"\n"))
     for one in found:
-        header.require_quantity(one)
-    channels = [one for one in found if one.integer(header.QUANTITY) == _ACCELERATION]
+        sections.require_quantity(one)
+    channels = [one for one in found if one.integer(sections.QUANTITY) == _ACCELERATION]
     if not channels:
-        code = found[0].integer(header.QUANTITY)
-        name = header.QUANTITIES.get(code or 0, "unknown")
-        message = f"quantity {code} ({name}) in item {header.QUANTITY} of the integer header. "
+        code = found[0].integer(sections.QUANTITY)
+        name = sections.QUANTITIES.get(code or 0, "unknown")
+        message = f"quantity {code} ({name}) in item {sections.QUANTITY} of the integer header. "
         message += f"Must be {_ACCELERATION} (acceleration)."
         raise OtherQuantityError(path, message, found[0].first_line)
     for one in found:
@@ -115,12 +113,12 @@ def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
     step = settle_time_step(channel.path, _time_step(channel, stage), options, channel.real_line)
     _require_length(channel, samples.size * step, step)
     resolution = _resolution(channel, samples)
-    header.require_agreement(channel, samples, step, resolution)
+    sections.require_agreement(channel, samples, step, resolution)
     peak_ratio = _peak_ratio(channel, samples, step, resolution, signed=stage != _RAW)
-    named = header.station_of(channel.text[4]) or header.seed_name(channel.comments)
+    named = sections.station_of(channel.text[4]) or sections.seed_name(channel.comments)
     component = _component(channel)
-    orientation, azimuth = header.direction_of(channel, component)
-    low, high = header.corners_of(channel.text)
+    orientation, azimuth = sections.direction_of(channel, component)
+    low, high = sections.corners_of(channel.text)
     return Record(
         record_id=record_id,
         acceleration=factor * samples,
@@ -134,16 +132,16 @@ def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
             channel.text[4],
             channel.integer(_STATION_TYPE),
         ),
-        event=header.event_of(channel.text[1]),
+        event=sections.event_of(channel.text[1]),
         station=named.station,
         network=named.network,
-        start_time=header.start_time_of(channel.text[7]),
+        start_time=sections.start_time_of(channel.text[7]),
         magnitude=channel.number(_MAGNITUDE),
         epicentral_distance=channel.number(_DISTANCE),
         peak_ratio=peak_ratio,
         filter_low=low,
         filter_high=high,
-        processing=header.filters_of(channel.text) + converted,
+        processing=sections.filters_of(channel.text) + converted,
     )
 
 
@@ -270,4 +268,4 @@ def _peak_ratio(
 
 
 def _component(channel: Channel) -> str:
-    return header.component_of(channel.text[8], header.seed_name(channel.comments))
+    return sections.component_of(channel.text[8], sections.seed_name(channel.comments))

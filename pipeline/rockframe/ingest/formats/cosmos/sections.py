@@ -1,22 +1,24 @@
-"""Split a COSMOS file (version 1.20) into channels and their sections.
+"""Channels and sections of a COSMOS file (version 1.20), and the texts of their headers.
 
-A channel has text lines (the first line states their number), integers, reals, comments, samples
-and an end line. The line above each section states its number of values or lines and, for numbers,
-the Fortran format.
+Names, times and filters in a text must agree with the channel's numbers.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.columns import Columns
+from rockframe.ingest.identify import direction, upright_sense
+from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import bad_number, is_number
-from rockframe.ingest.parsing.peaks import Printed
+from rockframe.ingest.parsing.samples import Columns, Printed, StatedPeak, require_peak
+from rockframe.ingest.parsing.timing import utc_time
+from rockframe.record import Orientation
 
 _TEXT_LINES: Final = 13
 #: First line of a channel.
@@ -252,3 +254,271 @@ def _comments(path: Path, lines: list[bytes], at: int) -> tuple[list[str], int]:
         message = f"{stated['count']} comment lines stated, {found}. Must be equal."
         raise InputError(path, message, at + 1)
     return [line.decode("latin-1").strip().lstrip("|") for line in lines[at + 1 : end]], end
+
+
+_STATION: Final = re.compile(r"\bCode:\s*(?P<network>\w{1,2})-(?P<station>\w+)")
+_SEED: Final = re.compile(r"<SCNL>\s*(?P<station>\w+)\.(?P<channel>\w+)\.(?P<network>\w+)\.")
+_COMPONENT: Final = re.compile(r"\s*Sta Chan\s+[^:]*:\s*(?P<label>.*?)\s*(?:\(|$)")
+_DEGREES: Final = re.compile(r"(?P<azimuth>\d{1,3})\s*Deg\b", re.I)
+_EVENT: Final = re.compile(
+    r"\s*Record of\s+(?P<event>\S.*?)\s+of\s+(?:Sun|Mon|Tue|Wed|Thu|Fri|Sat)"
+)
+_START: Final = re.compile(
+    r"Rcrd start time:\s*(\d{4})/(\d\d)/(\d\d)[, ]+(\d\d):(\d\d):(\d\d(?:\.\d+)?)\s*UTC", re.I
+)
+_FILTER: Final = re.compile(
+    r"filtered below\s+(?P<low>\d+\.?\d*|\.\d+)\s*Hz.*?above\s+(?P<high>\d+\.?\d*|\.\d+)\s*Hz", re.I
+)
+#: Item of the integer header that states the processing stage, and the names of the stages.
+_STAGE: Final = 1
+_STAGES: Final = {"raw": 0, "uncorrected": 1, "corrected": 2}
+#: Item of the integer header with the quantity, and the meaning of its codes.
+QUANTITY: Final = 2
+QUANTITIES: Final = {
+    1: "acceleration",
+    2: "velocity",
+    3: "displacement",
+    4: "relative displacement",
+    10: "angular acceleration",
+    11: "angular velocity",
+    12: "angular displacement",
+}
+_QUANTITY_WORD: Final = re.compile(r"\b(accel|veloc|displ)", re.I)
+#: Item of the integer header with the azimuth [degree], or a code for up or down.
+_AZIMUTH: Final = 54
+_UPRIGHT: Final = {400: Orientation.VERTICAL, 401: Orientation.DOWNWARD}
+#: Codes of units, by their names in the line above the samples.
+_GAL: Final = ("cm/sec2", "cm/sec/sec", "cm/s/s", "cm/s2", "gal", "gals")
+_CODES: Final = {"g": {2}, "counts": {50}, **{name: {4, 10} for name in _GAL}}
+#: Items of the real header with the corners of high-pass and low-pass [Hz].
+_CORNERS: Final = (54, 57)
+#: Indices of the text lines with the largest raw and the largest processed sample.
+_RAW_MAX, _MAX = 9, 10
+_MAXIMUM: Final = re.compile(
+    r"\bmax\s*=\s*(?P<peak>[-+]?\d+\.?\d*)\s*(?P<units>[^\s,]*?)\s*,?\s+at\s+"
+    r"(?P<time>\d+\.?\d*)\s*sec",
+    re.I,
+)
+
+
+@dataclass(frozen=True)
+class Name:
+    """Network, station and channel codes; empty if unstated.
+
+    Examples
+    --------
+    >>> Name("AK", "BMR").channel
+    ''
+    """
+
+    network: str = ""
+    station: str = ""
+    channel: str = ""
+
+
+def station_of(line: str) -> Name | None:
+    """Return the codes in the station line, or None.
+
+    Examples
+    --------
+    >>> station_of("Statn No: 37-000011 Code:AK-BMR     UAF  Bremner River, AK, USA")
+    Name(network='AK', station='BMR', channel='')
+    """
+    named = _STATION.search(line)
+    return Name(named["network"], named["station"]) if named else None
+
+
+def seed_name(comments: Sequence[str]) -> Name:
+    """Return the SEED codes stated in a comment.
+
+    Examples
+    --------
+    >>> seed_name(["<SCNL>BMR.BNZ.AK.--    <AUTH> 2019/02/01 21:38:15.000"])
+    Name(network='AK', station='BMR', channel='BNZ')
+    """
+    for comment in comments:
+        named = _SEED.search(comment)
+        if named:
+            return Name(named["network"], named["station"], named["channel"])
+    return Name()
+
+
+def component_of(line: str, seed: Name) -> str:
+    """Return the component: three-digit azimuth, name of the vertical, SEED channel, or raw label.
+
+    Examples
+    --------
+    >>> component_of("Sta Chan   ?: 90 Deg (Rcrdr Chan  ?) Location:Ground", Name())
+    '090'
+    >>> component_of("Sta Chan   ?:Other   (Rcrdr Chan  ?) Location:", Name("AK", "BMR", "BNZ"))
+    'BNZ'
+    """
+    named = _COMPONENT.match(line)
+    label = named["label"] if named else ""
+    degrees = _DEGREES.search(label)
+    if degrees:
+        return f"{int(degrees['azimuth']):03d}"
+    if direction(label)[0].upright:
+        return label.upper()
+    return seed.channel or label
+
+
+def event_of(line: str) -> str:
+    """Return the event named in the second line.
+
+    Examples
+    --------
+    >>> event_of("Record of Point MacKenzie Earthquake of Fri Nov 30, 2018 17:29 UTC")
+    'Point MacKenzie Earthquake'
+    """
+    named = _EVENT.match(line)
+    return named["event"] if named else ""
+
+
+def start_time_of(line: str) -> str:
+    """Return the start time (ISO 8601, UTC), or an empty string unless it is stated in UTC.
+
+    Examples
+    --------
+    >>> start_time_of("Rcrd start time: 2018/11/30 17:29:39.137 UTC (Q=5) RcrdId: (see comment)")
+    '2018-11-30T17:29:39.137Z'
+    """
+    stated = _START.search(line)
+    if not stated:
+        return ""
+    year, month, day, hour, minute = (int(stated[group]) for group in range(1, 6))
+    return utc_time((year, month, day), hour, minute, stated[6])
+
+
+def corners_of(lines: Sequence[str]) -> tuple[float, float]:
+    """Return the corners of the archive's filter [Hz]; NaN if unstated.
+
+    Examples
+    --------
+    >>> corners_of(["Record filtered below  0.03 Hz (periods over 33 secs), and above 20.0 Hz"])
+    (0.03, 20.0)
+    """
+    for line in lines:
+        stated = _FILTER.search(line)
+        if stated:
+            return float(stated["low"]) or math.nan, float(stated["high"]) or math.nan
+    return math.nan, math.nan
+
+
+def filters_of(lines: Sequence[str]) -> tuple[str, ...]:
+    """Return the note for `processing` about the archive's filter, if one is stated.
+
+    Examples
+    --------
+    >>> filters_of(["Record filtered below  0.03 Hz (periods over 33 secs), and above 20.0 Hz"])
+    ('archive: band-pass 0.03 to 20 Hz',)
+    """
+    low, high = corners_of(lines)
+    return () if math.isnan(low) else (f"archive: band-pass {low:g} to {high:g} Hz",)
+
+
+def require_quantity(channel: Channel) -> None:
+    """Reject a channel whose title or heading contradicts the quantity in the integer header.
+
+    Raises
+    ------
+    InputError
+        If they differ. Otherwise an acceleration that one header calls a velocity would be skipped.
+    """
+    code = channel.integer(QUANTITY)
+    name = QUANTITIES.get(code or 0, "unknown")
+    stated = name if code is None else f"{code} ({name})"
+    title = channel.text[0].partition("(")[0].strip()
+    heading = channel.heading["what"]
+    for words, line in ((title, channel.first_line), (heading, channel.sample_line)):
+        word = _QUANTITY_WORD.search(words)
+        if word and word[1].lower() not in name:
+            message = f"{words!r}, but quantity {stated} in item {QUANTITY} of the integer header."
+            raise InputError(channel.path, f"{message} Must agree.", line)
+
+
+def require_agreement(channel: Channel, samples: Float, step: float, resolution: float) -> None:
+    """Reject an acceleration channel whose text and numeric headers contradict each other.
+
+    Parameters
+    ----------
+    samples : array, shape (samples,)
+        Samples in file units.
+    step : float
+        Time step [s].
+    resolution : float
+        One unit of the last printed digit of the samples.
+
+    Raises
+    ------
+    InputError
+        If stage, units, filter corners, or the largest sample and its time differ.
+    """
+    path = channel.path
+    word = channel.text[0].split()[0].lower() if channel.text[0].split() else ""
+    stage = channel.integer(_STAGE)
+    if _STAGES.get(word, stage) != stage:
+        message = f"{word!r}, but stage {stage} in item {_STAGE} of the integer header."
+        raise InputError(path, f"{message} Must agree.", line=channel.first_line)
+    name, code = channel.heading["units"].strip().lower(), int(channel.heading["code"])
+    if code not in _CODES.get(name, {code}):
+        message = f"units {channel.heading['units']!r}, but code {code}. Must agree."
+        raise InputError(path, message, line=channel.sample_line)
+    _require_corners(channel)
+    _require_maximum(channel, samples, step, resolution, raw=stage == 0)
+
+
+def direction_of(channel: Channel, component: str) -> tuple[Orientation, float]:
+    """Return orientation and azimuth [degree] of a channel from its name and the integer header.
+
+    Raises
+    ------
+    InputError
+        If name and integer header contradict each other.
+    """
+    orientation, azimuth = direction(component)
+    if orientation is Orientation.UNSTATED and component == seed_name(channel.comments).channel:
+        # In a SEED channel code, only the letter Z states a direction for certain.
+        orientation, azimuth = direction(component[-1] if component.endswith("Z") else "")
+    stated = channel.integer(_AZIMUTH)
+    sense: Orientation | None = orientation
+    if stated in _UPRIGHT and orientation.upright:
+        sense = upright_sense(component, _UPRIGHT[stated])
+    if stated is not None and orientation is Orientation.HORIZONTAL:
+        sense = None if (stated - azimuth) % 360.0 != 0.0 else orientation
+    if sense is None:
+        message = f"component {component} stated, but {stated} in item {_AZIMUTH} of the integer"
+        raise InputError(channel.path, f"{message} header. Must be equal.", channel.first_line + 8)
+    return sense, azimuth
+
+
+def _require_corners(channel: Channel) -> None:
+    for item, words in zip(_CORNERS, corners_of(channel.text), strict=True):
+        stated = channel.number(item)
+        if stated > 0.0 and abs(stated - words) > 0.05 * words:
+            message = (
+                f"filter corner {words:g} Hz in words, but {stated:g} Hz in item {item} of "
+                "the real header. Must agree."
+            )
+            raise InputError(channel.path, message, line=channel.first_line + 11)
+
+
+def _require_maximum(
+    channel: Channel, samples: Float, step: float, resolution: float, *, raw: bool
+) -> None:
+    index = _RAW_MAX if raw else _MAX
+    stated = _MAXIMUM.search(channel.text[index])
+    if not stated:
+        return
+    name, code = stated["units"].lower(), int(channel.heading["code"])
+    if code not in _CODES.get(name, set()):  # stated in other units, or without units
+        return
+    peak = StatedPeak(
+        value=Printed.of(stated["peak"]),
+        time=Printed.of(stated["time"]),
+        units=stated["units"],
+        line=channel.first_line + index,
+        # For raw counts the header states the absolute value.
+        signed=not raw,
+    )
+    require_peak(channel.path, samples, step, peak, resolution)

@@ -9,13 +9,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.identify import direction, upright_sense
-from rockframe.ingest.parsing.columns import Columns, header_item
-from rockframe.ingest.parsing.headers import header_lines
-from rockframe.ingest.parsing.lines import is_number
-from rockframe.ingest.parsing.peaks import Printed
+from rockframe.ingest.identify import direction, site_of_location, site_of_station, upright_sense
+from rockframe.ingest.parsing.lines import header_lines, is_number
+from rockframe.ingest.parsing.samples import Columns, Printed, header_item
 from rockframe.ingest.parsing.timing import utc_time
-from rockframe.ingest.site import site_of_location, site_of_station
 from rockframe.record import Orientation, SiteType
 
 #: Line that names a channel, and an example of it for error messages.

@@ -19,15 +19,24 @@ import numpy as np
 
 from rockframe.errors import InputError
 from rockframe.ingest.formats.csmip.header import Header, Volume, read_header, require_channels
-from rockframe.ingest.identify import distinct_records
+from rockframe.ingest.identify import distances, distinct_records, place_in, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.columns import Columns, count_columns, read_columns
-from rockframe.ingest.parsing.headers import count_of, number_of, numbers_in, required_line
-from rockframe.ingest.parsing.lines import head_lines, text_of
-from rockframe.ingest.parsing.peaks import require_printed_peak
+from rockframe.ingest.parsing.lines import (
+    count_of,
+    head_lines,
+    number_of,
+    numbers_in,
+    required_line,
+    text_of,
+)
+from rockframe.ingest.parsing.samples import (
+    Columns,
+    count_columns,
+    read_columns,
+    require_printed_peak,
+)
 from rockframe.ingest.parsing.timing import even_samples
-from rockframe.ingest.site import distances, place_in, site_of_station
 from rockframe.record import Record
 
 DESCRIPTION = "volume 1 with pairs of time and g/10: CSMIP (older form), USC, RENADIC"

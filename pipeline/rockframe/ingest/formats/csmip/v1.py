@@ -23,9 +23,14 @@ from rockframe.ingest.formats.csmip.header import (
 )
 from rockframe.ingest.identify import distinct_records
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.columns import Columns, read_columns
 from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
-from rockframe.ingest.parsing.peaks import Printed, StatedPeak, require_peak
+from rockframe.ingest.parsing.samples import (
+    Columns,
+    Printed,
+    StatedPeak,
+    read_columns,
+    require_peak,
+)
 from rockframe.record import Record
 
 DESCRIPTION = "CSMIP/CDMG volume 1, uncorrected acceleration in g, several channels"

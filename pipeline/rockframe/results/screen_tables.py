@@ -15,9 +15,8 @@ from rockframe.cells import TABLE_FORMATS
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import ROBUST
-from rockframe.results.screening.screen import read_screening
-from rockframe.results.tables.entries import refuse_other_table
-from rockframe.results.tables.formats import write_rows_as
+from rockframe.results.screen import read_screening
+from rockframe.results.tables.entries import refuse_other_table, write_rows_as
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.rocking.stated_verdict import ScaleOutcome, StatedVerdict, Verdict

@@ -1,23 +1,30 @@
-"""screen.nc: verdicts and peaks by record, structure and scale, and statistics of them."""
+"""screen.nc, and the finished batches from which the same command can resume."""
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
+import shutil
+import zipfile
+import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.errors import ParameterError
+from rockframe.engines.engine import Engine, map_batches
+from rockframe.errors import InputError, ParameterError
+from rockframe.provenance import source_code_hash, versions, whole_file
 from rockframe.results.reading import opened, positions
 from rockframe.results.schema import SCREEN
-from rockframe.results.schema.screen import SCREEN_NC
+from rockframe.results.schema.response import SCREEN_NC
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import (
     CHUNK,
@@ -254,3 +261,116 @@ def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
     for row in rows_of_it:
         row["verdicts"] = {scale: next(verdicts)["verdict"] for scale in scales}
     return rows_of_it
+
+
+Task = TypeVar("Task")
+Arrays = dict[str, NDArray[Any]]
+
+_KEY_LENGTH: Final = 16
+
+
+class Batches:
+    """Batches of arrays for one set of inputs and options, in a hidden folder beside an output.
+
+    Parameters
+    ----------
+    output : Path
+        File that the batches will be merged into.
+    origin : mapping
+        Inputs and options that the batches depend on, as JSON values.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     batches = Batches(Path(folder, "screen.nc"), {"scales": [1.0]})
+    ...     batches.keep("peaks-1", {"theta": np.array([0.5])})
+    ...     batches.kept("peaks-1"), batches.kept("peaks-2")
+    ({'theta': array([0.5])}, None)
+    """
+
+    def __init__(self, output: Path, origin: Mapping[str, Any]) -> None:
+        text = json.dumps([source_code_hash(), versions(), dict(origin)], sort_keys=True)
+        key = hashlib.sha256(text.encode()).hexdigest()[:_KEY_LENGTH]
+        self._output = output
+        self.folder = output.parent / f".{output.stem}-{key}.batches"
+
+    def keep(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Write a batch, complete or not at all.
+
+        Raises
+        ------
+        InputError
+            If the batch cannot be written.
+        """
+        with whole_file(self._path(name)) as partial, partial.open("wb") as stream:
+            np.savez(stream, **arrays)  # type: ignore[arg-type]
+
+    def kept(self, name: str) -> Arrays | None:
+        """Return a batch; None if it is missing or corrupted."""
+        try:
+            with self._path(name).open("rb") as stream, np.load(stream) as file:
+                return {key: file[key] for key in file.files}
+        except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
+            return None
+
+    def map(
+        self,
+        function: Callable[[Task], Arrays],
+        tasks: Iterable[tuple[str, Callable[[], Task]]],
+        engine: Engine | None,
+        done: Callable[[], None],
+    ) -> Iterator[Arrays]:
+        """Compute and keep the missing batches, and yield all batches in order.
+
+        Parameters
+        ----------
+        function : callable
+            The function to call, as in `map_batches`.
+        tasks : iterable of (str, callable)
+            The name of each batch, and a function that makes its task if the batch must be
+            computed.
+        engine : Engine, optional
+            Engine of the computation.
+        done : callable
+            Called for each finished batch.
+
+        Raises
+        ------
+        InputError
+            If a batch cannot be written, or is missing when it is read again.
+        """
+        names: list[str] = []
+        missing: list[str] = []
+
+        def to_do() -> Iterator[Task]:
+            for name, make in tasks:
+                names.append(name)
+                if self.kept(name) is None:
+                    missing.append(name)
+                    yield make()
+                else:
+                    done()
+
+        for number, arrays in enumerate(map_batches(function, to_do(), engine=engine)):
+            self.keep(missing[number], arrays)
+            done()
+        for name in names:
+            batch = self.kept(name)
+            if batch is None:
+                raise InputError(
+                    self._path(name), "missing or corrupted. Keep this folder until the end."
+                )
+            yield batch
+
+    def sweep(self) -> None:
+        """Remove all batches of this output, including those of earlier inputs and options."""
+        pattern = re.compile(
+            rf"\.{re.escape(self._output.stem)}-[0-9a-f]{{{_KEY_LENGTH}}}\.batches"
+        )
+        for folder in self._output.parent.iterdir():
+            if pattern.fullmatch(folder.name):
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def _path(self, name: str) -> Path:
+        return self.folder / f"{name}.npz"

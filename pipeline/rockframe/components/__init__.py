@@ -1,1 +1,0 @@
-"""Horizontal components of a motion: pairing, rotation, and measures over all azimuths."""

@@ -1,1 +1,0 @@
-"""Screening: many structures, records and scales."""
