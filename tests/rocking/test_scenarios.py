@@ -138,3 +138,21 @@ def test_ground_that_falls_faster_than_gravity_at_its_scale() -> None:
     falling = noise(1).with_vertical(noise(2))
     with pytest.raises(ParameterError, match="lose contact"):
         respond_scenarios([falling], [BENT], [0, 0], [0, 0], [1.0, 4.0])
+
+
+def test_ties_do_not_round_the_ground_differently_in_company() -> None:
+    """A lane that waits for other lanes is loaded again after an impact, and must be the same."""
+    tendon = Tendon(area=1e-3, modulus=195e9, prestress=2e5)
+    frames = [
+        dataclasses.replace(one, restitution_factor=1.0, column_mass=48e3, tendon=tendon)
+        for one in (COLUMN, BENT)
+    ]
+    rng = np.random.default_rng(3)
+    samples = np.convolve(rng.standard_normal(800), np.hanning(25), mode="same")
+    motion = GroundAcceleration.from_samples(3.0 * samples / np.abs(samples).max(), 0.01)
+    motion = motion.followed_by_rest(20.0)
+    alone = respond_scenarios([motion], frames, [0], [0], [1.0])
+    for many in (1, 7, 40):
+        frame = np.array([0, *[1] * many])
+        whole = respond_scenarios([motion], frames, 0 * frame, frame, np.ones(frame.size))
+        same_bits(alone, whole, np.array([0]))

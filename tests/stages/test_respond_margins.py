@@ -13,13 +13,14 @@ from numpy.testing import assert_array_equal
 
 from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess, ProcessPool
+from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble, RespondOptions
-from rockframe.record import Record
+from rockframe.record import Orientation, Record
 from rockframe.results.records import write_records
 from rockframe.results.response import open_response
 from rockframe.results.tables.table import response_rows
-from rockframe.rocking import VERDICT_RULE, Margin, Verdict, margins
+from rockframe.rocking import VERDICT_RULE, Margin, Verdict, ensemble_responses, margins
 from rockframe.stages.common import Batch
 from rockframe.stages.respond import respond_stage
 from rockframe.stages.table import merge_stage
@@ -147,3 +148,79 @@ def test_table1_without_margins(tmp_path: Path) -> None:
 def test_shipped_structures_are_those_of_the_test() -> None:
     bent = next(f for f in read_structures(SHIPPED_STRUCTURES) if f.name == "bridge-bent")
     assert (bent.height, bent.width, bent.mass_ratio) == (9.6, 1.6, 4.0)
+
+
+BANDS = ("peak_rotation_ratio", "peak_u", "peak_v", "impact_velocity", "friction_demand")
+
+
+def test_shares_and_bands_are_in_the_file_and_the_table(
+    records: list[Record], response_file: Path
+) -> None:
+    frame = read_structures(SHIPPED_STRUCTURES)[0]
+    found = [row[0] for row in ensemble_responses(records, [frame])]
+    rows = list(response_rows(response_file))
+    with open_response(response_file) as response:
+        dataset = response.dataset
+        assert dataset["quantile"].values.tolist() == [0.16, 0.5, 0.84]
+        for i, (one, row) in enumerate(zip(found, rows, strict=True)):
+            stored = dataset.isel(record=i, structure=0)
+            for end in ("", "_low", "_high"):
+                share = getattr(one, f"share_overturned{end}")
+                assert float(stored[f"share_overturned{end}"]) == share
+                assert row[f"share_overturned{end}"] == share
+            assert float(stored["share_uplifted"]) == one.share_uplifted
+            for name in (*BANDS, "base_shear"):
+                assert_array_equal(stored[f"{name}_band"], getattr(one.bands, name))
+            columns = [row[f"u_max_{quantile}_m"] for quantile in (16, 50, 84)]
+            assert_array_equal(columns, one.bands.peak_u)
+            assert np.isnan(stored["share_model_ends"]), "no limit is stated"
+    near, fallen, weak = found
+    assert 0.0 < near.share_overturned < 0.9 < fallen.share_overturned
+    assert weak.share_uplifted == 0.0
+    assert fallen.bands.peak_u[2] == math.inf
+
+
+def test_without_members_there_are_no_shares(records_file: Path, tmp_path: Path) -> None:
+    path = tmp_path / "response.nc"
+    options = RespondOptions(structure="bridge-bent", ensemble=Ensemble(members=0))
+    respond_stage(records_file, path, options=options)
+    with open_response(path) as response:
+        names = set(map(str, response.dataset.variables))
+    assert not {"quantile", "share_overturned", "robust_scale_10"} & names
+    assert "critical_scale" in names
+    assert all(math.isnan(row["share_overturned"]) for row in response_rows(path))
+
+
+def test_the_command_prints_shares_and_bands(
+    records_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--structure", "bridge-bent", "--output", str(tmp_path / "response.nc")]
+    words += ["--margins", "none"]
+    assert main(["respond", str(records_file), *words, "--members", "16"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    [fallen] = [line for line in lines if line.strip().startswith("fallen")]
+    assert " 100 % (83 to 100) " in fallen
+    assert " overturns  " in fallen
+    assert main(["respond", str(records_file), *words, "--members", "15"]) == 2
+    error = "rockframe: error: --ensemble-members 15. Must be 0, or at least 16"
+    assert error in capsys.readouterr().err
+
+
+def test_a_spread_that_lets_the_ground_fall_rejects_the_record(tmp_path: Path) -> None:
+    time = 0.02 * np.arange(500)
+    across = Record(
+        record_id="e1-n", acceleration=np.sin(time), time_step=0.02, station="e1", component="n"
+    )
+    up = Record(
+        record_id="e1-up",
+        acceleration=-9.7 * np.abs(np.sin(time)),
+        time_step=0.02,
+        station="e1",
+        component="up",
+        orientation=Orientation.VERTICAL,
+    )
+    path = tmp_path / "records.nc"
+    write_records(((one, None) for one in (across, up)), path, input_sha256={}, parameters={})
+    options = RespondOptions(vertical=True, margins="none", ensemble=Ensemble(amplitude=0.1))
+    with pytest.raises(ParameterError, match=r"spread amplitude 0\.1 .* times the motion"):
+        respond_stage(path, tmp_path / "response.nc", options=options)

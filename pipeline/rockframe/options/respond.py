@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -26,11 +26,21 @@ from rockframe.options.model import (
     warn_beyond_turn,
 )
 
+
+def _enough(members: int) -> int:
+    if 0 < members < LEAST_MEMBERS:
+        stated = f"{members}. Must be 0, or at least {LEAST_MEMBERS}: fewer say little of a share"
+        raise value_error(stated)
+    return members
+
+
+#: Least number of members of an ensemble.
+LEAST_MEMBERS: Final = 16
 _Spread = Annotated[float, Field(ge=0.0, lt=1.0)]
 
 
 class Ensemble(Options):
-    """Plausible structures and motions close to the stated ones, for robust margins.
+    """Plausible structures and motions close to the stated ones.
 
     The members are drawn uniformly within the spreads, stratified in each (a Latin hypercube).
 
@@ -40,8 +50,8 @@ class Ensemble(Options):
     64
     """
 
-    members: Annotated[int, Field(ge=32, le=10_000)] = 64
-    """Number of members, at least 32."""
+    members: Annotated[int, Field(ge=0, le=10_000), AfterValidator(_enough)] = 64
+    """Number of members, at least 16; or 0 for no ensemble, and no robust margins."""
     height: _Spread = 0.01
     """Largest deviation of the columns' height, as a fraction of the height."""
     width: _Spread = 0.01

@@ -31,7 +31,7 @@ from rockframe.results.schema.response import (
 )
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 from rockframe.results.writing import Origin, slices, write_rows
-from rockframe.rocking import Margin, ToPulse
+from rockframe.rocking import QUANTILES, Margin, ToPulse
 from rockframe.rocking.response import Response
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum
@@ -40,7 +40,7 @@ from rockframe.rocking.stated_verdict import Strip, Verdict, strip_of
 
 _HISTORIES: Final = ("theta", "u", "v")
 #: Optional parts of a response.
-_PARTS: Final = ("to_pulse", "margin", "contact", "restraint")
+_PARTS: Final = ("to_pulse", "margin", "ensemble", "contact", "restraint")
 
 
 def write_responses(
@@ -121,6 +121,8 @@ def _complete(
         values |= to_pulse_values(columns["to_pulse"])
     if all(margin is not None for row in columns["margin"] for margin in row):
         values |= margin_values(columns["margin"])
+    if all(one is not None for row in columns["ensemble"] for one in row):
+        values |= {**RESPONSE_NC.filled("ensemble", columns["ensemble"]), "quantile": [*QUANTILES]}
     if all(contact is not None for row in columns["contact"] for contact in row):
         values |= RESPONSE_NC.filled("contact", columns["contact"])
     if any(frame.restrained for frame in frames):

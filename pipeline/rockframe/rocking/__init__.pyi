@@ -17,7 +17,15 @@ from .design import smallest as smallest
 from .excitation import GroundAcceleration as GroundAcceleration
 from .histories import NEAR as NEAR
 from .histories import Histories as Histories
+from .margins.ensemble import BANDS as BANDS
+from .margins.ensemble import QUANTILES as QUANTILES
+from .margins.ensemble import EnsembleResponse as EnsembleResponse
+from .margins.ensemble import MemberPeaks as MemberPeaks
 from .margins.ensemble import chosen_ensemble as chosen_ensemble
+from .margins.ensemble import ensemble_responses as ensemble_responses
+from .margins.ensemble import member_peaks as member_peaks
+from .margins.ensemble import members as members
+from .margins.ensemble import require_motion as require_motion
 from .margins.first_overturning import FirstOverturning as FirstOverturning
 from .margins.margins import Margin as Margin
 from .margins.margins import margins as margins

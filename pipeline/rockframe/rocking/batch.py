@@ -16,9 +16,10 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.kernels import kernel, lanes, steps
+from rockframe.rocking.kernels import NO_UPLIFT, kernel, lanes, steps
 from rockframe.rocking.kernels.tails import DISTANCE, EXCURSION_SIZE, fill_ahead
 from rockframe.rocking.kernels.ties import ELASTIC
+from rockframe.rocking.reactions import demands_at_rest, levers_of
 from rockframe.rocking.response import (
     as_ground,
     refuse_flight,
@@ -130,11 +131,14 @@ class Results:
         Number of scenarios.
     excursions : int
         Number of excursions to keep for each scenario.
+    demands : bool
+        Compute the demands on the joints.
     """
 
-    def __init__(self, scenarios: int, excursions: int = 0) -> None:
+    def __init__(self, scenarios: int, excursions: int = 0, *, demands: bool = False) -> None:
         self.verdicts = np.empty(scenarios, dtype=np.int8)
         self.summaries = np.empty((scenarios, kernel.SUMMARY_SIZE))
+        self.demands = demands
         self.kept = excursions
         self.excursions = np.zeros((scenarios, excursions, EXCURSION_SIZE))
         self.excursions[:, :, DISTANCE] = -np.inf
@@ -153,8 +157,18 @@ class ScenarioPacker:
         self._results = results
         self._batches: dict[tuple[bool, bool, bool], _Batch] = {}
 
-    def add(self, scenarios: Index, motion: Prepared, scale: Float, constants: Float) -> None:
-        """Add scenarios of one motion: indices in `results`, scales, constants of the frames."""
+    def add(
+        self,
+        scenarios: Index,
+        motion: Prepared,
+        scale: Float,
+        constants: Float,
+        levers: Float | None = None,
+    ) -> None:
+        """Add scenarios of one motion: indices in `results`, scales, constants of the frames.
+
+        `levers` are the results of `reactions.levers_of`, if demands are requested.
+        """
         pieces = motion.pieces(scale, constants)
         tied = np.asarray(constants[:, _TIES:].any(axis=1))
         for count, ties in sorted({*zip(pieces.tolist(), tied.tolist(), strict=True)}):
@@ -173,6 +187,9 @@ class ScenarioPacker:
             slots[:, lanes.SCALE] = scale[some]
             slots[:, lanes.SLENDERNESS : lanes.RESTITUTION + 1] = constants[some, :_TIES]
             slots[:, lanes.TIE_STIFFNESS : lanes.TIE_FORCE + 1] = constants[some, _TIES : _TIES + 2]
+            slots[:, lanes.PIECES] = count
+            if levers is not None:
+                slots[:, lanes.SWINGS] = levers[some]
             for one in np.unique(constants[some, 1]).tolist() if self._results.kept else ():
                 slots[slots[:, lanes.P_HAT] == one, lanes.AHEAD] = batch.nodes - batch.length
                 batch.ahead.append(motion.ahead(count, one))
@@ -218,6 +235,7 @@ class ScenarioPacker:
             summaries,
             np.concatenate([*batch.ahead, np.empty((0, 1 + key[1]))]),
             excursions,
+            steps.YES if self._results.demands else steps.NO,
         )
         self._results.verdicts[scenarios] = verdicts
         self._results.summaries[scenarios] = summaries
@@ -254,6 +272,7 @@ class ScenarioPacker:
                 np.ascontiguousarray(constants[some, _TIES:]),
             )
             verdicts[some], summaries[some] = verdict, summary
+        summaries[:, [kernel.BASE_SHEAR, kernel.FRICTION]] = math.nan
         self._results.verdicts[scenarios] = verdicts
         self._results.summaries[scenarios] = summaries
 
@@ -323,6 +342,13 @@ class Scenarios:
         first: start [s], side (+1 or -1), and distance [alpha], positive beyond the separatrix and
         minus infinity if a scenario has fewer excursions. An excursion that overturns is the last
         one of its scenario in time.
+    base_shear : array, shape (scenarios,)
+        Largest force of the ground over the weight of columns and beam [1], at the samples, until
+        overturning. NaN unless demands are requested, and where ties yield or the sampling is so
+        coarse that the scalar kernel computes the scenario.
+    friction_demand : array, shape (scenarios,)
+        Largest coefficient of friction that base and top joints need while the frame rocks [1]; or
+        at rest if it does not uplift. NaN as `base_shear`.
     """
 
     verdict: NDArray[np.int8]
@@ -334,6 +360,8 @@ class Scenarios:
     overturning_time: Float
     impacts: NDArray[np.int32]
     excursions: Float
+    base_shear: Float
+    friction_demand: Float
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,22 +370,10 @@ class Peaks:
 
     Parameters
     ----------
-    verdict : array of int8, shape (motions, frames, scales)
-        Values of `Verdict`.
-    peak_rotation : array, shape (motions, frames, scales)
-        Largest absolute rotation [rad], including free rocking after the end of the motion; pi/2
-        if overturned.
-    peak_rotation_ratio : array, shape (motions, frames, scales)
-        Largest absolute rotation over the slenderness of the frame [1].
-    peak_velocity : array, shape (motions, frames, scales)
-        Largest absolute angular velocity [rad s-1], until overturning.
-    impact_velocity : array, shape (motions, frames, scales)
-        Largest velocity [m s-1] at which the lifted corner of a column's base meets the ground,
-        2 b |theta'| just before an impact, including free rocking; 0 if there is no impact.
-    uplift_time, overturning_time : array, shape (motions, frames, scales)
-        Times of the first uplift and of overturning [s]; NaN if there is none.
-    impacts : array of int32, shape (motions, frames, scales)
-        Number of impacts during the motion, or until overturning.
+    verdict, peak_rotation, peak_rotation_ratio, peak_velocity, impact_velocity : array
+        See `Scenarios`; shape (motions, frames, scales).
+    uplift_time, overturning_time, impacts : array
+        See `Scenarios`; shape (motions, frames, scales).
     """
 
     verdict: NDArray[np.int8]
@@ -378,6 +394,7 @@ def respond_scenarios(
     scale: ArrayLike,
     *,
     excursions: int = 0,
+    demands: bool = False,
 ) -> Scenarios:
     """Compute verdict and peaks of scenarios. A scenario is a frame under a motion at a scale.
 
@@ -394,6 +411,8 @@ def respond_scenarios(
     excursions : int
         Largest number of excursions to keep for each scenario. Above 0, the computation takes a
         sixth longer.
+    demands : bool
+        Compute base shear and friction demand, which takes a tenth longer.
 
     Returns
     -------
@@ -421,17 +440,25 @@ def respond_scenarios(
     widths = np.array([frame.width for frame in frames])
     _refuse_flights(grounds, which, factors)
     order = np.argsort(which, kind="stable")
-    results = Results(factors.size, excursions)
+    levers = np.array([levers_of(frame) for frame in frames if demands])
+    results = Results(factors.size, excursions, demands=demands)
 
     def compute(part: Index) -> None:
         packer = ScenarioPacker(results)
         for chosen in np.split(part, np.flatnonzero(np.diff(which[part])) + 1):
             motion = grounds[which[chosen[0]]]
             ready = motion if isinstance(motion, Prepared) else Prepared(as_ground(motion))
-            packer.add(chosen, ready, factors[chosen], constants[whose[chosen]])
+            weighed = levers[whose[chosen]] if demands else None
+            packer.add(chosen, ready, factors[chosen], constants[whose[chosen]], weighed)
         packer.complete()
 
     on_threads(compute, _parts(order))
+    forces = results.summaries[:, [kernel.BASE_SHEAR, kernel.FRICTION]]
+    still = np.flatnonzero(results.verdicts == NO_UPLIFT) if demands else np.arange(0)
+    for k in np.unique(which[still]).tolist():
+        chosen = still[which[still] == k]
+        resting = [frames[one] for one in whose[chosen]]
+        forces[chosen] = demands_at_rest(_ground_of(grounds[k]), resting, factors[chosen])
     return Scenarios(
         verdict=results.verdicts,
         peak_rotation=results.summaries[:, kernel.PEAK].copy(),
@@ -442,6 +469,8 @@ def respond_scenarios(
         overturning_time=results.summaries[:, kernel.OVERTURNING_TIME].copy(),
         impacts=results.summaries[:, kernel.IMPACTS].astype(np.int32),
         excursions=_highest_first(results.excursions),
+        base_shear=np.where(demands, forces[:, 0], math.nan),
+        friction_demand=np.where(demands, forces[:, 1], math.nan),
     )
 
 
@@ -509,6 +538,10 @@ def _refuse_flights(grounds: Sequence[Motion], which: Index, factors: Float) -> 
             scales = factors[which == k]
             for scale in (scales.min(), scales.max()) if scales.size else ():
                 refuse_flight(ground, float(scale))
+
+
+def _ground_of(motion: Motion) -> GroundAcceleration:
+    return motion.ground if isinstance(motion, Prepared) else as_ground(motion)
 
 
 def _highest_first(excursions: Float) -> Float:

@@ -261,6 +261,14 @@ class GroundAcceleration:
         last = np.polynomial.polynomial.polyval(self.time_step, self.coefficients[-1])
         return np.append(self.coefficients[:, 0], last)
 
+    def at_nodes(self) -> tuple[Float, Float]:
+        """Return the horizontal and the vertical acceleration at the nodes [m s-2]."""
+        across = self.acceleration()
+        if self.vertical is None:
+            return across, np.zeros_like(across)
+        upwards = type(self)(self.vertical, self.time_step, self.start_time)
+        return across, upwards.acceleration()
+
     def followed_by_rest(self, duration: float) -> Self:
         """Return the motion followed by at least `duration` [s] of still ground.
 

@@ -11,7 +11,9 @@ its own weight, m_c g. So of all masses they depend only on the mass ratio.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -275,12 +277,60 @@ def ground_at_nodes(time: Float, motion: Motion) -> tuple[Float, Float]:
             f"Invalid motion of {nodes} nodes, {ground.time_step:g} s apart. Must be the motion of "
             f"the response, which has {time.size} nodes."
         )
-    still = np.zeros(time.size - nodes)  # free rocking after the motion
-    across = np.concatenate([ground.acceleration(), still])
-    if ground.vertical is None:
-        return across, np.zeros_like(across)
-    upwards = GroundAcceleration(ground.vertical, ground.time_step, ground.start_time)
-    return across, np.concatenate([upwards.acceleration(), still])
+    across, upwards = ground.at_nodes()
+    rest = (0, time.size - nodes)  # free rocking after the motion
+    return np.pad(across, rest), np.pad(upwards, rest)
+
+
+@lru_cache(maxsize=4096)
+def levers_of(frame: RockingFrame) -> tuple[float, ...]:
+    """Return the numbers from which the vectorised kernel computes the largest joint forces [1].
+
+    All masses of a frame move on circles about the pivots, so their inertia forces are those of
+    one mass at the lever of the moment of gravity. The numbers fill the slots `lanes.SWINGS`.
+    """
+    gamma = frame.mass_ratio
+    rate = frame.effective_frequency_parameter**2 / GRAVITY
+    swing = rate * frame.moment_arm / (1.0 + gamma)
+    tied = frame.moment_arm / frame.tie_lever if frame.tendon is not None else 0.0
+    if gamma == 0.0:  # the joint at the base in place of the one under the beam
+        return swing, swing, 0.0, tied, tied
+    angle = frame.beam.angle - frame.slenderness
+    return swing, rate * frame.beam.length, angle, tied / (1.0 + gamma), tied / gamma
+
+
+def demands_at_rest(
+    ground: GroundAcceleration, frames: Sequence[RockingFrame], scales: Float
+) -> Float:
+    """Return base shear over weight and friction demand of frames at rest, shape (frames, 2).
+
+    Parameters
+    ----------
+    ground : GroundAcceleration
+        The motion.
+    frames : sequence of RockingFrame
+        Frames that do not uplift.
+    scales : array, shape (frames,)
+        Scale of the motion of each [1].
+
+    Examples
+    --------
+    >>> weak = GroundAcceleration.from_samples([0.0, 0.5, 0.0], 0.01)
+    >>> demands_at_rest(weak, [RockingFrame(height=9.6, width=1.6)], np.array([2.0])).round(3)
+    array([[0.102, 0.102]])
+    """
+    across, upwards = (part / GRAVITY for part in ground.at_nodes())
+    found = np.empty((len(frames), 2))
+    for k, (frame, scale) in enumerate(zip(frames, scales.tolist(), strict=True)):
+        pressed = 1.0
+        if frame.tendon is not None and frame.column_mass is not None:
+            weight = (1.0 + frame.mass_ratio) * frame.column_mass * GRAVITY
+            pressed += frame.tendon.prestress / weight
+        shear = found[k, 0] = abs(scale) * np.abs(across).max()
+        found[k, 1] = shear / pressed
+        if ground.vertical is not None:
+            found[k, 1] = np.max(np.abs(scale * across) / (pressed + scale * upwards))
+    return found
 
 
 def _place(lever: Lever, side: Float, theta: Float) -> tuple[Float, Float]:

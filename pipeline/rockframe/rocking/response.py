@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from rockframe.rocking.contact import ContactDemand
+    from rockframe.rocking.margins.ensemble import EnsembleResponse
     from rockframe.rocking.margins.margins import Margin
 
 Float = NDArray[np.float64]
@@ -215,6 +216,8 @@ class Response(Shown):
         Response to the record's pulse alone, if `with_pulse` added it.
     margin : Margin, optional
         Margin against overturning, if `with_margins` added it.
+    ensemble : EnsembleResponse, optional
+        Response of an ensemble of plausible structures, if the respond stage added it.
     contact : ContactDemand, optional
         Demand on the joints, if `with_contact` added it.
     restraint : RestraintResponse, optional
@@ -242,6 +245,7 @@ class Response(Shown):
     impact_velocities: Float
     to_pulse: ToPulse | None = None
     margin: Margin | None = None
+    ensemble: EnsembleResponse | None = None
     contact: ContactDemand | None = None
     restraint: RestraintResponse | None = None
     gap_closed_time: float = math.nan

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -25,11 +25,15 @@ from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import write_responses
 from rockframe.results.writing import input_hash
 from rockframe.rocking import (
+    EnsembleResponse,
     GroundAcceleration,
     Histories,
     Response,
     as_ground,
     chosen_ensemble,
+    ensemble_responses,
+    members,
+    require_motion,
     respond,
     with_contact,
     with_margins,
@@ -109,6 +113,8 @@ def respond_stage(
     refuse_overwriting([output], [records_path, structures_path, *beside])
     frames = choose_structures(structures_path, options.structure)
     chosen_ensemble(options, frames)
+    for frame in frames if options.ensemble.members else ():
+        members(options.ensemble, frame)
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
@@ -204,12 +210,29 @@ def _answer(task: _Task) -> list[tuple[str, list[Response] | None, str]]:
 
     Margins take most of the time and run in threads, because the kernel releases the GIL.
     """
-    return on_threads(partial(_answer_one, task), list(task.motions))
+    answers = on_threads(partial(_answer_one, task), list(task.motions))
+    known = [name for name, responses, _ in answers if responses]
+    if not (known and task.options.ensemble.members):
+        return answers
+    motions = [as_ground(task.motions[name]) for name in known]
+    rows = ensemble_responses(motions, task.frames, task.options.ensemble)
+    found = dict(zip(known, rows, strict=True))
+    return [
+        (name, responses and _with_ensembles(responses, found[name]), reason)
+        for name, responses, reason in answers
+    ]
+
+
+def _with_ensembles(
+    responses: Sequence[Response], found: Sequence[EnsembleResponse]
+) -> list[Response]:
+    return [replace(response, ensemble=one) for response, one in zip(responses, found, strict=True)]
 
 
 def _answer_one(task: _Task, name: str) -> tuple[str, list[Response] | None, str]:
     try:
         motion = as_ground(task.motions[name])
+        require_motion(task.options.ensemble, motion)
         responses = [with_contact(respond(frame, motion), motion) for frame in task.frames]
         if name in task.pulses:
             responses = [with_pulse(response, task.pulses[name]) for response in responses]

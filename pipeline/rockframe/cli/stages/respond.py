@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 from rockframe.cli import arguments, console
-from rockframe.cli.options import add_options, chosen, flag, folder_to_write, path
+from rockframe.cli.options import add_options, chosen, flag, folder_to_write, path, whole_number
 from rockframe.errors import ParameterError
 from rockframe.options.model import ExecutionOptions
 from rockframe.options.respond import RespondOptions, RockingSpectrumOptions, SpectrumOptions
@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 #: Headings of the table of responses, by column of the overview.
 _HEADS: Final = {
     "peak_rotation_ratio": "θ/α>",
+    "peak_rotation_ratio_*": "16 50 84 %>",
     "u_max_m": "u_max [cm]>",
     "v_max_m": "v_max [cm]>",
+    "share_overturned": "overturn>",
     "critical_scale": "critical scale>",
     "robust_scales": "10 25 50 % overturn>",
     "verdict": "verdict",
@@ -38,6 +40,14 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
     arguments.add_output(parser)
     arguments.add_structures(parser, one=False)
     add_options(parser, RespondOptions)
+    parser.add_argument(
+        "--members",
+        dest="ensemble-members",
+        type=whole_number,
+        default=argparse.SUPPRESS,
+        metavar="N",
+        help="the same as --ensemble-members",
+    )
     parser.add_argument(
         "--pulses",
         type=path,

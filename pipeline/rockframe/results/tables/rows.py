@@ -13,8 +13,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.cells import DASH, Cells, Column, number
+from rockframe.cells import DASH, Cells, Column, in_digits, number
 from rockframe.results.schema import KINDS
+from rockframe.rocking.margins.ensemble import QUANTILES
 from rockframe.rocking.stated_verdict import MODEL_ENDS, StatedVerdict, Verdict
 from rockframe.units import GRAVITY
 
@@ -79,6 +80,37 @@ def robust_scales(row: Cells, _key: str = "") -> str:
     """
     parts = [_BY_KEY[f"robust_scale_{share}"].cell(row) for share in (10, 25, 50)]
     return parts[0] if parts[0] == DASH or parts[0].startswith(">") else " ".join(parts)
+
+
+def share_words(row: Cells, _key: str = "") -> str:
+    """Return the share of the ensemble that overturns, with its 90 % interval.
+
+    Examples
+    --------
+    >>> share_words({"share_overturned": "0.3125", "share_overturned_low": "0.217",
+    ...     "share_overturned_high": "0.422"})
+    '31 % (22 to 42)'
+    """
+    share, low, high = (number(row.get(f"share_overturned{end}")) for end in ("", "_low", "_high"))
+    if math.isnan(share):
+        return DASH
+    return f"{100.0 * share:.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f})"
+
+
+def band_words(row: Cells, key: str) -> str:
+    """Return the 16, 50 and 84 % quantiles of a peak; `key` has a star in place of the quantile.
+
+    Examples
+    --------
+    >>> band_words({"u_max_16_m": "0.1", "u_max_50_m": "0.25", "u_max_84_m": "inf"}, "u_max_*_m")
+    '10.0 25.0 overturns'
+    """
+    found = [number(row.get(key.replace("*", f"{100 * one:.0f}"))) for one in QUANTILES]
+    if any(map(math.isnan, found)):
+        return DASH
+    form, factor = (".1f", 100.0) if key.endswith("_m") else (".3f", 1.0)
+    words = [in_digits(factor * one, form) for one in found if math.isfinite(one)]
+    return " ".join([*words, *(["overturns"] if math.isinf(found[-1]) else [])])
 
 
 def wavelet_name(row: Cells, key: str = "wavelet") -> str:
@@ -147,6 +179,9 @@ _BY_KEY: Final = {
         *OVERVIEW,
         Column("record", "record_id"),
         Column("10 25 50 % overturn", "robust_scales", rule=robust_scales),
+        Column("Overturn", "share_overturned", rule=share_words),
+        Column("θ/α, 16 50 84 %", "peak_rotation_ratio_*", rule=band_words),
+        Column("u, 16 50 84 %", "u_max_*_m", rule=band_words, unit="cm"),
     )
 }
 
@@ -203,7 +238,8 @@ def rows_along(dataset: xr.Dataset, along: str, columns: Mapping[str, str]) -> I
     along : str
         The dimensions, separated by spaces; the first varies slowest.
     columns : mapping of str to str
-        Variable of each column. Accelerations in columns that end in ``_g`` are in g, angles in
+        Variable of each column; ``peak_u_band.0`` is the first value along its last dimension.
+        Accelerations in columns that end in ``_g`` are in g, angles in
         columns that end in ``_deg`` in degrees. A flag with two values becomes a bool, another flag
         its meaning.
     """
@@ -220,11 +256,13 @@ def _cells(
     dataset: xr.Dataset, sizes: Mapping[str, int], key: str, name: str
 ) -> Callable[[int], Any]:
     """Return a function that gives the cells of a column at a position of the slowest dimension."""
+    name, _, place = name.partition(".")
     if name not in dataset.variables:
         declared = KINDS[dataset.attrs["rockframe_kind"]][name]
         unknown = "" if declared.holds in ("text", "flags") else np.nan
         return lambda _: repeat(unknown)
     variable = dataset[name].variable.to_base_variable()
+    variable = variable[..., int(place)] if place else variable
     values = variable.set_dims(sizes).transpose(*sizes).values  # type: ignore[no-untyped-call]
     plain = _plain(key, variable.attrs)
     return lambda i: plain(values[i : i + 1].ravel())

@@ -71,7 +71,10 @@ OVERTURNING_TIME: Final = 3  # |theta| = pi/2 [s], NaN if never
 IMPACTS: Final = 4  # number of impacts
 PEAK_VELOCITY: Final = 5  # largest |omega| [rad s-1]
 IMPACT_VELOCITY: Final = 6  # largest |omega| just before an impact [rad s-1], 0 if none
-SUMMARY_SIZE: Final = 7
+# Demands at the samples of the motion while the frame rocks; only the vectorised kernel fills them.
+BASE_SHEAR: Final = 7  # largest force of the ground over the weight of columns and beam [1]
+FRICTION: Final = 8  # largest coefficient of friction that base and top joints need [1]
+SUMMARY_SIZE: Final = 9
 
 
 @inlined

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from rockframe.compiled import compiled, inlined
 from rockframe.rocking.kernels import NO_UPLIFT, OVERTURNED, SAFE
 from rockframe.rocking.kernels.kernel import (
+    BASE_SHEAR,
     IMPACT_VELOCITY,
     IMPACTS,
     OVERTURNING_TIME,
@@ -28,6 +29,7 @@ from rockframe.rocking.kernels.kernel import (
     PEAK_VELOCITY,
     UPLIFT_TIME,
 )
+from rockframe.rocking.kernels.kernel import FRICTION as FRICTION_DEMAND
 from rockframe.rocking.kernels.kernel import PEAK as PEAK_ROTATION
 from rockframe.rocking.kernels.steps import (
     ALOFT,
@@ -48,13 +50,16 @@ from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
 from rockframe.rocking.kernels.vectors import (
     ALPHA,
     AT,
+    COSINE_TOP,
     ELAPSED,
     END,
     FASTEST,
+    FRICTION,
     HOP_ALOFT,
     HOP_LANDED,
     HOT_ROWS,
     KIND,
+    LIGHTER,
     OMEGA,
     OMEGA_AFTER,
     P2,
@@ -62,14 +67,24 @@ from rockframe.rocking.kernels.vectors import (
     PEAK,
     PENDING,
     SEEN,
+    SHARE,
+    SHEAR,
+    SINE_TOP,
     START,
+    STIFF,
+    SWING,
+    SWING_TOP,
     TAU,
     THETA,
     THETA_AFTER,
     TIE,
+    TIED,
+    TIED_TOP,
+    TURNED,
     WIDTH,
     A,
     V,
+    demands,
     hop,
     stride,
 )
@@ -88,7 +103,16 @@ RESTITUTION: Final = 7
 AHEAD: Final = 8  # offset from a row of the ground to its node in the array `ahead`
 TIE_STIFFNESS: Final = 9  # stiffness of ties that do not yield
 TIE_FORCE: Final = 10  # force of these ties at theta = 0
-ASKED_SIZE: Final = 11
+# Slots for the demands on the joints.
+ASKED_SWING: Final = 11  # p_hat^2 / g times the lever of the moment of gravity, over 1 + mass_ratio
+ASKED_SWING_TOP: Final = 12  # p_hat^2 / g times the length of the beam's lever
+TOP_ANGLE: Final = 13  # angle of the beam's lever less the slenderness [rad]
+PIECES: Final = 14  # number of rows between two samples
+ASKED_TIED: Final = 15  # force of the ties over their moment, over the weight on the base
+ASKED_TIED_TOP: Final = 16  # force of the ties over their moment, over the weight of the beam
+#: Slots of the numbers of `reactions.levers_of`.
+SWINGS: Final = (ASKED_SWING, ASKED_SWING_TOP, TOP_ANGLE, ASKED_TIED, ASKED_TIED_TOP)
+ASKED_SIZE: Final = 17
 
 #: Number of intervals in one entry of the array `coarse`, by which rest is skipped.
 COARSE: Final = 16
@@ -108,11 +132,10 @@ _SLOWEST: Final = (HOT_ROWS + 4) * WIDTH  # rate below which the frame comes to 
 _UPLIFT: Final = (HOT_ROWS + 5) * WIDTH  # time of the first uplift
 _COUNT: Final = (HOT_ROWS + 6) * WIDTH  # number of impacts
 _WHO: Final = (HOT_ROWS + 7) * WIDTH  # the scenario, -1 if none
-_TURNED: Final = (HOT_ROWS + 8) * WIDTH  # term that the ties add to the row A
-_HOLD: Final = (HOT_ROWS + 9) * WIDTH  # term that the ties add to the uplift acceleration
-_HARDEST: Final = (HOT_ROWS + 10) * WIDTH  # largest |omega| just before an impact
-_CALM: Final = (HOT_ROWS + 11) * WIDTH  # rate below which `_dies_out` is tried
-_BLOCK: Final = (HOT_ROWS + 12) * WIDTH  # not a power of two: those cause cache conflicts
+_HOLD: Final = (HOT_ROWS + 8) * WIDTH  # term that the ties add to the uplift acceleration
+_HARDEST: Final = (HOT_ROWS + 9) * WIDTH  # largest |omega| just before an impact
+_CALM: Final = (HOT_ROWS + 10) * WIDTH  # rate below which `_dies_out` is tried
+_BLOCK: Final = (HOT_ROWS + 11) * WIDTH  # not a power of two: those cause cache conflicts
 
 # What a lane needs after a hop.
 _STRIDE: Final = 0
@@ -145,7 +168,7 @@ def _load(pool: Float, q: int, ground: Float, curved: Marker, lifts: Marker, tie
     for k in range(powers):
         pool[q + A + k * WIDTH] = push * ground[row + np.uint64(k)]
     if len(tied) > 0:
-        pool[q + A] += pool[q + _TURNED]
+        pool[q + A] += pool[q + TURNED]
     if len(lifts) > 0:
         lift = pool[q + _LIFT]
         pool[q + V] = pool[q + P2] + lift * ground[row + np.uint64(powers)]
@@ -202,7 +225,18 @@ def _seat(pool: Float, q: int, who: int, asked: Float) -> None:
     turned = p_hat * p_hat * asked[who, TIE_STIFFNESS]
     pool[q + P2] = p_hat * p_hat - turned * math.cos(asked[who, SLENDERNESS])
     pool[q + TIE] = p_hat * p_hat * asked[who, TIE_FORCE]
-    pool[q + _TURNED] = turned * math.sin(asked[who, SLENDERNESS])
+    pool[q + TURNED] = turned * math.sin(asked[who, SLENDERNESS])
+    pool[q + LIGHTER] = turned * math.cos(asked[who, SLENDERNESS])
+    pool[q + STIFF] = 2.0 * turned
+    pool[q + TIED] = asked[who, ASKED_TIED]
+    pool[q + TIED_TOP] = asked[who, ASKED_TIED_TOP]
+    pool[q + SHEAR] = 0.0
+    pool[q + FRICTION] = 0.0
+    pool[q + SWING] = asked[who, ASKED_SWING]
+    pool[q + SWING_TOP] = asked[who, ASKED_SWING_TOP]
+    pool[q + COSINE_TOP] = math.cos(asked[who, TOP_ANGLE])
+    pool[q + SINE_TOP] = math.sin(asked[who, TOP_ANGLE])
+    pool[q + SHARE] = 1.0 / asked[who, PIECES]
     pool[q + _HOLD] = asked[who, TIE_FORCE] / math.cos(asked[who, SLENDERNESS])
     pool[q + PEAK] = 0.0
     pool[q + FASTEST] = 0.0
@@ -253,28 +287,35 @@ def _wait_for_uplift(
     curved: Marker,
     lifts: Marker,
     tied: Marker,
-) -> None:
-    """Advance a lane at rest to its next uplift, or to the end of its motion."""
+) -> float:
+    """Advance a lane at rest to its next uplift, or to the end of its motion.
+
+    Returns the largest horizontal |acceleration| of the ground until then [g].
+    """
     who = _index(pool[q + _WHO])
     limit = pool[q + _LIMIT]
     hold = pool[q + _HOLD]
     factor = abs(asked[who, SCALE])
     at = _index(pool[q + AT])
     end = _index(pool[q + END])
+    resting = 0.0
     waits = True
     while waits and at < end:
         if pool[q + ELAPSED] == 0.0:
             while at < end and _still(bounds, at, factor, limit, hold, lifts):
+                resting = max(resting, factor * bounds[at, 0])
                 at += 1
                 while (
                     at % COARSE == 0
                     and at + COARSE <= end
                     and _still(coarse, at // COARSE, factor, limit, hold, lifts)
                 ):
+                    resting = max(resting, factor * coarse[at // COARSE, 0])
                     at += COARSE
         pool[q + AT] = at
         if at < end:
             a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
+            resting = max(resting, abs(a[0]) if pool[q + ELAPSED] == 0.0 else 0.0)
             wait, start = lift_off(a, v, limit, hold, 1.0 - pool[q + ELAPSED])
             waits = wait == NEVER
             if waits:
@@ -290,6 +331,7 @@ def _wait_for_uplift(
                     interval = at - asked[who, FIRST] + pool[q + ELAPSED]
                     pool[q + _UPLIFT] = asked[who, START_TIME] + interval * asked[who, TIME_STEP]
                 _load(pool, q, ground, curved, lifts, tied)
+    return resting
 
 
 @inlined
@@ -306,20 +348,65 @@ def _file(
     summaries[who, IMPACTS] = pool[q + _COUNT]
     summaries[who, PEAK_VELOCITY] = fast / h
     summaries[who, IMPACT_VELOCITY] = pool[q + _HARDEST] / h
+    summaries[who, BASE_SHEAR] = pool[q + SHEAR] / (asked[who, P_HAT] * h) ** 2
+    summaries[who, FRICTION_DEMAND] = pool[q + FRICTION]
+
+
+@inlined
+def _weigh_last(
+    pool: Float,
+    q: int,
+    ground: Float,
+    curved: Marker,
+    lifts: Marker,
+    tied: Marker,
+) -> None:
+    """Note the demands at the end of the motion of a lane."""
+    powers = 6 if len(curved) > 0 else 2
+    row = _row(pool[q + END] - 1.0, curved, lifts)
+    across, upwards = 0.0, 0.0
+    for k in range(powers):
+        across += ground[row + np.uint64(k)]
+        if len(lifts) > 0:
+            upwards += ground[row + np.uint64(powers + k)]
+    if pool[q + _SIDE] == 0.0:
+        pool[q + SHEAR] = max(pool[q + SHEAR], abs(pool[q + _LIFT] * across))
+        return
+    a0 = pool[q + _SIDE] * pool[q + _LIFT] * across
+    v0 = pool[q + P2] + pool[q + _LIFT] * upwards
+    psi = pool[q + ALPHA] - pool[q + THETA]
+    if len(tied) > 0:
+        a0 += pool[q + TURNED]
+        held = pool[q + TIE] * math.cos(0.5 * pool[q + THETA])
+        f0 = v0 * math.sin(psi) + a0 * math.cos(psi) + held
+        force, friction = demands(
+            pool, q, psi, pool[q + OMEGA], f0, a0, v0, (0.0, 0.0), pool[q + THETA]
+        )
+    else:
+        f0 = v0 * math.sin(psi) + a0 * math.cos(psi)
+        force, friction = demands(pool, q, psi, pool[q + OMEGA], f0, a0, v0, (), pool[q + THETA])
+    pool[q + SHEAR] = max(pool[q + SHEAR], force)
+    pool[q + FRICTION] = max(pool[q + FRICTION], friction)
 
 
 @inlined
 def _end(
     pool: Float,
     q: int,
+    ground: Float,
     asked: Float,
     verdicts: NDArray[np.int8],
     summaries: Float,
+    curved: Marker,
+    lifts: Marker,
     tied: Marker,
     tie_log: Float,
+    weighed: Marker,
 ) -> None:
     """Decide the outcome of a lane from its energy at the end of its motion, and empty the lane."""
     who = _index(pool[q + _WHO])
+    if len(weighed) > 0:
+        _weigh_last(pool, q, ground, curved, lifts, tied)
     side = 0.0 if pool[q + _SIDE] == 0.0 else 1.0
     if len(tied) > 0:
         overturns, after, peak, fast, landed, landing = elastic_tail(
@@ -434,12 +521,11 @@ def _rebound(
     if whole:
         pool[q + ELAPSED] = 0.0
         pool[q + AT] += 1.0
+    if whole or len(tied) > 0:  # as each stride loads it: the term of the ties would be rounded
         _load(pool, q, ground, curved, lifts, tied)
     else:
         for k in range(6 if len(curved) > 0 else 2):
             pool[q + A + k * WIDTH] = -pool[q + A + k * WIDTH]
-        if len(tied) > 0:
-            pool[q + A] += 2.0 * pool[q + _TURNED]
     return bool(whole or pool[q + _SIDE] == 0.0)
 
 
@@ -464,7 +550,7 @@ def _keep_excursion(
     scale = asked[who, SCALE]
     first = scale * side * ahead[node, 0]
     last = scale * side * ahead[node + 1, 0]
-    push = pool[q + A] - pool[q + _TURNED]  # the scaled ground acceleration, times rate^2
+    push = pool[q + A] - pool[q + TURNED]  # the scaled ground acceleration, times rate^2
     slope = pool[q + A + WIDTH]
     if len(lifts) > 0:
         first += scale * alpha * ahead[node, 1]
@@ -515,6 +601,7 @@ def _ready(
     ahead: Float,
     excursions: Float,
     tie_log: Float,
+    weighed: Marker,
 ) -> bool:
     """Prepare a lane for a hop, with the next scenario if its own has ended.
 
@@ -528,13 +615,29 @@ def _ready(
             counts[_BEGUN] += 1
             counts[_LIVE] += 1
         if pool[q + _SIDE] == 0.0:
-            _wait_for_uplift(pool, q, ground, bounds, coarse, asked, curved, lifts, tied)
+            resting = _wait_for_uplift(pool, q, ground, bounds, coarse, asked, curved, lifts, tied)
+            if len(weighed) > 0:
+                p_hat = asked[_index(pool[q + _WHO]), P_HAT]
+                step = asked[_index(pool[q + _WHO]), TIME_STEP]
+                pool[q + SHEAR] = max(pool[q + SHEAR], resting * (p_hat * step) ** 2)
             if excursions.shape[0] > 0 and pool[q + AT] < pool[q + END]:
                 _keep_excursion(pool, q, asked, ahead, excursions, curved, lifts)
         if pool[q + AT] < pool[q + END]:
             pool[q + PENDING] = 1.0
             return True
-        _end(pool, q, asked, verdicts, summaries, tied, tie_log)
+        _end(
+            pool,
+            q,
+            ground,
+            asked,
+            verdicts,
+            summaries,
+            curved,
+            lifts,
+            tied,
+            tie_log,
+            weighed,
+        )
         counts[_LIVE] -= 1
 
 
@@ -634,6 +737,7 @@ def _advance(
     curved: Marker,
     lifts: Marker,
     tied: Marker,
+    weighed: Marker,
 ) -> int:
     """Let all lanes stride; return the number of those that need attention, listed in `fresh`.
 
@@ -648,7 +752,7 @@ def _advance(
     for b in range(0, _BLOCKS * _BLOCK, _BLOCK):
         if b >= used:
             break
-        stride(pool, b, curved, lifts, tied)
+        stride(pool, b, curved, lifts, tied, weighed)
         for q in range(b, b + WIDTH):
             if pool[q + SEEN] == 0.0:
                 fresh[freshes] = q
@@ -669,6 +773,7 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
     summaries: Float,
     ahead: Float,
     excursions: Float,
+    weighed: Marker,
 ) -> None:
     """Integrate scenarios from rest.
 
@@ -698,6 +803,8 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
     excursions : array, shape (scenarios, kept, EXCURSION_SIZE)
         Distances must be minus infinity. Filled with the excursions of the largest distances, in no
         particular order. Shape (0, ...) if excursions are not requested.
+    weighed : NO or YES
+        YES to compute the demands on the joints, which takes a tenth longer.
     """
     pool = np.zeros(_BLOCKS * _BLOCK)
     # empty lanes take as long as others, so a few scenarios use only a few blocks; the loops below
@@ -737,6 +844,7 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
                     ahead,
                     excursions,
                     tie_log,
+                    weighed,
                 ):
                     pending[waiting] = q
                     waiting += 1
@@ -776,4 +884,4 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
                     waiting += 1
         if counts[_LIVE] == 0:
             break
-        freshes = _advance(pool, used, fresh, ground, curved, lifts, tied)
+        freshes = _advance(pool, used, fresh, ground, curved, lifts, tied, weighed)

@@ -46,7 +46,20 @@ END: Final = 21 * WIDTH  # row after the last one of the motion
 SEEN: Final = 22 * WIDTH  # 1 if the last stride was taken or the lane was pending
 PENDING: Final = 23 * WIDTH  # 1 if the lane waits for a hop, or is empty
 TIE: Final = 24 * WIDTH  # p_hat^2 times the force of the ties at theta = 0
-HOT_ROWS: Final = 25
+# Rows for the demands on the joints, see `_demands`.
+SHEAR: Final = 25 * WIDTH  # largest base shear until now, times p_hat^2
+FRICTION: Final = 26 * WIDTH  # largest friction demand until now
+SWING: Final = 27 * WIDTH  # acceleration of the whole mass over theta'', times p_hat^2 / g
+SWING_TOP: Final = 28 * WIDTH  # the same of the beam
+COSINE_TOP: Final = 29 * WIDTH  # cosine of the angle of the beam's lever less alpha
+SINE_TOP: Final = 30 * WIDTH
+SHARE: Final = 31 * WIDTH  # length of a row of the ground over that between two samples
+TURNED: Final = 32 * WIDTH  # term that the ties add to the row A
+LIGHTER: Final = 33 * WIDTH  # term that they subtract from the row V
+STIFF: Final = 34 * WIDTH  # twice p_hat^2 times their stiffness
+TIED: Final = 35 * WIDTH  # force of the ties over their moment and the weight on the base
+TIED_TOP: Final = 36 * WIDTH  # force over their moment and the weight of the beam
+HOT_ROWS: Final = 37
 
 # Rows that a pack has and a block does not.
 TAU: Final = 25 * WIDTH  # time of the landing
@@ -262,7 +275,53 @@ def _turn(  # noqa: C901  sums written out
 
 
 @inlined
-def stride(pool: Float, b: int, curved: Marker, lifts: Marker, tied: Marker) -> None:
+def demands(
+    pool: Float,
+    j: int,
+    psi: float,
+    omega: float,
+    f0: float,
+    a0: float,
+    v0: float,
+    tie: tuple[()] | tuple[float, float],
+    theta: float,
+) -> tuple[float, float]:
+    """Return base shear, times p_hat^2, and friction demand of a lane (see `reactions`).
+
+    `a0`, `v0` and `f0` are the horizontal and vertical pull and psi'' at this time. All points of
+    the columns move on circles, so all masses together move like one at the equivalent lever.
+    """
+    s, k = _sine_cosine(psi)
+    across, upwards = a0, v0
+    lean, press = 0.0, 0.0
+    if len(tie) > 0:
+        across -= pool[j + TURNED]
+        upwards += pool[j + LIGHTER]
+        sine, cosine = _sine_cosine(0.5 * theta)
+        moment = pool[j + TIE] + pool[j + STIFF] * sine
+        lean, press = moment * sine, moment * cosine
+    square = omega * omega
+    shear = across + pool[j + SWING] * (s * square - k * f0)
+    down = upwards - pool[j + SWING] * (k * square + s * f0)
+    s_top = s * pool[j + COSINE_TOP] + k * pool[j + SINE_TOP]
+    k_top = k * pool[j + COSINE_TOP] - s * pool[j + SINE_TOP]
+    shear_top = across + pool[j + SWING_TOP] * (s_top * square - k_top * f0)
+    down_top = upwards - pool[j + SWING_TOP] * (k_top * square + s_top * f0)
+    force = abs(shear)
+    if len(tie) > 0:
+        shear += pool[j + TIED] * lean
+        down += pool[j + TIED] * press
+        shear_top += pool[j + TIED_TOP] * lean
+        down_top += pool[j + TIED_TOP] * press
+    base = abs(shear) / down if down > 0.0 else math.inf
+    top = abs(shear_top) / down_top if down_top > 0.0 else math.inf
+    return force, most_of(base, top)
+
+
+@inlined
+def stride(
+    pool: Float, b: int, curved: Marker, lifts: Marker, tied: Marker, weighed: Marker
+) -> None:
     """Take each lane of the block at b to the end of its interval, if no event happens in it.
 
     An event is a landing, overturning, or a peak of theta or omega within the interval that exceeds
@@ -280,7 +339,15 @@ def stride(pool: Float, b: int, curved: Marker, lifts: Marker, tied: Marker) -> 
             tie = (pool[j + TIE] * sine, pool[j + TIE] * cosine)
             f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, 1.0, curved, lifts, tie)
         else:
-            f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, 1.0, curved, lifts, ())
+            tie = ()  # type: ignore[assignment]  # of another kernel
+            f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, 1.0, curved, lifts, tie)
+        if len(weighed) > 0:
+            force, friction = demands(pool, j, psi, omega, f0, a[0], v[0], tie, theta)
+            left = (pool[j + END] - pool[j + AT]) * pool[j + SHARE]
+            counts = (pool[j + PENDING] == 0.0) & (left > 0.0) & (np.floor(left) == left)
+            pool[j + SHEAR] = most_of(force, pool[j + SHEAR]) if counts else pool[j + SHEAR]
+            most = most_of(friction, pool[j + FRICTION])
+            pool[j + FRICTION] = most if counts else pool[j + FRICTION]
         theta_h = theta - (
             (f0 * (1.0 / 2.0) - omega)
             + (

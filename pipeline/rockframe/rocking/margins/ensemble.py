@@ -1,24 +1,47 @@
-"""Ensembles of plausible structures and amplitudes of the motion."""
+"""Ensembles of plausible structures and amplitudes, and their responses to the motion itself."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from itertools import chain
+from typing import Final, TypeAlias
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import Ensemble, RespondOptions, ScreenOptions
+from rockframe.options.respond import LEAST_MEMBERS, Ensemble, RespondOptions, ScreenOptions
+from rockframe.record import Record
+from rockframe.rocking.batch import Prepared, Scenarios, respond_scenarios
+from rockframe.rocking.contact import impact_friction_demand
+from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.reactions import reactions
+from rockframe.rocking.response import as_ground, refuse_flight, require_some, respond, ties_of
+from rockframe.rocking.stated_verdict import Verdict
+from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
+Motion = Record | Pulse | GroundAcceleration
+
+#: Quantiles of the members' peaks that are stored and printed [1].
+QUANTILES: Final = (0.16, 0.50, 0.84)
+#: Level of the interval of a share [1].
+CONFIDENCE: Final = 0.90
+#: The spreads of a structure, in the order of `draws`.
+_OF_STRUCTURE: Final = ("height", "width", "restitution")
 
 
+@lru_cache(maxsize=16)
 def draws(ensemble: Ensemble) -> Float:
     """Return factors of height, width, restitution and amplitude [1], shape (members, 4).
 
-    The four factors are drawn by Latin hypercube sampling.
+    The four factors are drawn by Latin hypercube sampling. They are the same for all motions and
+    structures.
 
     Examples
     --------
@@ -31,28 +54,92 @@ def draws(ensemble: Ensemble) -> Float:
     both = np.array([ensemble.height, ensemble.width, 0.0, ensemble.amplitude])
     down = np.array([0.0, 0.0, ensemble.restitution, 0.0])
     factors: Float = 1.0 + both * (2.0 * drawn - 1.0) - down * drawn
+    factors.flags.writeable = False  # the cache returns this array again
     return factors
 
 
-def members(ensemble: Ensemble, frame: RockingFrame) -> list[RockingFrame]:
+@lru_cache(maxsize=1024)
+def members(ensemble: Ensemble, frame: RockingFrame) -> tuple[RockingFrame, ...]:
     """Return the structure of each member.
 
     Raises
     ------
     ParameterError
-        If a member cannot rock.
+        If a member cannot rock; it names the spread and the value of the member.
     """
+    found = []
+    for number, row in enumerate(draws(ensemble)[:, :3].tolist(), 1):
+        try:
+            found.append(_member(frame, *row))
+            ties_of(found[-1])
+        except ParameterError as error:
+            raise _impossible(ensemble, frame, number, row, error) from None
+    return tuple(found)
+
+
+def _member(frame: RockingFrame, height: float, width: float, loss: float) -> RockingFrame:
+    return replace(
+        frame.resized(height * frame.height, width * frame.width),
+        restitution_factor=loss * frame.restitution_factor,
+    )
+
+
+def _impossible(
+    ensemble: Ensemble, frame: RockingFrame, number: int, row: list[float], error: ParameterError
+) -> ParameterError:
+    """Return the error of a member that cannot rock, with the spreads that are the reason."""
+    reasons = []
+    for k, name in enumerate(_OF_STRUCTURE):
+        alone = [1.0, 1.0, 1.0]
+        alone[k] = row[k]
+        try:
+            ties_of(_member(frame, *alone))
+        except ParameterError:
+            reasons.append(name)
+    reasons = reasons or [
+        name for name, factor in zip(_OF_STRUCTURE, row, strict=True) if factor != 1.0
+    ]
+    values = {
+        "height": f"height {row[0] * frame.height:.4g} m",
+        "width": f"width {row[1] * frame.width:.4g} m",
+        "restitution": f"restitution_factor {row[2] * frame.restitution_factor:.4g}",
+    }
+    spreads = " and ".join(f"{name} {getattr(ensemble, name):g}" for name in reasons)
+    stated = " and ".join(values[name] for name in reasons)
+    return ParameterError(
+        f"Invalid spread {spreads} of the ensemble of frame {frame.name!r}: member {number} has "
+        f"{stated}. {error} Must be a smaller spread."
+    )
+
+
+def require_members(ensemble: Ensemble) -> None:
+    """Require an ensemble that has members.
+
+    Raises
+    ------
+    ParameterError
+        If it has none.
+    """
+    if not ensemble.members:
+        least = f"Must be at least {LEAST_MEMBERS}."
+        raise ParameterError(f"Invalid number of members 0 of an ensemble. {least}")
+
+
+def require_motion(ensemble: Ensemble, ground: GroundAcceleration) -> None:
+    """Require that the ground falls more slowly than gravity at the amplitude of each member.
+
+    Raises
+    ------
+    ParameterError
+        If it does not.
+    """
+    largest = float(draws(ensemble)[:, 3].max()) if ensemble.members else 1.0
     try:
-        return [
-            replace(
-                frame.resized(height * frame.height, width * frame.width),
-                restitution_factor=loss * frame.restitution_factor,
-            )
-            for height, width, loss, _ in draws(ensemble).tolist()
-        ]
+        refuse_flight(ground, largest)
     except ParameterError as error:
         raise ParameterError(
-            f"Invalid spreads of an ensemble of frame {frame.name!r}: {error}"
+            f"Invalid spread amplitude {ensemble.amplitude:g} of the ensemble: a member has "
+            f"{largest:.4g} times the motion. {error} Must be a smaller spread."
         ) from None
 
 
@@ -66,8 +153,332 @@ def chosen_ensemble(
     ParameterError
         If a member of the ensemble of one of the frames cannot rock.
     """
-    if options.margins != "robust":
+    if options.margins != "robust" or not options.ensemble.members:
         return None
     for frame in frames:
         members(options.ensemble, frame)
     return options.ensemble
+
+
+#: The 16, 50 and 84 % quantiles of a peak; infinite where a quantile falls on a member that
+#: overturns.
+Band: TypeAlias = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Bands of the peaks of an ensemble.
+
+    Parameters
+    ----------
+    peak_rotation_ratio, peak_u, peak_v, impact_velocity : tuple of float
+        Largest |theta| / slenderness [1], largest |u| and v [m], and largest velocity at which the
+        base of a column hits the ground [m s-1].
+    friction_demand : tuple of float
+        Largest coefficient of friction that base and top joints need, also in impacts [1].
+    base_shear : tuple of float
+        Largest force of the ground on the structure, including that of tendons, over the weight of
+        columns and beam [1].
+    tendon_force, dissipater_force : tuple of float
+        Largest force of a tendon, and of the dissipaters across one joint [N]; NaN without them.
+    """
+
+    peak_rotation_ratio: Band
+    peak_u: Band
+    peak_v: Band
+    impact_velocity: Band
+    friction_demand: Band
+    base_shear: Band
+    tendon_force: Band
+    dissipater_force: Band
+
+
+#: Names of the peaks that have bands.
+BANDS: Final = tuple(field.name for field in fields(Bands))
+
+
+@dataclass(frozen=True)
+class EnsembleResponse:
+    """Responses of an ensemble to the motion itself: shares of the members, and bands of peaks.
+
+    Parameters
+    ----------
+    members : int
+        Number of members.
+    uplifted, overturned : int
+        Number of members that uplift, and that overturn.
+    model_ends : int or None
+        Number of members for which the gap of an abutment closes, the allowed lift is exceeded or a
+        tendon yields that is modelled as elastic; None if the structure has no such limit.
+    bands : Bands
+        Bands of the peaks.
+    """
+
+    members: int
+    uplifted: int
+    overturned: int
+    model_ends: int | None
+    bands: Bands
+
+    @property
+    def share_overturned(self) -> float:
+        """Share of the members that overturn [1]."""
+        return self.overturned / self.members
+
+    @property
+    def share_overturned_low(self) -> float:
+        """Lower limit of the 90 % interval of the share that overturns [1]."""
+        return share_interval(self.overturned, self.members)[0]
+
+    @property
+    def share_overturned_high(self) -> float:
+        """Upper limit of the 90 % interval of the share that overturns [1]."""
+        return share_interval(self.overturned, self.members)[1]
+
+    @property
+    def share_uplifted(self) -> float:
+        """Share of the members that uplift [1]."""
+        return self.uplifted / self.members
+
+    @property
+    def share_model_ends(self) -> float:
+        """Share of the members for which the model ends [1]; NaN without a limit."""
+        return math.nan if self.model_ends is None else self.model_ends / self.members
+
+
+@lru_cache(maxsize=4096)
+def share_interval(count: int, members: int) -> tuple[float, float]:
+    """Return the interval of Clopper and Pearson of a share, at the level `CONFIDENCE` [1].
+
+    Examples
+    --------
+    >>> [round(limit, 3) for limit in share_interval(0, 64)]
+    [0.0, 0.046]
+    """
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    inverse = scipy.special.betaincinv
+    low = 0.0 if count == 0 else float(inverse(count, members - count + 1, tail))
+    high = 1.0 if count == members else float(inverse(count + 1, members - count, 1.0 - tail))
+    return low, high
+
+
+@dataclass(frozen=True, eq=False)
+class MemberPeaks:
+    """Peaks of each member of an ensemble, shape (motions, frames, members).
+
+    Peaks of members that overturn are infinite.
+
+    Parameters
+    ----------
+    verdict : array of int8
+        Values of `Verdict`.
+    model_ends : array of bool
+        True where the model ends, see `EnsembleResponse`.
+    peak_rotation_ratio, peak_u, peak_v, impact_velocity, friction_demand, base_shear : array
+        See `Bands`.
+    tendon_force, dissipater_force : array
+        See `Bands`; NaN for structures without them.
+    """
+
+    verdict: NDArray[np.int8]
+    model_ends: NDArray[np.bool_]
+    peak_rotation_ratio: Float
+    peak_u: Float
+    peak_v: Float
+    impact_velocity: Float
+    friction_demand: Float
+    base_shear: Float
+    tendon_force: Float
+    dissipater_force: Float
+
+
+def ensemble_responses(
+    motions: Sequence[Motion], frames: Sequence[RockingFrame], ensemble: Ensemble | None = None
+) -> list[list[EnsembleResponse]]:
+    """Compute the responses of the ensemble of each frame to each motion itself.
+
+    Parameters
+    ----------
+    motions : sequence of Record, Pulse or GroundAcceleration
+        Ground motions, as for `respond`.
+    frames : sequence of RockingFrame
+        The frames as stated.
+    ensemble : Ensemble, optional
+        Number of members, spreads and seed. The draws are the same for all motions and frames.
+
+    Returns
+    -------
+    list of list of EnsembleResponse
+        For each motion the responses of the ensembles of all frames. They do not depend on the
+        other motions and frames.
+
+    Raises
+    ------
+    ParameterError
+        If the ensemble has no members, a member cannot rock, or a vertical acceleration falls
+        faster than gravity.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.54 * 9.81, T_p=1.5)
+    >>> [[found]] = ensemble_responses([pulse], [bent])
+    >>> found.overturned, [round(ratio, 2) for ratio in found.bands.peak_rotation_ratio]
+    (1, [0.82, 0.85, 0.89])
+    """
+    chosen = ensemble or Ensemble()
+    peaks = member_peaks(motions, frames, chosen)
+    uplifted = (peaks.verdict != Verdict.NO_UPLIFT).sum(axis=2)
+    overturned = (peaks.verdict == Verdict.OVERTURNED).sum(axis=2)
+    ended = peaks.model_ends.sum(axis=2)
+    bands = np.stack([quantiles(getattr(peaks, name)) for name in BANDS], axis=2).tolist()
+    limited = [_has_limit(frame) for frame in frames]
+    return [
+        [
+            EnsembleResponse(
+                chosen.members,
+                int(uplifted[i, k]),
+                int(overturned[i, k]),
+                int(ended[i, k]) if limited[k] else None,
+                Bands(*map(tuple, bands[i][k])),
+            )
+            for k in range(len(frames))
+        ]
+        for i in range(len(motions))
+    ]
+
+
+def quantiles(peaks: Float) -> Float:
+    """Return the `QUANTILES` along the last axis, interpolated linearly between members.
+
+    A quantile is infinite if it falls on a member with an infinite peak, or next to one.
+
+    Examples
+    --------
+    >>> quantiles(np.array([1.0, 2.0, 3.0, math.inf, math.inf]))
+    array([1.64, 3.  ,  inf])
+    """
+    ordered = np.sort(peaks, axis=-1)
+    place = np.array(QUANTILES) * (peaks.shape[-1] - 1)
+    below = np.floor(place).astype(int)
+    share = place - below
+    low, high = ordered[..., below], ordered[..., np.ceil(place).astype(int)]
+    with np.errstate(invalid="ignore"):
+        between = np.where(share > 0.0, low + share * (high - low), low)
+    found: Float = np.where(np.isinf(low), low, between)
+    return found
+
+
+def member_peaks(
+    motions: Sequence[Motion], frames: Sequence[RockingFrame], ensemble: Ensemble
+) -> MemberPeaks:
+    """Compute the peaks of each member of the ensemble of each frame under each motion.
+
+    Parameters and errors are those of `ensemble_responses`.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.54 * 9.81, T_p=1.5)
+    >>> member_peaks([pulse], [bent], Ensemble()).peak_u.shape
+    (1, 1, 64)
+    """
+    require_some(motions=motions, frames=frames)
+    require_members(ensemble)
+    grounds = [as_ground(motion) for motion in motions]
+    for ground in grounds:
+        require_motion(ensemble, ground)
+    family = [*chain(*(members(ensemble, frame) for frame in frames))]
+    shape = (len(grounds), len(frames), ensemble.members)
+    motion = np.repeat(np.arange(len(grounds)), len(family))
+    whose = np.tile(np.arange(len(family)), len(grounds))
+    scale = np.tile(draws(ensemble)[:, 3], len(grounds) * len(frames))
+    found = respond_scenarios(
+        [Prepared(ground) for ground in grounds], family, motion, whose, scale, demands=True
+    )
+    shear, friction = found.base_shear.copy(), found.friction_demand.copy()
+    for k in np.flatnonzero(np.isnan(shear)).tolist():
+        ground = grounds[motion[k]].scaled(float(scale[k]))
+        shear[k], friction[k] = _demands_one_by_one(family[whose[k]], ground)
+    return _peaks(found, family, shear.reshape(shape), friction.reshape(shape))
+
+
+def _demands_one_by_one(frame: RockingFrame, ground: GroundAcceleration) -> tuple[float, float]:
+    """Return base shear and friction demand of a frame whose ties yield, from its history."""
+    response = respond(frame, ground)
+    if response.verdict is Verdict.OVERTURNED:
+        return math.inf, math.inf
+    forces = reactions(response, ground)
+    demands = [forces.base_friction_demand]
+    demands += [forces.top_friction_demand] if frame.mass_ratio > 0.0 else []
+    shear = np.abs(forces.support_shear).max() / (1.0 + frame.mass_ratio)
+    return float(shear), float(np.max(demands))
+
+
+def _peaks(
+    found: Scenarios, family: Sequence[RockingFrame], shear: Float, friction: Float
+) -> MemberPeaks:
+    """Return the peaks of members, in the shape of the shears."""
+    shape = shear.shape
+    rotation = found.peak_rotation.reshape(shape[0], -1)
+    u, v, tendon, dissipater = _at_rotation(family, rotation)
+    ended = np.zeros(rotation.shape, dtype=bool)
+    for k, frame in enumerate(family):
+        for limit, peak in _limits(frame, u[:, k], v[:, k], tendon[:, k]):
+            ended[:, k] |= peak >= limit
+    impact = np.array([impact_friction_demand(frame) for frame in family])
+    speed = found.impact_velocity.reshape(rotation.shape)
+    friction = np.maximum(friction.reshape(rotation.shape), np.where(speed > 0.0, impact, 0.0))
+    verdict = found.verdict.reshape(shape)
+    fallen = verdict == Verdict.OVERTURNED
+
+    def standing(peak: Float) -> Float:
+        return np.where(fallen & ~np.isnan(peak.reshape(shape)), np.inf, peak.reshape(shape))
+
+    return MemberPeaks(
+        verdict=verdict,
+        model_ends=ended.reshape(shape),
+        peak_rotation_ratio=standing(found.peak_rotation_ratio),
+        peak_u=standing(u),
+        peak_v=standing(v),
+        impact_velocity=standing(speed),
+        friction_demand=standing(friction),
+        base_shear=standing(shear),
+        tendon_force=standing(tendon),
+        dissipater_force=standing(dissipater),
+    )
+
+
+def _at_rotation(
+    family: Sequence[RockingFrame], rotation: Float
+) -> tuple[Float, Float, Float, Float]:
+    """Return |u|, v [m], forces of tendon and dissipaters [N] at peak rotations (..., members).
+
+    All grow with the rotation, except v beyond the slenderness, and forces after yielding.
+    """
+    u, v, tendon, dissipater = np.full((4, *rotation.shape), math.nan)
+    for k, frame in enumerate(family):
+        u[:, k] = np.abs(frame.horizontal_displacement(rotation[:, k]))
+        v[:, k] = frame.vertical_displacement(np.minimum(rotation[:, k], frame.beam.angle))
+        if frame.tendon is not None:
+            tendon[:, k] = [frame.tension(one) for one in rotation[:, k].tolist()]
+        if (bars := frame.dissipater) is not None:
+            stretch = 2.0 * bars.lever_arm * np.sin(0.5 * rotation[:, k])
+            dissipater[:, k] = np.minimum(bars.stiffness * stretch, bars.yield_force)
+    return u, v, tendon, dissipater
+
+
+def _limits(
+    frame: RockingFrame, u: Float, v: Float, tendon: Float
+) -> Iterator[tuple[float, Float]]:
+    """Yield each limit of the model of a frame, with the peaks that it limits."""
+    if frame.abutment is not None:
+        yield frame.abutment.gap, u
+        yield frame.abutment.uplift_allowance, v
+    if frame.tendon is not None and not frame.tendon.loses_prestress:
+        yield frame.tendon.yield_force, tendon
+
+
+def _has_limit(frame: RockingFrame) -> bool:
+    nothing = np.zeros(0)
+    return any(math.isfinite(limit) for limit, _ in _limits(frame, nothing, nothing, nothing))

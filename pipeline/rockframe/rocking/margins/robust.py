@@ -17,7 +17,7 @@ from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.batch import Prepared, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.margins.ensemble import draws, members
+from rockframe.rocking.margins.ensemble import draws, members, require_members
 from rockframe.rocking.margins.first_overturning import (
     LARGEST_SCALE,
     advance,
@@ -129,8 +129,8 @@ def robust_margins(
     Raises
     ------
     ParameterError
-        If a member of the ensemble cannot rock, the largest scale is below 1 or not finite, or a
-        vertical acceleration falls faster than gravity.
+        If the ensemble has no members, a member cannot rock, the largest scale is below 1 or not
+        finite, or a vertical acceleration falls faster than gravity.
 
     Examples
     --------
@@ -141,6 +141,7 @@ def robust_margins(
     (1.08, 1.1)
     """
     chosen = ensemble or Ensemble()
+    require_members(chosen)
     require_some(motions=motions, frames=frames)
     families = [members(chosen, frame) for frame in frames]
     amplitude = draws(chosen)[:, 3]
@@ -165,7 +166,7 @@ _Tried: TypeAlias = Generator[tuple[Int, Float], Answer, Answer]
 
 
 def _side_by_side(
-    ground: Prepared, families: list[list[RockingFrame]], searches: list[Search]
+    ground: Prepared, families: Sequence[Sequence[RockingFrame]], searches: list[Search]
 ) -> list[RobustMargin]:
     """Run the searches under one ground motion in common batches."""
     frames = [*chain(*families)]

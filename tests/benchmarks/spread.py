@@ -1,0 +1,137 @@
+"""Shares and bands of the ensemble: `python -m tests.benchmarks.spread`.
+
+First the table of all bundled records and structures: the nominal peak and outcome, the bands of
+the ensemble, and the share that overturns. Then the coverage over 60 pairs of a bundled record, a
+shipped structure and a multiple of the motion: how often the interval of the share from 64 members
+contains the share of 2,000 members with another seed, and how often the bands of pairs that never
+overturn are within 10 % of those of the 2,000 members.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from tests.benchmarks.size import sized
+
+from rockframe.frame import RockingFrame
+from rockframe.options.respond import Ensemble
+from rockframe.record import Record
+from rockframe.results.records import open_records
+from rockframe.rocking import (
+    BANDS,
+    EnsembleResponse,
+    GroundAcceleration,
+    Verdict,
+    as_ground,
+    ensemble_responses,
+    member_peaks,
+    respond,
+)
+from rockframe.rocking.margins.ensemble import quantiles, share_interval
+from rockframe.stages.common import horizontal
+from rockframe.stages.ingest import ingest_stage
+from rockframe.study.structures import bundled_records, read_structures
+
+#: Multiples of the bundled motions: with 6 records and 5 structures, 60 pairs.
+SCALES: Final = (1.0, 1.5)
+#: Bands agree within this share of the value [1].
+CLOSE: Final = 0.10
+
+
+def horizontal_records() -> list[Record]:
+    """Return the bundled horizontal records, as a run processes them."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "records.nc"
+        ingest_stage([bundled_records()], path)
+        with open_records(path) as file:
+            return [file.read(name) for name in horizontal(file)]
+
+
+def print_table(records: Sequence[Record], frames: Sequence[RockingFrame]) -> None:
+    """Print the nominal response and that of the ensemble of each pair."""
+    head = ("record, structure", "theta/alpha", "16 %", "50 %", "84 %", "overturn", "90 % interval")
+    print(f"{head[0]:42}{head[1]:>12}" + "".join(f"{one:>11}" for one in head[2:6]), head[6])
+    found = ensemble_responses(records, frames)
+    for record, row in zip(records, found, strict=True):
+        for frame, ensemble in zip(frames, row, strict=True):
+            response = respond(frame, record)
+            fallen = response.verdict is Verdict.OVERTURNED
+            nominal = "overturns" if fallen else f"{response.peak_rotation_ratio:.3f}"
+            print(f"{record.record_id + ', ' + frame.name:42}{nominal:>12}{_row(ensemble)}")
+
+
+def _row(found: EnsembleResponse) -> str:
+    bands = [
+        f"{one:.3f}" if np.isfinite(one) else "overturns" for one in found.bands.peak_rotation_ratio
+    ]
+    share = f"{100.0 * found.share_overturned:.0f} %"
+    low, high = 100.0 * found.share_overturned_low, 100.0 * found.share_overturned_high
+    return "".join(f"{one:>11}" for one in (*bands, share)) + f" {low:.0f} to {high:.0f} %"
+
+
+def print_coverage(
+    grounds: Sequence[GroundAcceleration],
+    frames: Sequence[RockingFrame],
+    members: int,
+    seeds: int,
+) -> None:
+    """Print how well 64 members represent many."""
+    many = member_peaks(grounds, frames, Ensemble(members=members, seed=2_000_000))
+    shares = (many.verdict == Verdict.OVERTURNED).mean(axis=2)
+    stand, between = shares == 0.0, (shares > 0.05) & (shares < 0.95)
+    some = [member_peaks(grounds, frames, Ensemble(seed=seed)) for seed in range(seeds)]
+    held = np.array([_holds(one.verdict, shares) for one in some])
+    count = Ensemble().members
+    print(f"\n{shares.size} pairs, {seeds} draws of {count} members against {members} members")
+    print(f"interval of the share holds: {_percent(held)} of 100, all pairs")
+    print(
+        f"interval of the share holds: {_percent(held[:, between])} of 100, {between.sum()} pairs "
+        "of which 5 to 95 % overturn"
+    )
+    for name in BANDS:
+        expected = quantiles(getattr(many, name))[stand]
+        if np.isfinite(expected).all():
+            apart = [
+                np.abs(quantiles(getattr(one, name))[stand] / expected - 1.0) <= CLOSE
+                for one in some
+            ]
+            print(
+                f"band of {name} within 10 %: {_percent(apart)} of 100 values, {stand.sum()} pairs "
+                "that never overturn"
+            )
+
+
+def _holds(verdicts: NDArray[np.int8], shares: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return where the interval of the members' share contains a share."""
+    count = (verdicts == Verdict.OVERTURNED).sum(axis=2)
+    limits = [share_interval(int(one), verdicts.shape[2]) for one in count.ravel()]
+    low, high = np.reshape(limits, (*shares.shape, 2)).transpose(2, 0, 1)
+    return np.asarray((low <= shares) & (shares <= high))
+
+
+def _percent(held: object) -> str:
+    values = np.asarray(held)
+    return f"{100.0 * values.mean():.1f}" if values.size else "none"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table and the coverage."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--members", type=int, default=sized(2000, 16), help="of the many")
+    parser.add_argument("--seeds", type=int, default=sized(10, 1), help="draws of 64 members")
+    options = parser.parse_args(arguments)
+    records, frames = horizontal_records(), read_structures()
+    records, frames = sized((records, frames), (records[:1], frames[:1]))
+    print_table(records, frames)
+    grounds = [as_ground(record).scaled(scale) for record in records for scale in SCALES]
+    print_coverage(grounds, frames, options.members, options.seeds)
+
+
+if __name__ == "__main__":
+    main()

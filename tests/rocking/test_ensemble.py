@@ -1,0 +1,235 @@
+"""The ensemble at the motion: its members are separate responses, its limits are known."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.stats import binomtest
+
+from rockframe import (
+    Ensemble,
+    GroundAcceleration,
+    ParameterError,
+    Pulse,
+    RockingFrame,
+    Verdict,
+    respond,
+    respond_scenarios,
+)
+from rockframe.frame import crushed
+from rockframe.parts import Abutment, Dissipater, Pivot, Tendon
+from rockframe.rocking import (
+    BANDS,
+    EnsembleResponse,
+    MemberPeaks,
+    ensemble_responses,
+    member_peaks,
+    reactions,
+    with_contact,
+)
+from rockframe.rocking.margins.ensemble import draws, members, quantiles, share_interval
+from rockframe.units import GRAVITY
+
+BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")
+COLUMN = RockingFrame(height=9.6, width=1.6, name="column")
+TAPERED = RockingFrame(
+    height=9.6, width=1.6, top_width=1.2, centre_of_gravity=4.4, mass_ratio=2.0, name="tapered"
+)
+HEAVY = dataclasses.replace(BENT, column_mass=48e3)
+CRUSHED = crushed(HEAVY, Pivot(compressive_strength=30e6, depth=1.4))
+TENDON = Tendon(area=1e-3, modulus=195e9, prestress=2e5, yield_stress=1.6e9)
+RESTRAINED = dataclasses.replace(HEAVY, tendon=TENDON)
+TIED_COLUMN = dataclasses.replace(COLUMN, column_mass=48e3, tendon=TENDON)
+BARS = Dissipater(stiffness=5e7, yield_force=1e5, lever_arm=0.8)
+HYBRID = dataclasses.replace(RESTRAINED, dissipater=BARS)
+FRAMES = [BENT, COLUMN, TAPERED, CRUSHED, RESTRAINED, TIED_COLUMN, HYBRID]
+STRONG = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
+SMALL = Ensemble(members=16, seed=2)
+#: Tolerance of both kernels: a rocking response amplifies their last bits.
+CLOSE = 1e-6
+#: All members are the stated structure under the stated motion.
+SAME = Ensemble(members=16, height=0.0, width=0.0, restitution=0.0, amplitude=0.0)
+
+
+def rough(seed: int, peak: float = 3.0) -> GroundAcceleration:
+    """Return a motion of 8 s that makes all frames rock, and some of them bounce."""
+    rng = np.random.default_rng(seed)
+    samples = np.convolve(rng.standard_normal(800), np.hanning(25), mode="same")
+    motion = GroundAcceleration.from_samples(peak * samples / np.abs(samples).max(), 0.01)
+    return motion.followed_by_rest(20.0)
+
+
+LIFTED = rough(1).with_vertical(rough(2, 3.0))
+
+
+def test_members_are_separate_responses() -> None:
+    frames = [*FRAMES, RockingFrame(height=2.0, width=0.5, mass_ratio=1.0, name="small")]
+    for motion in (rough(3), LIFTED):
+        peaks = member_peaks([motion], frames, SMALL)
+        for k, frame in enumerate(frames):
+            factors = draws(SMALL)[:, 3].tolist()
+            for j, (member, factor) in enumerate(zip(members(SMALL, frame), factors, strict=True)):
+                ground = motion.scaled(factor)
+                one = with_contact(respond(member, ground), ground)
+                forces = reactions(one, ground)
+                assert peaks.verdict[0, k, j] == one.verdict == Verdict.SAFE
+                tied, contact = one.restraint, one.contact
+                assert contact is not None
+                friction = [contact.base_friction_demand, contact.impact_friction_demand]
+                friction += [contact.top_friction_demand] if frame.mass_ratio > 0.0 else []
+                shear = np.abs(forces.support_shear).max() / (1.0 + frame.mass_ratio)
+                speed = np.abs(one.impact_velocities).max() * member.width
+                found = {name: getattr(peaks, name)[0, k, j] for name in BANDS}
+                assert_allclose(found["peak_rotation_ratio"], one.peak_rotation_ratio, rtol=CLOSE)
+                assert_allclose(found["peak_u"], one.peak_u, rtol=CLOSE)
+                assert_allclose(found["peak_v"], one.peak_v, rtol=CLOSE)
+                assert_allclose(found["impact_velocity"], speed, rtol=CLOSE)
+                assert_allclose(found["base_shear"], shear, rtol=CLOSE)
+                assert_allclose(found["friction_demand"], max(friction), rtol=CLOSE)
+                assert_allclose(
+                    found["tendon_force"],
+                    math.nan if tied is None else tied.peak_tendon_force,
+                    rtol=CLOSE,
+                )
+                bars = math.nan
+                if frame.dissipater is not None and tied is not None:
+                    bars = np.abs(tied.dissipater_force).max()
+                # a node may miss the largest rotation
+                assert_allclose(found["dissipater_force"], bars, rtol=1e-3)
+
+
+def test_frames_that_stay_at_rest_lean_like_fixed_bodies() -> None:
+    weak = LIFTED.scaled(0.05)
+    found = member_peaks([weak], FRAMES, SAME)
+    assert (found.verdict == Verdict.NO_UPLIFT).all()
+    for k, frame in enumerate(FRAMES):
+        forces = reactions(respond(frame, weak), weak)
+        assert_allclose(found.friction_demand[0, k], forces.base_friction_demand.max())
+        assert_allclose(found.base_shear[0, k], np.abs(weak.acceleration()).max() / GRAVITY)
+        assert not found.peak_rotation_ratio[0, k].any()
+
+
+def test_a_vertical_motion_at_rest_counts() -> None:
+    """Heavier by the vertical motion, the frame carries more shear at rest than later, rocking."""
+    time = np.linspace(0.0, 4.0, 401)
+    across = GRAVITY * (0.2 * (np.abs(time - 1.0) < 0.2) + 0.17 * (np.abs(time - 3.0) < 0.05))
+    upwards = 0.9 * GRAVITY * (np.abs(time - 1.0) < 0.3)
+    motion = GroundAcceleration.from_samples(across, 0.01).with_vertical(
+        GroundAcceleration.from_samples(upwards, 0.01)
+    )
+    found = member_peaks([motion], [BENT], SAME)
+    forces = reactions(respond(BENT, motion), motion)
+    assert (found.verdict == Verdict.SAFE).all()
+    assert_allclose(found.base_shear, np.abs(forces.support_shear).max() / 5.0)
+    assert_allclose(found.base_shear, 0.2)
+
+
+def test_without_spreads_all_members_are_the_stated_structure() -> None:
+    for motion in (rough(3), LIFTED, STRONG):
+        peaks = member_peaks([motion], FRAMES, SAME)
+        count = np.arange(len(FRAMES))
+        alone = respond_scenarios([motion], FRAMES, 0 * count, count, np.ones(count.size))
+        standing = alone.verdict != Verdict.OVERTURNED
+        for name in BANDS:
+            each = getattr(peaks, name)[0]
+            assert_array_equal(each, np.repeat(each[:, :1], SAME.members, axis=1))
+        assert_array_equal(peaks.verdict[0, :, 0], alone.verdict)
+        assert_array_equal(
+            peaks.peak_rotation_ratio[0, standing, 0], alone.peak_rotation_ratio[standing]
+        )
+        assert_array_equal(peaks.impact_velocity[0, standing, 0], alone.impact_velocity[standing])
+
+
+def test_all_motions_and_structures_have_the_same_draws() -> None:
+    motions: list[GroundAcceleration | Pulse] = [rough(1), rough(2), STRONG]
+    frames = [BENT, COLUMN, TIED_COLUMN, HYBRID]
+    together = member_peaks(motions, frames, SMALL)
+    for i, motion in enumerate(motions):
+        for k, frame in enumerate(frames):
+            alone = member_peaks([motion], [frame], SMALL)
+            for field in dataclasses.fields(MemberPeaks):
+                whole, one = getattr(together, field.name), getattr(alone, field.name)
+                assert_array_equal(whole[i, k], one[0, 0])
+
+
+def test_shares_reach_their_limits() -> None:
+    [[none]] = ensemble_responses([rough(1).scaled(0.01)], [BENT])
+    [[some]] = ensemble_responses([rough(1)], [BENT])
+    [[every]] = ensemble_responses([rough(1, 40.0)], [BENT])
+    assert (none.uplifted, none.overturned) == (0, 0)
+    assert (some.share_uplifted, some.share_overturned) == (1.0, 0.0)
+    assert (every.share_overturned, every.share_overturned_high) == (1.0, 1.0)
+    assert every.bands.peak_u == (math.inf,) * 3
+    assert all(math.isnan(one) for one in every.bands.tendon_force)
+
+
+@pytest.mark.parametrize(("count", "size"), [(0, 64), (1, 64), (20, 64), (64, 64), (7, 16)])
+def test_the_interval_is_that_of_clopper_and_pearson(count: int, size: int) -> None:
+    exact = binomtest(count, size).proportion_ci(confidence_level=0.9, method="exact")
+    assert_allclose(share_interval(count, size), (exact.low, exact.high), rtol=1e-10, atol=1e-12)
+    bands = ensemble_responses([STRONG], [BENT])[0][0].bands
+    one = EnsembleResponse(size, size, count, None, bands)
+    limits = one.share_overturned_low, one.share_overturned_high
+    assert limits == share_interval(count, size)
+
+
+def test_quantiles_count_members_that_overturn_as_the_largest() -> None:
+    finite = np.random.default_rng(0).uniform(size=(3, 64))
+    assert_allclose(quantiles(finite), np.quantile(finite, (0.16, 0.5, 0.84), axis=-1).T)
+    fallen = np.where(np.arange(64) < 20, np.inf, finite)
+    low, median, high = quantiles(fallen)[0]
+    standing = np.sort(fallen[0])[:44]
+    assert_allclose((low, median), np.interp([0.16 * 63, 0.5 * 63], np.arange(44), standing))
+    assert math.isinf(high)
+    # the median of 64 members is between members 32 and 33: one that overturns there decides
+    half = np.where(np.arange(64) < 32, np.inf, finite)
+    assert math.isinf(quantiles(half)[0, 1])
+    assert np.isinf(quantiles(np.full(64, np.inf))).all()
+
+
+def test_the_model_ends_where_a_member_reaches_a_limit() -> None:
+    motion = rough(3)
+    [[free]] = ensemble_responses([motion], [BENT])
+    assert free.model_ends is None
+    assert math.isnan(free.share_model_ends)
+    u, v = member_peaks([motion], [BENT], Ensemble()).peak_u, free.bands.peak_v
+    gap = float(np.sort(u.ravel())[40])
+    joint = dataclasses.replace(BENT, abutment=Abutment(gap=gap))
+    [[closed]] = ensemble_responses([motion], [joint])
+    assert closed.model_ends == 24  # of 64: those from the 41st on
+    lifted = dataclasses.replace(BENT, abutment=Abutment(gap=10.0, uplift_allowance=0.9 * v[0]))
+    assert ensemble_responses([motion], [lifted])[0][0].share_model_ends > 0.8
+    pulled = member_peaks([motion], [RESTRAINED], Ensemble()).tendon_force
+    weak = dataclasses.replace(TENDON, yield_stress=float(np.median(pulled)) / TENDON.area)
+    for loses, expected in ((False, 32), (True, None)):
+        tendon = dataclasses.replace(weak, loses_prestress=loses)
+        yields = dataclasses.replace(RESTRAINED, tendon=tendon)
+        assert ensemble_responses([motion], [yields])[0][0].model_ends == expected
+
+
+def test_impossible_members_name_the_spread_and_the_value() -> None:
+    stocky = RockingFrame(height=3.0, width=4.0, name="stocky")
+    with pytest.raises(ParameterError, match=r"spread width 0\.2 of .*'stocky'.*width 4\.\d+ m"):
+        member_peaks([STRONG], [stocky], Ensemble(width=0.2))
+    with pytest.raises(ParameterError, match=r"spread height 0\.3 of .*height 2\.\d+ m"):
+        member_peaks([STRONG], [stocky], Ensemble(height=0.3))
+    falling = LIFTED.with_vertical(rough(2, 0.99 * GRAVITY))
+    respond(BENT, falling)  # the motion itself is possible
+    with pytest.raises(ParameterError, match=r"spread amplitude 0\.1 .*1\.\d+ times the motion"):
+        member_peaks([falling], [BENT], Ensemble(amplitude=0.1))
+
+
+@pytest.mark.parametrize("count", [1, 15])
+def test_too_few_members_are_refused(count: int) -> None:
+    with pytest.raises(ParameterError, match=rf"members {count}\. Must be 0, or at least 16"):
+        Ensemble(members=count)
+    assert Ensemble(members=16).members == 16
+
+
+def test_no_members_have_no_response() -> None:
+    with pytest.raises(ParameterError, match="number of members 0 of"):
+        ensemble_responses([STRONG], [BENT], Ensemble(members=0))
