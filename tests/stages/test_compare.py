@@ -75,7 +75,15 @@ def test_every_model_is_in_the_file_the_table_and_the_figure(
     assert [row["model"] for row in rows] == models
     series = {"time", "u", "v", "base_shear", "row_size"}
     with xr.open_dataset(output, decode_times=False) as stored:  # each other variable is a column
-        assert len(rows[0]) == len(set(stored.variables) - series)
+        bands = {name for name in stored.variables if str(name).endswith("_band")}
+        each = set(stored.variables) - series - bands - {"quantile"}
+        assert len(rows[0]) == len(each) + 3 * len(bands)
+        share = stored["share_overturned"].values[0, 0]
+        drifts = stored["peak_u_band"].values[0, 0]
+    for k, row in enumerate(rows):
+        assert row["share_overturned"] == share[k]
+        assert [row[f"u_max_{quantile}_m"] for quantile in (16, 50, 84)] == drifts[k].tolist()
+        assert 0.0 < drifts[k][0] < drifts[k][2]
     histories = read_histories(output, rows[0]["record_id"], "bent")
     for k, row in enumerate(rows):
         assert np.nanmax(np.abs(histories["u"][k])) == pytest.approx(row["u_max_m"], rel=1e-2)

@@ -64,6 +64,37 @@ class Ensemble(Options):
     """Random seed of the members."""
 
 
+class BridgeEnsemble(Ensemble):
+    """Plausible bridges and motions close to the stated ones, for comparisons.
+
+    Rocking bridges have the spreads of height, width and restitution; all bridges that of the
+    amplitude.
+
+    Examples
+    --------
+    >>> BridgeEnsemble().cracked_stiffness
+    0.4
+    """
+
+    friction: _Spread = 0.15
+    """Largest deviation of the friction of pendulums, as a fraction. Default: the tolerance that
+    McVitty and Constantinou (MCEER-15-0005, 2015) use for the properties of isolators."""
+    isolator_strength: _Spread = 0.15
+    """Largest deviation of the characteristic strength of lead-rubber bearings, as a fraction.
+    Default: as for friction."""
+    isolator_stiffness: _Spread = 0.15
+    """Largest deviation of the stiffness of lead-rubber bearings after yielding, as a fraction.
+    Default: as for friction."""
+    cracked_stiffness: _Spread = 0.4
+    """Largest deviation of the stiffness of monolithic columns, as a fraction. Default: Elwood and
+    Eberhard (ACI Structural Journal 106-S45, 2009) report coefficients of variation of 22 and 25 %
+    for measured over computed stiffness; a uniform spread of 0.4 has 23 %."""
+    yield_strength: _Spread = 0.1
+    """Largest deviation of the strength of monolithic columns at first yield, as a fraction.
+    Default: about the coefficient of variation of 5 % that tests of reinforcing bars give (Ubani
+    and others, Journal of Science and Technology Research 2, 2020); a uniform spread has 6 %."""
+
+
 class RespondOptions(Options):
     """The response of each structure to each record."""
 

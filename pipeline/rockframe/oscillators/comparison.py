@@ -7,21 +7,35 @@ deck and columns, and the time until which the assumptions of the model hold.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import lru_cache
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.options.respond import BridgeEnsemble
 from rockframe.oscillators.response import OscillatorResponse, respond_oscillator
 from rockframe.record import Record
 from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.margins.ensemble import (
+    BANDS,
+    QUANTILES,
+    Bands,
+    EnsembleResponse,
+    draws,
+    ensemble_responses,
+    hypercube,
+    quantiles,
+)
 from rockframe.rocking.reactions import ground_at_nodes, reactions
-from rockframe.rocking.response import Response, first_crossing, respond
+from rockframe.rocking.response import Response, as_ground, first_crossing, respond
 from rockframe.rocking.stated_verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
@@ -124,6 +138,8 @@ class Compared:
     gap_closed_time, closing_velocity : float
         Time [s] and velocity [m s-1] at which the deck first closes the gap of an abutment; NaN if
         never.
+    ensemble : EnsembleResponse, optional
+        Response of the ensemble of the model, if one was requested.
     """
 
     model: str
@@ -143,9 +159,14 @@ class Compared:
     ductility: float = math.nan
     peak_tendon_force: float = math.nan
     friction_demand: float = math.nan
+    ensemble: EnsembleResponse | None = None
 
 
-def compare(rivals: Rivals, motion: Record | Pulse | GroundAcceleration) -> list[Compared]:
+def compare(
+    rivals: Rivals,
+    motion: Record | Pulse | GroundAcceleration,
+    ensemble: BridgeEnsemble | None = None,
+) -> list[Compared]:
     """Compute the responses of all models of a bridge to one motion.
 
     Parameters
@@ -155,6 +176,8 @@ def compare(rivals: Rivals, motion: Record | Pulse | GroundAcceleration) -> list
     motion : Record, Pulse or GroundAcceleration
         Ground acceleration, as for `respond`. Isolated and monolithic bridges ignore its vertical
         component.
+    ensemble : BridgeEnsemble, optional
+        Compute the responses of this ensemble of each model too, unless it has no members.
 
     Returns
     -------
@@ -164,7 +187,7 @@ def compare(rivals: Rivals, motion: Record | Pulse | GroundAcceleration) -> list
     Raises
     ------
     ParameterError
-        If the motion is invalid, see `respond`.
+        If the motion is invalid, see `respond`, or a member of the ensemble is impossible.
 
     Examples
     --------
@@ -181,7 +204,120 @@ def compare(rivals: Rivals, motion: Record | Pulse | GroundAcceleration) -> list
         else:
             response = respond_oscillator(model, motion)
             found.append(_oscillating(name, response, motion, rivals.frame))
+    if ensemble is None or not ensemble.members:
+        return found
+    return [replace(one, ensemble=_ensemble(one.model, rivals, motion, ensemble)) for one in found]
+
+
+@lru_cache(maxsize=64)
+def bridge_draws(ensemble: BridgeEnsemble) -> dict[str, tuple[float, ...]]:
+    """Return the factors of the members on each property of bridges that do not rock [1].
+
+    Examples
+    --------
+    >>> len(bridge_draws(BridgeEnsemble())["friction"])
+    64
+    """
+    rng = np.random.default_rng([ensemble.seed, 1])  # not the draws of the rocking bridges
+    drawn = hypercube(rng, ensemble.members, len(_SPREADS))
+    return {
+        name: tuple((1.0 + getattr(ensemble, name) * (2.0 * drawn[:, k] - 1.0)).tolist())
+        for k, name in enumerate(_SPREADS)
+    }
+
+
+#: Spreads of bridges that do not rock.
+_SPREADS: Final = (
+    *("friction", "isolator_strength", "isolator_stiffness", "cracked_stiffness"),
+    "yield_strength",
+)
+
+
+def bridge_members(
+    ensemble: BridgeEnsemble, model: IsolatedDeck | FixedFrame
+) -> Sequence[IsolatedDeck | FixedFrame]:
+    """Return each member of the ensemble of a bridge that does not rock.
+
+    Raises
+    ------
+    ParameterError
+        If a member is impossible; it names the spread and the value of the member.
+
+    Examples
+    --------
+    >>> deck = IsolatedDeck.friction_pendulum(radius=2.0, friction=0.06)
+    >>> ratios = [one.strength_ratio for one in bridge_members(BridgeEnsemble(), deck)]
+    >>> 0.051 < min(ratios) < 0.052 < 0.068 < max(ratios) < 0.069
+    True
+    """
+    factors = bridge_draws(ensemble)
+    if isinstance(model, IsolatedDeck):
+        pendulum = model.yield_displacement == 0.0
+        strength = factors["friction" if pendulum else "isolator_strength"]
+        stiffness = (1.0,) * ensemble.members if pendulum else factors["isolator_stiffness"]
+        return [
+            replace(
+                model,
+                strength_ratio=model.strength_ratio * strong,
+                period=model.period / math.sqrt(stiff),
+            )
+            for strong, stiff in zip(strength, stiffness, strict=True)
+        ]
+    found = []
+    for number, (stiff, strong) in enumerate(
+        zip(factors["cracked_stiffness"], factors["yield_strength"], strict=True), 1
+    ):
+        try:
+            found.append(
+                replace(
+                    model,
+                    period=model.period / math.sqrt(stiff),
+                    stability_coefficient=model.stability_coefficient / stiff,
+                    strength_ratio=model.strength_ratio * strong,
+                )
+            )
+        except ParameterError as error:
+            raise ParameterError(
+                f"Invalid spread cracked_stiffness {ensemble.cracked_stiffness:g} of the ensemble "
+                f"of {model.name!r}: member {number} has {stiff:.4g} times the stiffness. {error} "
+                "Must be a smaller spread."
+            ) from None
     return found
+
+
+def _ensemble(
+    name: str,
+    rivals: Rivals,
+    motion: Record | Pulse | GroundAcceleration,
+    ensemble: BridgeEnsemble,
+) -> EnsembleResponse:
+    """Return the response of the ensemble of one model."""
+    model = rivals.models[name]
+    if isinstance(model, RockingFrame):
+        return ensemble_responses([motion], [model], ensemble)[0][0]
+    grounds = [as_ground(motion).scaled(scale) for scale in draws(ensemble)[:, 3].tolist()]
+    found = [
+        _oscillating(name, respond_oscillator(member, ground), ground, rivals.frame)
+        for member, ground in zip(bridge_members(ensemble, model), grounds, strict=True)
+    ]
+    fallen = np.array([math.isinf(one.peak_u) for one in found])
+    limited = rivals.frame.abutment is not None or isinstance(model, FixedFrame)
+    bands = {
+        key: tuple(quantiles(np.where(fallen, np.inf, [getattr(one, of) for one in found])))
+        for key, of in _OF_COMPARED.items()
+    }
+    nothing = dict.fromkeys(BANDS, (math.nan,) * len(QUANTILES))
+    return EnsembleResponse(
+        members=ensemble.members,
+        uplifted=None,
+        overturned=int(fallen.sum()),
+        model_ends=sum(one.validity is not Validity.HOLDS for one in found) if limited else None,
+        bands=Bands(**nothing | bands),
+    )
+
+
+#: Bands of bridges that do not rock, with the attributes of `Compared`.
+_OF_COMPARED: Final = {"peak_u": "peak_u", "peak_v": "peak_v", "base_shear": "peak_base_shear"}
 
 
 def _rocking(

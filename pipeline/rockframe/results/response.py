@@ -29,7 +29,15 @@ from rockframe.results.schema.response import (
     FateUnderPulse,
     Overturning,
 )
-from rockframe.results.tables.rows import Row, columns_of, rows_along
+from rockframe.results.tables.rows import (
+    OF_BANDS,
+    SHARES,
+    Row,
+    band_words,
+    columns_of,
+    rows_along,
+    share_words,
+)
 from rockframe.results.writing import Origin, slices, write_rows
 from rockframe.rocking import QUANTILES, Margin, ToPulse
 from rockframe.rocking.response import Response
@@ -303,6 +311,8 @@ _COLUMNS: Final = columns_of(
     "peak_rotation_ratio ductility base_shear=peak_base_shear tendon_n=peak_tendon_force",
     "friction_demand validity valid_until_s=valid_until gap_closed_time_s=gap_closed_time",
     "closing_velocity_m_s=closing_velocity",
+    *SHARES,
+    *(f"{column}={variable}" for column, variable in OF_BANDS.items()),
 )
 
 
@@ -339,9 +349,15 @@ def write_comparison(
             key: np.array([[getattr(one, key) for one in variants] for variants in found])
             for key in _COMPARED_HISTORIES
         }
-        peaks = COMPARE_NC.filled("compared", [one for variants in found for one in variants])
+        every = [one for variants in found for one in variants]
+        peaks = COMPARE_NC.filled("compared", every)
+        if every[0].ensemble is not None:
+            peaks |= COMPARE_NC.filled("ensemble", [one.ensemble for one in every])
         shape = len(found), len(found[0])
-        values = {key: np.reshape(column, shape) for key, column in peaks.items()}
+        values = {
+            key: np.reshape(column, (*shape, *np.shape(column)[1:]))
+            for key, column in peaks.items()
+        }
         models = [one.model for one in found[0]]
         return {"time": time, **series}, {
             "record_id": name, "row_size": time.size, "model": models, **values
@@ -352,7 +368,8 @@ def write_comparison(
 
 def _compared(columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame]) -> dict[str, Any]:
     names = [frame.name for frame in frames]
-    return {**columns, "model": columns["model"][0], "structure": names}
+    bands = {"quantile": QUANTILES} if "share_overturned" in columns else {}
+    return {**columns, **bands, "model": columns["model"][0], "structure": names}
 
 
 def comparison_rows(path: Path) -> list[Row]:
@@ -421,6 +438,8 @@ COMPARISON: Final = (
     Column("structure", "structure"),
     Column("bridge", "model"),
     Column("u_max [cm]>", "u_max_m", ".1f", 100.0),
+    Column("16 50 84 %>", "u_max_*_m", rule=band_words),
+    Column("overturn>", "share_overturned", rule=share_words),
     Column("v_max [cm]>", "v_max_m", ".2f", 100.0),
     Column("left [cm]>", "residual_u_m", ".1f", 100.0),
     Column("shear / W>", "base_shear", ".3f"),

@@ -86,7 +86,7 @@ def compare_stage(
         def answer(name: str) -> tuple[str, list[list[Compared]] | None, str]:
             record = file.read(name)
             try:
-                return name, [compare(rivals, record) for rivals in compared], ""
+                return name, [compare(rivals, record, stated.ensemble) for rivals in compared], ""
             except ParameterError as error:
                 return name, None, str(error)
 
@@ -95,7 +95,8 @@ def compare_stage(
             [rivals.frame for rivals in compared],
             output,
             input_sha256=input_hash(records_path, structures_path),
-            parameters={"against": list(compared[0].models)[1:], "structure": structure},
+            parameters={"against": list(compared[0].models)[1:], "structure": structure}
+            | {"ensemble": stated.ensemble.stated()},
             left_out=left_out,
         )
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)

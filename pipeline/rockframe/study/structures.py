@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from rockframe.errors import InputError, RockframeWarning, invalid
 from rockframe.frame import RockingFrame, crushed, unusual
 from rockframe.options.model import Name, Options, rule
+from rockframe.options.respond import BridgeEnsemble
 from rockframe.parts import (
     Abutment,
     ColumnShape,
@@ -337,6 +338,8 @@ class CompareEntry(Options):
     """Isolators of structures that state none."""
     fixed: FixedEntry | None = None
     """Monolithic columns of structures that state none."""
+    ensemble: BridgeEnsemble = BridgeEnsemble()
+    """Plausible bridges whose responses give shares and bands."""
 
 
 class _StructuresFile(Options):

@@ -161,29 +161,31 @@ ROBUST_MARGINS: Final = tuple(
 ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
 
 
-def _band(name: str, units: str, long_name: str, comment: str = "") -> Variable:
+def _band(along: str, name: str, units: str, long_name: str, comment: str = "") -> Variable:
     """Declare the 16, 50 and 84 % quantiles of a peak of the ensemble."""
     fallen = "infinite where a quantile falls on a member that overturns"
-    return Variable(f"{name}_band", "record structure quantile", float, units, f"{long_name}, of an ensemble of plausible structures", f"ensemble.bands.{name}", comment=f"{fallen}; {comment}" if comment else fallen)
+    return Variable(f"{name}_band", f"{along} quantile", float, units, f"{long_name}, of an ensemble of plausible structures", f"ensemble.bands.{name}", comment=f"{fallen}; {comment}" if comment else fallen)
 
 
-#: The response of an ensemble to the motion itself.
-OF_ENSEMBLE: Final = optional("ensemble",
-    Variable("quantile", "quantile", float, "1", "quantile of the members of the ensemble", valid="finite"),
-    Variable("share_overturned", "record structure", float, "1", "share of an ensemble of plausible structures that overturn", "ensemble", comment="under the motion itself, with amplitudes as uncertain as stated in parameters; the number of members is there too"),
-    Variable("share_overturned_low", "record structure", float, "1", "lower limit of the 90 % interval of share_overturned", "ensemble", comment="of Clopper and Pearson"),
-    Variable("share_overturned_high", "record structure", float, "1", "upper limit of the 90 % interval of share_overturned", "ensemble", comment="of Clopper and Pearson"),
-    Variable("share_uplifted", "record structure", float, "1", "share of the ensemble that uplifts", "ensemble"),
-    Variable("share_model_ends", "record structure", float, "1", "share of the ensemble for which the model ends", "ensemble", comment="the gap of an abutment closes, the allowed lift is exceeded, or a tendon yields that is modelled as elastic; members that overturn included; NaN without such a limit"),
-    _band("peak_rotation_ratio", "1", "largest |theta| / slenderness"),
-    _band("peak_u", "m", "largest |u|"),
-    _band("peak_v", "m", "largest v"),
-    _band("impact_velocity", "m s-1", "largest velocity at which the base of a column hits the ground"),
-    _band("friction_demand", "1", "largest coefficient of friction that base and top joints need", "at the samples, and in impacts"),
-    _band("base_shear", "1", "largest force of the ground over the weight of columns and beam", "at the samples, without the impulses of impacts"),
-    _band("tendon_force", "N", "largest force of a tendon", "NaN without tendons"),
-    _band("dissipater_force", "N", "largest force of the dissipaters across one joint", "NaN without dissipaters"),
-)
+def of_ensemble(along: str) -> tuple[Variable, ...]:
+    """Declare the response of an ensemble to the motion itself."""
+    return optional("ensemble",
+        Variable("quantile", "quantile", float, "1", "quantile of the members of the ensemble", valid="finite"),
+        Variable("share_overturned", along, float, "1", "share of an ensemble of plausible structures that overturn or collapse", "ensemble", comment="under the motion itself, with amplitudes as uncertain as stated in parameters; the number of members is there too"),
+        Variable("share_overturned_low", along, float, "1", "lower limit of the 90 % interval of share_overturned", "ensemble", comment="of Clopper and Pearson"),
+        Variable("share_overturned_high", along, float, "1", "upper limit of the 90 % interval of share_overturned", "ensemble", comment="of Clopper and Pearson"),
+        Variable("share_uplifted", along, float, "1", "share of the ensemble that uplifts", "ensemble"),
+        Variable("share_model_ends", along, float, "1", "share of the ensemble for which the model ends", "ensemble", comment="the gap of an abutment closes, the allowed lift is exceeded, or a tendon yields that is modelled as elastic; members that overturn included; NaN without such a limit"),
+        _band(along, "peak_rotation_ratio", "1", "largest |theta| / slenderness"),
+        _band(along, "peak_u", "m", "largest |u|"),
+        _band(along, "peak_v", "m", "largest v"),
+        _band(along, "impact_velocity", "m s-1", "largest velocity at which the base of a column hits the ground"),
+        _band(along, "friction_demand", "1", "largest coefficient of friction that base and top joints need", "at the samples, and in impacts"),
+        _band(along, "base_shear", "1", "largest force of the ground over the weight of columns and beam", "at the samples, without the impulses of impacts"),
+        _band(along, "tendon_force", "N", "largest force of a tendon", "NaN without tendons"),
+        _band(along, "dissipater_force", "N", "largest force of the dissipaters across one joint", "NaN without dissipaters"),
+    )
+
 
 #: Demands on the joints.
 OF_CONTACT: Final = optional("contact",
@@ -250,7 +252,7 @@ RESPONSE_NC: Final = FileKind(
             Variable("undecided_by", "record structure", Sensitivity, "1", "small change that changes the verdict", "margin", comment=f"amplitude: by {AMPLITUDE_PERTURBATION:.0%} or less; restitution: velocity ratio of impacts by {RESTITUTION_PERTURBATION:.0%} or less; sampling: record sampled twice as finely; dimensions: the structure stands with robust_scale_10 at most 1, or overturns with robust_scale_50 not below 1"),
         ),
         *optional("robust margins", *ROBUST_MARGINS),
-        *OF_ENSEMBLE,
+        *of_ensemble("record structure"),
         *OF_FRAME,
         *OF_CRUSHING,
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
@@ -285,6 +287,7 @@ COMPARE_NC: Final = FileKind(
         Variable("valid_until", _EACH, float, "s", "time at which the model is no longer valid", "compared", comment="NaN if the model stays valid, or if its validity ends after the record or between two samples"),
         Variable("gap_closed_time", _EACH, float, "s", "time at which the deck first closes the gap of an abutment", "compared", comment="NaN if the gap never closes, or if no gap is stated"),
         Variable("closing_velocity", _EACH, float, "m s-1", "speed of the deck when the gap closes", "compared"),
+        *of_ensemble(_EACH),
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
         Variable("model", "model", str, "1", "variant of the bridge", key=True, choices=("free", *RIVALS)),
     ),

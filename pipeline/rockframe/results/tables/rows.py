@@ -152,6 +152,28 @@ def pulse_mark(row: Cells) -> str:
     return "†" if row.get("pulse_verdict") == "noise" else ""
 
 
+#: Shares of the ensemble.
+SHARES: Final = tuple(
+    f"share_{what}"
+    for what in ("overturned", "overturned_low", "overturned_high", "uplifted", "model_ends")
+)
+#: Bands of the ensemble: variable, column with the quantile in the place of the star.
+_BANDS: Final = {
+    "peak_rotation_ratio": "peak_rotation_ratio_*",
+    "peak_u": "u_max_*_m",
+    "peak_v": "v_max_*_m",
+    "impact_velocity": "impact_velocity_*_m_s",
+    "friction_demand": "friction_demand_*",
+    "base_shear": "base_shear_*",
+    "tendon_force": "tendon_force_*_n",
+    "dissipater_force": "dissipater_force_*_n",
+}
+#: Columns of these quantiles, with their variables.
+OF_BANDS: Final = {
+    column.replace("*", f"{100 * quantile:.0f}"): f"{name}_band.{place}"
+    for name, column in _BANDS.items()
+    for place, quantile in enumerate(QUANTILES)
+}
 #: Columns of the overview of a run in the order of the page, results first.
 OVERVIEW: Final = (
     Column("Record", "record", wraps=True),

@@ -15,32 +15,16 @@ from rockframe.results.pulses import pulse_rows
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
 from rockframe.results.schema.response import CONTACT, ROBUST
-from rockframe.results.tables.rows import Row, columns_of, rows_along, stated_verdict
-from rockframe.rocking import QUANTILES
+from rockframe.results.tables.rows import (
+    OF_BANDS,
+    SHARES,
+    Row,
+    columns_of,
+    rows_along,
+    stated_verdict,
+)
 from rockframe.rocking.stated_verdict import MODEL_ENDS
 
-#: Shares of the ensemble.
-_SHARES: Final = tuple(
-    f"share_{what}"
-    for what in ("overturned", "overturned_low", "overturned_high", "uplifted", "model_ends")
-)
-#: Bands of the ensemble: variable, column with the quantile in the place of the star.
-_BANDS: Final = {
-    "peak_rotation_ratio": "peak_rotation_ratio_*",
-    "peak_u": "u_max_*_m",
-    "peak_v": "v_max_*_m",
-    "impact_velocity": "impact_velocity_*_m_s",
-    "friction_demand": "friction_demand_*",
-    "base_shear": "base_shear_*",
-    "tendon_force": "tendon_force_*_n",
-    "dissipater_force": "dissipater_force_*_n",
-}
-#: Columns of these quantiles, with their variables.
-_OF_BANDS: Final = {
-    column.replace("*", f"{100 * quantile:.0f}"): f"{name}_band.{place}"
-    for name, column in _BANDS.items()
-    for place, quantile in enumerate(QUANTILES)
-}
 #: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty.
 _COLUMNS: Final = (
     *("event", "record", "magnitude", "epicentral_distance_km", "pga_g", "pgv_m_s", "a_p_g"),
@@ -52,8 +36,8 @@ _COLUMNS: Final = (
     *("pulse_verdict", "pulse_p_value", "verdict_to_pulse", "peak_rotation_ratio_to_pulse"),
     *("surrogate_error", *CONTACT, "slenderness_deg", "slenderness_before_crushing_deg"),
     *("restitution", "restitution_before_crushing", *(f"{name}_s" for name in MODEL_ENDS)),
-    *_SHARES,
-    *_OF_BANDS,
+    *SHARES,
+    *OF_BANDS,
 )
 #: Columns of a record and columns of a response, with their variables.
 _OF_RECORD: Final = columns_of(
@@ -70,8 +54,8 @@ _OF_RESPONSE: Final = columns_of(
     "slenderness_deg=slenderness slenderness_before_crushing_deg=slenderness_before_crushing",
     "restitution restitution_before_crushing",
     *(f"{name}_s={name}" for name in MODEL_ENDS),
-    *_SHARES,
-    *(f"{column}={variable}" for column, variable in _OF_BANDS.items()),
+    *SHARES,
+    *(f"{column}={variable}" for column, variable in OF_BANDS.items()),
 )
 _NO_PULSE: Final[Row] = {
     "wavelet": "",

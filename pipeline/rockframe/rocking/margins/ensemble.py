@@ -48,14 +48,19 @@ def draws(ensemble: Ensemble) -> Float:
     >>> draws(Ensemble(seed=1)).shape
     (64, 4)
     """
-    rng = np.random.default_rng(ensemble.seed)
-    strata = np.column_stack([rng.permutation(ensemble.members) for _ in range(4)])
-    drawn = (strata + rng.random(strata.shape)) / ensemble.members
+    drawn = hypercube(np.random.default_rng(ensemble.seed), ensemble.members, 4)
     both = np.array([ensemble.height, ensemble.width, 0.0, ensemble.amplitude])
     down = np.array([0.0, 0.0, ensemble.restitution, 0.0])
     factors: Float = 1.0 + both * (2.0 * drawn - 1.0) - down * drawn
     factors.flags.writeable = False  # the cache returns this array again
     return factors
+
+
+def hypercube(rng: np.random.Generator, members: int, columns: int) -> Float:
+    """Return a Latin hypercube of numbers from 0 to 1, shape (members, columns)."""
+    strata = np.column_stack([rng.permutation(members) for _ in range(columns)])
+    drawn: Float = (strata + rng.random(strata.shape)) / members
+    return drawn
 
 
 @lru_cache(maxsize=1024)
@@ -205,8 +210,10 @@ class EnsembleResponse:
     ----------
     members : int
         Number of members.
-    uplifted, overturned : int
-        Number of members that uplift, and that overturn.
+    uplifted : int or None
+        Number of members that uplift; None for bridges that do not rock.
+    overturned : int
+        Number of members that overturn or collapse.
     model_ends : int or None
         Number of members for which the gap of an abutment closes, the allowed lift is exceeded or a
         tendon yields that is modelled as elastic; None if the structure has no such limit.
@@ -215,7 +222,7 @@ class EnsembleResponse:
     """
 
     members: int
-    uplifted: int
+    uplifted: int | None
     overturned: int
     model_ends: int | None
     bands: Bands
@@ -237,8 +244,8 @@ class EnsembleResponse:
 
     @property
     def share_uplifted(self) -> float:
-        """Share of the members that uplift [1]."""
-        return self.uplifted / self.members
+        """Share of the members that uplift [1]; NaN for bridges that do not rock."""
+        return math.nan if self.uplifted is None else self.uplifted / self.members
 
     @property
     def share_model_ends(self) -> float:
