@@ -24,6 +24,7 @@ from typing import Any, Final, NoReturn, TextIO
 
 from rockframe import interruption
 from rockframe.errors import RockframeError, RockframeWarning, meant
+from rockframe.options import STAGES
 
 #: The commands in the order of the help, each with its module and summary.
 _VERBS: Final = {
@@ -36,17 +37,7 @@ _VERBS: Final = {
     "verify": ("results", "verify the files of a run against its manifest"),
     "fetch": ("stages.ingest", "download and verify records of an event from an FDSN data centre"),
     "ingest": ("stages.ingest", "read and check record files, and write records.nc"),
-    "pulse": ("stages.pulse", "find the acceleration pulse (a_p, T_p) of each record"),
-    "respond": ("stages.respond", "compute the rocking response of structures to records"),
-    "screen": ("stages.screen", "screen structures by many records at many scales"),
-    "compare": (
-        "stages.respond",
-        "compare bridges that rock with restrained, hybrid, isolated and fixed ones",
-    ),
-    "spectrum": (
-        "stages.respond",
-        "compute overturning spectra of pulses, or rocking spectra of records",
-    ),
+    **{one.name: (one.command, one.summary) for one in STAGES.values() if one.command},
     "table": ("results", "write the table of records, pulses and responses"),
     "draw": ("results", "draw the results of stages: records with their responses, and curves"),
     "figure": ("figure", "draw one figure with its caption"),

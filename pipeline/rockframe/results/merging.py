@@ -230,12 +230,15 @@ class Described:
         Number of structures.
     left_out : tuple of str
         Identifiers of the records that the stage rejected.
+    only : str
+        The one record that the options ask for; empty if they ask for all.
     """
 
     records: tuple[str, ...]
     inputs: Mapping[str, str]
     structures: int = 0
     left_out: tuple[str, ...] = ()
+    only: str = ""
 
 
 def describe(path: Path, kind: str) -> Described:
@@ -255,4 +258,5 @@ def describe(path: Path, kind: str) -> Described:
             json.loads(dataset.attrs["input_sha256"]),
             dataset.sizes.get("structure", 0),
             tuple(json.loads(dataset.attrs["left_out"])),
+            str(json.loads(dataset.attrs["parameters"]).get("record") or ""),
         )

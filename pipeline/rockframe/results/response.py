@@ -17,7 +17,7 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.oscillators.comparison import Compared
 from rockframe.results.reading import damage_named, opened, positions
-from rockframe.results.schema import COMPARE, RESPONSE, ROCKING_SPECTRUM, SPECTRUM
+from rockframe.results.schema import RESPONSE
 from rockframe.results.schema.response import (
     ABUTMENT,
     COMPARE_NC,
@@ -380,7 +380,7 @@ def comparison_rows(path: Path) -> list[Row]:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    with opened(path, COMPARE) as dataset:
+    with opened(path, COMPARE_NC.name) as dataset:
         return list(rows_along(dataset, "record structure model", _COLUMNS))
 
 
@@ -394,7 +394,7 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
     ParameterError
         If there is no such record or structure.
     """
-    with opened(path, COMPARE) as dataset:
+    with opened(path, COMPARE_NC.name) as dataset:
         where = positions(dataset, record=record, structure=structure)
         obs = slices(dataset["row_size"].values)[where["record"]]
         chosen: xr.Dataset = dataset.isel({**where, "obs": obs}).load()
@@ -412,7 +412,7 @@ def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
     most : int
         Number of records.
     """
-    with opened(path, COMPARE) as dataset:
+    with opened(path, COMPARE_NC.name) as dataset:
         drift = dataset["peak_u"].isel(model=0).max("structure").values
         chosen = sorted(np.argsort(-drift, kind="stable")[:most].tolist())
         names = [str(dataset["record_id"].values[k]) for k in chosen]
@@ -530,7 +530,7 @@ def read_spectrum(path: str | Path) -> xr.Dataset:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    with opened(Path(path), SPECTRUM) as dataset:
+    with opened(Path(path), SPECTRUM_NC.name) as dataset:
         return dataset.load()
 
 
@@ -547,5 +547,5 @@ def read_rocking_spectrum(path: str | Path) -> xr.Dataset:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    with opened(Path(path), ROCKING_SPECTRUM) as dataset:
+    with opened(Path(path), ROCKING_SPECTRUM_NC.name) as dataset:
         return dataset.load()

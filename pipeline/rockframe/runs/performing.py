@@ -6,36 +6,24 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches, serve
 from rockframe.engines.scheduler import DaskScheduler, choose_engine
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import check
+from rockframe.options import STAGES, Stage, loaded
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import FigureOptions, ReportOptions
-from rockframe.options.pulse import PulseOptions
-from rockframe.options.respond import (
-    RespondOptions,
-    RockingSpectrumOptions,
-    ScreenOptions,
-    SpectrumOptions,
-)
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import scratch_folder, sha256_of
 from rockframe.runs.plan import KEPT, Plan, Step, waves
 from rockframe.runs.state import finish, read_plan, remove_partials, stamp
 from rockframe.stages.common import Batch
-from rockframe.stages.compare import compare_stage
 from rockframe.stages.figures import figures_stage
 from rockframe.stages.ingest import ingest_stage
-from rockframe.stages.pulse import pulse_stage
 from rockframe.stages.report import report_stage, require_whole
-from rockframe.stages.respond import respond_stage
-from rockframe.stages.screen import screen_stage
-from rockframe.stages.spectrum import rocking_spectrum_stage, spectrum_stage
 from rockframe.stages.table import merge_stage, table_stage
-from rockframe.study.structures import CompareEntry
 
 
 @dataclass(frozen=True)
@@ -185,7 +173,22 @@ def _parallel_work(
 
 def do(work: Work) -> Sequence[InputOutcome]:
     """Perform a step, and return the rejected records."""
-    return _STAGES[work.step.stage](work) or ()
+    stage = work.step.stage
+    if stage in STAGES:
+        return _compute(STAGES[stage], work)
+    return _AROUND[stage](work) or ()
+
+
+def _compute(stage: Stage, work: Work) -> Sequence[InputOutcome]:
+    """Call the function of a stage."""
+    options = loaded(stage.options)(**work.step.options)
+    values: dict[str, Any] = {f"{path.stem}_path": path for path in work.inputs}
+    if stage.batches:
+        values["batch"] = work.batch
+    if stage.engine:
+        values["engine"] = work.engine
+    done = loaded(stage.function)(output=work.output, options=options, **values)
+    return getattr(done, "rejections", done) or ()  # of a screening, or themselves
 
 
 def _ingest(work: Work) -> Sequence[InputOutcome]:
@@ -198,52 +201,6 @@ def _ingest(work: Work) -> Sequence[InputOutcome]:
         workers=work.workers,
     )
     return done.rejections
-
-
-def _pulse(work: Work) -> Sequence[InputOutcome]:
-    options = PulseOptions(**work.step.options)
-    return pulse_stage(work.inputs[0], work.output, options, batch=work.batch, engine=work.engine)
-
-
-def _respond(work: Work) -> Sequence[InputOutcome]:
-    records, structures = work.inputs[:2]
-    return respond_stage(
-        records,
-        work.output,
-        RespondOptions(**work.step.options),
-        structures_path=structures,
-        pulses_path=work.input("pulses.nc"),
-        batch=work.batch,
-        engine=work.engine,
-    )
-
-
-def _screen(work: Work) -> Sequence[InputOutcome]:
-    records, pulses, structures = work.inputs
-    done = screen_stage(
-        records,
-        work.output,
-        ScreenOptions(**work.step.options),
-        structures_path=structures,
-        pulses_path=pulses,
-        engine=work.engine,
-    )
-    return done.rejections
-
-
-def _spectrum(work: Work) -> None:
-    spectrum_stage(work.output, SpectrumOptions(**work.step.options), engine=work.engine)
-
-
-def _rocking_spectrum(work: Work) -> None:
-    options = RockingSpectrumOptions(**work.step.options)
-    rocking_spectrum_stage(work.inputs[0], work.output, options, engine=work.engine)
-
-
-def _compare(work: Work) -> Sequence[InputOutcome]:
-    records, structures = work.inputs
-    stated = CompareEntry.model_validate(work.step.options)
-    return compare_stage(records, work.output, structures, stated)
 
 
 def _table(work: Work) -> None:
@@ -263,27 +220,16 @@ def _report(work: Work) -> None:
     report_stage(work.folder, work.output, ReportOptions(**work.step.options))
 
 
-#: The function that performs a step, by stage.
-_STAGES: Final[dict[str, Callable[[Work], Sequence[InputOutcome] | None]]] = {
+#: Functions of the steps around the stages that compute: they read, merge, show and check.
+_AROUND: Final[dict[str, Callable[[Work], Sequence[InputOutcome] | None]]] = {
     "ingest": _ingest,
-    "pulse": _pulse,
-    "respond": _respond,
     "merge": lambda work: merge_stage(work.inputs, work.output),
-    "screen": _screen,
-    "spectrum": _spectrum,
-    "rocking_spectrum": _rocking_spectrum,
-    "compare": _compare,
     "table": _table,
     "draw": _draw,
     "manifest": _manifest,
     "report": _report,
     "verify": lambda work: require_whole(work.folder),
 }
-
-#: Stages that can be recomputed for a sample of the records, and their files.
-_SAMPLED: Final = {"pulse": "pulses", "respond": "response"}
-#: Stages that are recomputed in full: their results need all records together, or none.
-_WHOLE: Final = ("screen", "spectrum", "rocking_spectrum", "compare")
 
 
 def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
@@ -307,13 +253,14 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
     done: list[str] = []
     faults: list[str] = []
     with scratch_folder() as elsewhere:
-        for stage in (*_SAMPLED, *_WHOLE):
-            if stage not in steps:
+        for stage in STAGES.values():
+            if stage.name not in steps:
                 continue
+            step = steps[stage.name]
             try:
-                what, found = _recomputed(steps[stage], folder.resolve(), elsewhere, sample)
+                what, found = _recomputed(stage, step, folder.resolve(), elsewhere, sample)
             except RockframeError as error:  # an input is missing
-                faults.append(f"{folder}: {stage} cannot be recomputed: {error}")
+                faults.append(f"{folder}: {stage.name} cannot be recomputed: {error}")
                 continue
             done.append(what)
             faults += found
@@ -322,18 +269,20 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
     return done, faults
 
 
-def _recomputed(step: Step, folder: Path, elsewhere: Path, sample: int) -> tuple[str, list[str]]:
+def _recomputed(
+    stage: Stage, step: Step, folder: Path, elsewhere: Path, sample: int
+) -> tuple[str, list[str]]:
+    """Recompute a step; of a stage that computes batches, only a batch of the records."""
     from rockframe.results.merging import describe, differences
 
-    kind, batch = _SAMPLED.get(step.stage, step.stage), (1, 1)
-    whole = folder / f"{kind}.nc"
-    if step.stage in _SAMPLED:
+    whole, kind, batch = folder / stage.file, stage.kind, (1, 1)
+    if stage.batches:
         count = max(1, len(describe(whole, kind).records) // sample)
         batch = ((count + 1) // 2, count)
     outputs = (whole.name, *step.outputs[1:])
     do(Work(replace(step, batch=batch, outputs=outputs, workers=True), folder, into=elsewhere))
     records, apart, found = differences(elsewhere / whole.name, whole, kind)
-    what = f"{step.stage}: {records} records" if step.stage in _SAMPLED else step.stage
+    what = f"{stage.name}: {records} records" if stage.batches else stage.name
     how = f"within {apart:.1g} of the largest of each variable" if apart else "to the last bit"
     faults = [f"{whole}: {name}: differs when recomputed." for name in found]
     faults += _differing_tables(step, folder, elsewhere)

@@ -15,6 +15,7 @@ from typing import Any, Final
 from rockframe.cells import write_rows
 from rockframe.errors import InputError
 from rockframe.ingest import folder_names, is_catalogue, printable, read_catalogue
+from rockframe.options import STAGES, STRUCTURES, Stage
 from rockframe.options.model import Options
 from rockframe.provenance import (
     MANIFEST,
@@ -128,15 +129,12 @@ def waves(steps: Sequence[Step]) -> list[list[Step]]:
 
 #: The list of the record files with their hashes; written first, it makes the graph static.
 INPUTS: Final = "inputs.csv"
-#: The structures of the study, as the stages read them.
-STRUCTURES: Final = "structures.toml"
 #: The page of the run.
 PAGE: Final = "report.html"
 #: Largest number of batches: more would only add starts, and three stages stay below 500 jobs.
 _MOST_BATCHES: Final = 150
-#: Resources of a step that computes in a pool of its own.
-_POOL: Final[Mapping[str, Any]] = {"threads": 8, "workers": True}
-_LONG: Final[Mapping[str, Any]] = {**_POOL, "memory": 4000, "minutes": 720}
+#: Processes of a step that computes in a pool of its own.
+_THREADS: Final = 8
 
 
 def steps_of(study: Study, files: int) -> list[Step]:
@@ -149,33 +147,12 @@ def steps_of(study: Study, files: int) -> list[Step]:
     files : int
         Number of record files of the study.
     """
-    tables, steps = study.tables, list[Step]()
-    if study.records:
-        batches = min(_MOST_BATCHES, -(-files // tables.batches.records))
-        needs = ("records.nc", STRUCTURES, *(["pulses.nc"] if tables.respond.pulses else []))
-        respond = _json(tables.respond)
-        del respond["pulses"]  # an input
-        steps += [
-            _ingest(study),
-            *_in_batches("pulse", ("records.nc",), "pulses.nc", _json(tables.pulse), batches),
-            *_in_batches("respond", needs, "response.nc", respond, batches),
-        ]
-    if tables.screen is not None:
-        inputs, stated = ("records.nc", "pulses.nc", STRUCTURES), tables.screen
-        outputs = ["screen.nc", "screen.csv", "scenarios.csv", "fragility.csv"]
-        outputs += ["rates.csv"] if stated.hazard else []
-        outputs += ["design.csv"] if stated.design else []
-        options = _json(study.options("screen"))
-        steps.append(Step("screen", "screen", inputs, tuple(outputs), options, **_LONG))
-    if tables.spectrum is not None:
-        options = _json(tables.spectrum)
-        steps.append(Step("spectrum", "spectrum", (), ("spectrum.nc",), options, **_LONG))
-    if tables.rocking_spectrum is not None:
-        name, options = "rocking_spectrum", _json(tables.rocking_spectrum)
-        steps.append(Step(name, name, ("records.nc",), (f"{name}.nc",), options, **_LONG))
-    if tables.compare is not None:
-        read, options = ("records.nc", STRUCTURES), _json(tables.compare)
-        steps.append(Step("compare", "compare", read, ("compare.nc",), options, memory=2000))
+    steps = [_ingest(study)] if study.records else []
+    batches = min(_MOST_BATCHES, -(-files // study.tables.batches.records))
+    for stage in STAGES.values():
+        options = study.options(stage.name)
+        if options is not None and (study.records or not stage.of_records):
+            steps += _steps(stage, _json(options), batches)
     if study.records:
         made = ("records.nc", "pulses.nc", "response.nc")
         steps.append(Step("table", "table", made, ("table.csv",)))
@@ -195,26 +172,39 @@ def _ingest(study: Study) -> Step:
         "filters": _json(study.tables.filters),
     }
     outputs = ("records.nc", "records.csv")
-    return Step("ingest", "ingest", (INPUTS,), outputs, options, **_POOL, memory=4000)
+    return Step(
+        *("ingest", "ingest", (INPUTS,), outputs, options),
+        threads=_THREADS,
+        workers=True,
+        memory=4000,
+    )
 
 
-def _in_batches(
-    stage: str, inputs: tuple[str, ...], output: str, options: dict[str, Any], batches: int
-) -> list[Step]:
+def _steps(stage: Stage, stated: dict[str, Any], batches: int) -> list[Step]:
     """Return the steps of a stage: one on all records, or batches followed by a merge."""
-    if batches <= 1:
-        return [Step(stage, stage, inputs, (output,), options, **_POOL, memory=2000)]
-    parts = [f"batches/{output.removesuffix('.nc')}-{k:03d}.nc" for k in range(1, batches + 1)]
+    inputs, outputs = (stage.files(names, stated) for names in (stage.inputs, stage.outputs))
+    # that a file is read is no option of the function
+    options = {key: v for key, v in stated.items() if key not in map(stage.asked.get, stage.inputs)}
+    whole = Step(
+        *(stage.name, stage.name, inputs, outputs, options),
+        memory=stage.memory,
+        minutes=stage.minutes,
+    )
+    if batches <= 1 or not stage.batches:
+        return [replace(whole, threads=_THREADS, workers=True) if stage.engine else whole]
+    parts = [f"batches/{stage.kind}-{k:03d}.nc" for k in range(1, batches + 1)]
     steps = [
-        Step(
-            *(f"{stage}-{k:03d}", stage, inputs, (part,), options, (k, batches)),
+        replace(
+            whole,
+            name=f"{stage.name}-{k:03d}",
+            outputs=(part,),
+            batch=(k, batches),
             temporary=True,
-            memory=2000,
         )
         for k, part in enumerate(parts, 1)
     ]
-    name = f"merge-{stage}"
-    return [*steps, Step(name, "merge", tuple(parts), (output,), memory=4000)]
+    merge = Step(f"merge-{stage.name}", "merge", tuple(parts), outputs, memory=4000)
+    return [*steps, merge]
 
 
 def _figures(study: Study, steps: list[Step]) -> list[Step]:
@@ -223,8 +213,7 @@ def _figures(study: Study, steps: list[Step]) -> list[Step]:
     made = [name for step in steps for name in step.outputs]
     of_records = study.records and study.tables.respond.histories != "none"
     files = ["records.nc", "pulses.nc", "response.nc"] if of_records else []
-    curves = ("screen.nc", "spectrum.nc", "rocking_spectrum.nc", "compare.nc")
-    files += [name for name in curves if name in made]
+    files += [one.file for one in STAGES.values() if one.figures and one.file in made]
     if not files or not most:
         return []
     return [Step("draw", "draw", tuple(files), ("figures/",), _json(study.tables.figures))]
@@ -386,9 +375,9 @@ def _validate_inputs(study: Study) -> None:
     if ("screen", "hazard") in files:
         from rockframe.risk import read_hazard  # imports scipy, which is slow and only needed here
 
-        path, screen = files["screen", "hazard"], study.tables.screen
-        measure = read_hazard(path, screen.hazard_site if screen else None).measure
-        if screen is not None and screen.azimuths_degree and measure in ("a_p", "L_p"):
+        path, screen = files["screen", "hazard"], study.options("screen")
+        measure = read_hazard(path, screen.hazard_site).measure
+        if screen.azimuths_degree and measure in ("a_p", "L_p"):
             unknown = f"is for {measure}, which is unknown for rotated motions"
             raise InputError(path, f"{unknown}. Must be of PGA or PGV.")
 

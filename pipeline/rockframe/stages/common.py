@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from rockframe.errors import ParameterError
 from rockframe.results.records import RecordsFile
+
+if TYPE_CHECKING:
+    from rockframe.figures.captioned import Captioned
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
 #: Callback that takes the number of items done and the total.
 Progress = Callable[[int, int], None]
+#: Name of a figure (without suffix), its description, and the figure.
+NamedFigure = tuple[str, str, "Captioned"]
 
 
 @dataclass(frozen=True)

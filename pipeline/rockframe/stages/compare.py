@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,10 +12,10 @@ from rockframe.oscillators.comparison import Compared, Rivals, compare
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
 from rockframe.results.records import open_records
-from rockframe.results.response import write_comparison
+from rockframe.results.response import furthest_pairs, read_histories, write_comparison
 from rockframe.results.writing import input_hash
 from rockframe.rivals import FixedFrame, IsolatedDeck
-from rockframe.stages.common import WHOLE, Progress, accepted, horizontal, silent
+from rockframe.stages.common import WHOLE, NamedFigure, Progress, accepted, horizontal, silent
 from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 
@@ -24,7 +24,7 @@ def compare_stage(
     records_path: str | Path,
     output: str | Path,
     structures_path: str | Path,
-    stated: CompareEntry | None = None,
+    options: CompareEntry | None = None,
     *,
     against: Collection[str] | None = None,
     structure: str | None = None,
@@ -38,7 +38,7 @@ def compare_stage(
         Output of `ingest_stage`, and the netCDF file to write.
     structures_path : str or Path
         TOML file of ``[[structure]]`` tables, and of ``[compare]`` tables of the alternatives.
-    stated : CompareEntry, optional
+    options : CompareEntry, optional
         The alternatives; replaces the tables of the file.
     against : collection of str, optional
         Only these alternatives: restrained, hybrid, isolated, fixed.
@@ -65,7 +65,7 @@ def compare_stage(
     structures_path = Path(structures_path)
     refuse_overwriting([output], [records_path, structures_path])
     entries, of_file = read_bridges(structures_path)
-    stated = stated or of_file
+    stated = options or of_file
     against = against or stated.against or ()
     if structure is not None:
         require_known("structure", structure, [one.name for one in entries])
@@ -173,3 +173,12 @@ def _fixed(
         column_mass=frame.column_mass,
         deck_mass=frame.mass_ratio * frame.column_mass,
     )
+
+
+def comparison_figures(path: Path, most: int) -> Iterator[NamedFigure]:
+    """Yield a figure of each structure under the `most` records with the largest drifts."""
+    from rockframe.figures.histories import draw_comparison
+
+    for record, structure in furthest_pairs(path, most):
+        one = read_histories(path, record, structure)
+        yield f"{record}-{structure}", f"{record} {structure}", draw_comparison(one)

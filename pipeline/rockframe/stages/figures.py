@@ -3,35 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-import xarray as xr
-
 from rockframe.cells import write_rows
 from rockframe.errors import InputError, ParameterError
-from rockframe.figures.captioned import Captioned, save, save_captioned
-from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
-from rockframe.figures.histories import draw_comparison, draw_response_history
+from rockframe.figures.captioned import save, save_captioned
+from rockframe.figures.histories import draw_response_history
 from rockframe.figures.margins import draw_margin_strips
-from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
+from rockframe.options import STAGES, loaded
 from rockframe.options.model import FigureOptions
 from rockframe.provenance import refuse_obstacles, replaced_folder
 from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import kind_of
 from rockframe.results.records import open_records
-from rockframe.results.response import (
-    furthest_pairs,
-    open_response,
-    read_histories,
-    read_rocking_spectrum,
-    read_spectrum,
-)
-from rockframe.results.screen import read_screening
+from rockframe.results.response import open_response
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.rows import Row, stated_pulse
-from rockframe.rocking import Verdict
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.table import table_rows_of
 
@@ -191,10 +180,6 @@ def _most_rotated(rows: Iterable[Row], response: Path, most: int) -> list[str]:
     return [name for name in furthest if name in chosen]
 
 
-#: Name of a figure (without suffix), its description, and the figure.
-_Named = tuple[str, str, Captioned]
-
-
 def draw_curves(given: Mapping[str, Path], folder: Path, most: int) -> dict[str, str]:
     """Draw the curves of files; each kind of file has its own folder.
 
@@ -213,55 +198,10 @@ def draw_curves(given: Mapping[str, Path], folder: Path, most: int) -> dict[str,
         Description of each figure by its file, relative to the folder.
     """
     drawn: dict[str, str] = {}
-    for kind, figures in _FIGURES.items():
-        if kind in given:
-            for name, shows, figure in figures(given[kind], most):
-                file = f"{kind}/{name}.png"
+    for stage in STAGES.values():
+        if stage.figures and stage.kind in given:
+            for name, shows, figure in loaded(stage.figures)(given[stage.kind], most):
+                file = f"{stage.kind}/{name}.png"
                 save_captioned(figure, folder / file)
                 drawn[file] = shows
     return drawn
-
-
-def _of_screening(path: Path, _most: int) -> Iterator[_Named]:
-    screening = read_screening(path, every_scale=False)
-    for structure in map(str, screening["structure"].values):
-        one = screening.sel(structure=structure)
-        yield f"fragility-{structure}", structure, draw_fragility(one)
-        yield f"peaks-{structure}", structure, draw_peak_distribution(one)
-
-
-def _of_spectrum(path: Path, _most: int) -> Iterator[_Named]:
-    spectrum = read_spectrum(path)
-    pulses = " ".join(map(str, spectrum["wavelet"].values))
-    yield "overturning", pulses, draw_overturning_spectra(spectrum)
-
-
-def _of_rocking_spectrum(path: Path, most: int) -> Iterator[_Named]:
-    spectrum = read_rocking_spectrum(path)
-    for k in _furthest_records(spectrum, most):
-        for j, gamma in enumerate(spectrum["mass_ratio"].values):
-            one = spectrum.isel(record=[k], mass_ratio=[j])
-            name = str(one["record_id"].item())
-            yield f"{name}-mass-ratio-{gamma:g}", name, draw_rocking_spectrum(one)
-
-
-def _furthest_records(spectrum: xr.Dataset, most: int) -> list[int]:
-    """Return positions of at most `most` records: those that rotate most without overturning."""
-    stands = spectrum["verdict"] != Verdict.OVERTURNED
-    peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
-    furthest = peaks.max([dim for dim in peaks.dims if dim != "record"]).values
-    return sorted(sorted(range(len(furthest)), key=lambda k: -furthest[k])[:most])
-
-
-def _of_comparison(path: Path, most: int) -> Iterator[_Named]:
-    for record, structure in furthest_pairs(path, most):
-        one = read_histories(path, record, structure)
-        yield f"{record}-{structure}", f"{record} {structure}", draw_comparison(one)
-
-
-_FIGURES: Final[Mapping[str, Callable[[Path, int], Iterator[_Named]]]] = {
-    "screen": _of_screening,
-    "spectrum": _of_spectrum,
-    "rocking_spectrum": _of_rocking_spectrum,
-    "compare": _of_comparison,
-}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import InputError
+from rockframe.options import RECORDS_FILE, STAGES
 from rockframe.options.model import ReportOptions
 from rockframe.provenance import (
     MANIFEST,
@@ -26,16 +27,19 @@ from rockframe.results.merging import Described, describe
 from rockframe.results.records import open_records
 from rockframe.results.response import comparison_rows
 from rockframe.results.run import read_histories, read_run
-from rockframe.results.schema import PULSES, RECORDS, RESPONSE, ROCKING_SPECTRUM, SCREEN, SPECTRUM
+from rockframe.results.schema import KINDS, SCREEN
 from rockframe.results.screen import read_screening
 from rockframe.results.tables.entries import rows_of
 
 #: Files of a run with datasets, in the order of the stages.
-_DATASETS: Final = {
-    f"{kind}.nc": kind for kind in (RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM)
-}
+_DATASETS: Final = {f"{kind}.nc": kind for kind in KINDS}
+_STAGE_OF: Final = {stage.file: stage for stage in STAGES.values()}
+#: Those that state a result or a reason for each record. Motions of a screening may be rotated.
+_OF_EACH_RECORD: Final = [
+    stage.file for stage in STAGES.values() if stage.of_records and stage.kind != SCREEN
+]
 #: Files of a run from which other files are computed.
-_MADE_FROM: Final = ("records.nc", "pulses.nc", "structures.toml")
+_MADE_FROM: Final = tuple(dict.fromkeys(name for one in STAGES.values() for name in one.inputs))
 
 
 @dataclass(frozen=True)
@@ -171,7 +175,7 @@ def _files_of_other_runs(
                 )
             continue
         for source in _MADE_FROM:
-            needed = source == "records.nc" and name != "spectrum.nc"
+            needed = source == RECORDS_FILE and _STAGE_OF[name].of_records
             stated = held.inputs.get(source)
             if (needed or stated is not None) and stated != known.get(source):
                 yield f"{folder / name}: was made from another {source}. Must be of the same run."
@@ -185,7 +189,7 @@ def _lost_records(folder: Path, datasets: Mapping[str, Described]) -> Iterator[s
         names = set(file.names)
         named = zip(file.names, file.orientations, strict=True)
         horizontal = [name for name, orientation in named if not orientation.upright]
-    for name in ("pulses.nc", "response.nc", "rocking_spectrum.nc", "compare.nc"):
+    for name in _OF_EACH_RECORD:
         if name not in datasets:
             continue
         held = datasets[name].records
@@ -196,7 +200,8 @@ def _lost_records(folder: Path, datasets: Mapping[str, Described]) -> Iterator[s
                 "Must be of the same run."
             )
         known = {*held, *datasets[name].left_out}
-        lost = [record for record in horizontal if record not in known]
+        asked = [datasets[name].only] if datasets[name].only else horizontal
+        lost = [record for record in asked if record not in known]
         if lost:
             yield (
                 f"{folder / name}: neither contains {lost[0]!r} of records.nc nor states a reason. "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -19,7 +19,7 @@ from rockframe.provenance import refuse_overwriting
 from rockframe.results.pulses import RecordMetadata, read_metadata
 from rockframe.results.records import open_records
 from rockframe.results.schema.response import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
-from rockframe.results.screen import Batches, write_screening
+from rockframe.results.screen import Batches, read_screening, write_screening
 from rockframe.results.screen_tables import (
     refuse_strange_tables,
     screen_table_paths,
@@ -44,7 +44,7 @@ from rockframe.risk import (
 )
 from rockframe.risk.fragility import QUANTITIES, Curve, limited_in
 from rockframe.rocking import Design, ScaleOutcome, smallest
-from rockframe.stages.common import Progress, silent
+from rockframe.stages.common import NamedFigure, Progress, silent
 from rockframe.stages.respond import choose_structures
 from rockframe.stages.screen_batches import Motions, ScreeningRequest, ScreeningRun
 from rockframe.study.structures import SHIPPED_STRUCTURES
@@ -439,3 +439,14 @@ def _hazard(options: ScreenOptions, pulses_path: Path | None) -> HazardCurve | N
                 "motions. Remove azimuths_degree."
             )
     return curve
+
+
+def screening_figures(path: Path, _most: int) -> Iterator[NamedFigure]:
+    """Yield the figures of each structure: its fragility, and its peaks by scale."""
+    from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
+
+    screening = read_screening(path, every_scale=False)
+    for structure in map(str, screening["structure"].values):
+        one = screening.sel(structure=structure)
+        yield f"fragility-{structure}", structure, draw_fragility(one)
+        yield f"peaks-{structure}", structure, draw_peak_distribution(one)

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError, require_known
 from rockframe.options.respond import RockingSpectrumOptions, SpectrumOptions
 from rockframe.provenance import refuse_obstacles, refuse_overwriting
 from rockframe.results.records import open_records
-from rockframe.results.response import rocking_spectrum_dataset, spectrum_dataset
-from rockframe.results.schema import ROCKING_SPECTRUM, SPECTRUM
+from rockframe.results.response import (
+    read_rocking_spectrum,
+    read_spectrum,
+    rocking_spectrum_dataset,
+    spectrum_dataset,
+)
+from rockframe.results.schema.response import ROCKING_SPECTRUM_NC, SPECTRUM_NC
 from rockframe.results.writing import input_hash, write
-from rockframe.rocking import overturning_spectrum, rocking_spectrum
-from rockframe.stages.common import horizontal
+from rockframe.rocking import Verdict, overturning_spectrum, rocking_spectrum
+from rockframe.stages.common import NamedFigure, horizontal
 from rockframe.wavelets.pulse import Pulse
 
 
@@ -71,7 +78,7 @@ def spectrum_stage(
     write(
         spectrum_dataset(found),
         output,
-        SPECTRUM,
+        SPECTRUM_NC.name,
         input_sha256={},
         parameters=options.stated(),
     )
@@ -122,7 +129,7 @@ def rocking_spectrum_stage(
     write(
         rocking_spectrum_dataset(names, found),
         output,
-        ROCKING_SPECTRUM,
+        ROCKING_SPECTRUM_NC.name,
         input_sha256=input_hash(records_path),
         parameters=options.stated(),
     )
@@ -150,3 +157,32 @@ def amplitudes(largest: float, step: float) -> np.ndarray[tuple[int], np.dtype[n
         )
     inner = 1.0 + step * np.arange(int(np.ceil((largest - 1.0) / step - 1e-9)))
     return np.append(inner, largest)
+
+
+def spectrum_figures(path: Path, _most: int) -> Iterator[NamedFigure]:
+    """Yield the figure of overturning spectra."""
+    from rockframe.figures.spectra import draw_overturning_spectra
+
+    spectrum = read_spectrum(path)
+    pulses = " ".join(map(str, spectrum["wavelet"].values))
+    yield "overturning", pulses, draw_overturning_spectra(spectrum)
+
+
+def rocking_spectrum_figures(path: Path, most: int) -> Iterator[NamedFigure]:
+    """Yield a figure of each record and mass ratio, of at most `most` records."""
+    from rockframe.figures.spectra import draw_rocking_spectrum
+
+    spectrum = read_rocking_spectrum(path)
+    for k in _furthest_records(spectrum, most):
+        for j, gamma in enumerate(spectrum["mass_ratio"].values):
+            one = spectrum.isel(record=[k], mass_ratio=[j])
+            name = str(one["record_id"].item())
+            yield f"{name}-mass-ratio-{gamma:g}", name, draw_rocking_spectrum(one)
+
+
+def _furthest_records(spectrum: xr.Dataset, most: int) -> list[int]:
+    """Return positions of at most `most` records: those that rotate most without overturning."""
+    stands = spectrum["verdict"] != Verdict.OVERTURNED
+    peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
+    furthest = peaks.max([dim for dim in peaks.dims if dim != "record"]).values
+    return sorted(sorted(range(len(furthest)), key=lambda k: -furthest[k])[:most])

@@ -8,12 +8,13 @@ import os
 import textwrap
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from pydantic import Field
+from pydantic import Field, create_model
 from pydantic_core import PydanticUndefined
 
 from rockframe.errors import InputError
+from rockframe.options import STAGES, loaded
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import (
     BatchOptions,
@@ -27,15 +28,9 @@ from rockframe.options.model import (
     options_within,
 )
 from rockframe.options.pulse import PulseOptions
-from rockframe.options.respond import (
-    RespondOptions,
-    RockingSpectrumOptions,
-    ScreenOptions,
-    SpectrumOptions,
-)
+from rockframe.options.respond import RespondOptions
 from rockframe.study.structures import (
     SHIPPED_STRUCTURES,
-    CompareEntry,
     StructureEntry,
     bundled_records,
     frames_of,
@@ -58,8 +53,8 @@ class RespondTable(RespondOptions):
     """Add the response to the selected pulse alone, without the rest of the record."""
 
 
-class StudyTables(Options):
-    """Contents of a study file."""
+class _FirstTables(Options):
+    """Tables of every study, before those of the stages that it requests."""
 
     name: Name
     """Name of the study: letters and digits of any script, points, hyphens, underscores."""
@@ -70,10 +65,27 @@ class StudyTables(Options):
     filters: Filters = Filters()
     pulse: PulseOptions = PulseOptions()
     respond: RespondTable = RespondTable()
-    screen: ScreenOptions | None = None
-    spectrum: SpectrumOptions | None = None
-    rocking_spectrum: RockingSpectrumOptions | None = None
-    compare: CompareEntry | None = None
+
+
+#: Stages that run only if the study has their table.
+REQUESTED: Final = tuple(stage for stage in STAGES.values() if stage.requested)
+
+if TYPE_CHECKING:
+
+    class _WithRequested(_FirstTables):
+        def __getattr__(self, name: str) -> Any: ...
+
+else:
+    _WithRequested = create_model(
+        "_WithRequested",
+        __base__=_FirstTables,
+        **{stage.name: (loaded(stage.options) | None, None) for stage in REQUESTED},
+    )
+
+
+class StudyTables(_WithRequested):
+    """Contents of a study file."""
+
     figures: FigureOptions = FigureOptions()
     report: ReportOptions = ReportOptions()
     batches: BatchOptions = BatchOptions()
@@ -134,10 +146,10 @@ class Study:
         return {where: self.resolved(path) for where, path in stated.items()}
 
     def options(self, table: str) -> Any:
-        """Return the options of a table with absolute paths."""
+        """Return the options of a table with absolute paths; None without the table."""
         options = getattr(self.tables, table)
         found = {where[-1]: path for where, path in self.files().items() if where[0] == table}
-        return options.replaced(**found)
+        return options.replaced(**found) if found else options
 
     def parameters(self) -> dict[str, Any]:
         """Return all values of the study, with defaults filled in, as JSON values."""
@@ -187,12 +199,14 @@ def _require_records(study: Study, text: str) -> None:
     tables = study.tables
     if tables.records is not None:
         return
-    for name in ("screen", "rocking_spectrum", "compare"):
-        if getattr(tables, name) is not None:
-            message = f"[{name}] without [records]. Must have records."
-            raise InputError(study.path, message, line_of(text, (name,)))
-    if tables.spectrum is None:
-        raise InputError(study.path, "neither [records] nor [spectrum]. Must have one of them.")
+    requested = [stage for stage in REQUESTED if study.options(stage.name) is not None]
+    for stage in requested:
+        if stage.of_records:
+            message = f"[{stage.name}] without [records]. Must have records."
+            raise InputError(study.path, message, line_of(text, (stage.name,)))
+    if not requested:
+        alone = "".join(f" nor [{stage.name}]" for stage in REQUESTED if not stage.of_records)
+        raise InputError(study.path, f"neither [records]{alone}. Must have one of them.")
 
 
 def _require_files(study: Study, text: str) -> None:

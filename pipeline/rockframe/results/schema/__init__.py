@@ -1,23 +1,21 @@
 """Declarations of the variables of each kind of file, for writing and reading."""
 
 from collections.abc import Iterator, Mapping
-from importlib import import_module
 from typing import Final
 
+from rockframe.options import STAGES, loaded
 from rockframe.results.schema.declare import FileKind as FileKind
 from rockframe.results.schema.declare import Variable as Variable
 
 #: Module and name of the declaration of each kind of file, in the order of the stages.
 _DECLARATIONS: Final = {
-    "records": ("records", "RECORDS_NC"),
-    "pulses": ("response", "PULSES_NC"),
-    "response": ("response", "RESPONSE_NC"),
-    "screen": ("response", "SCREEN_NC"),
-    "spectrum": ("response", "SPECTRUM_NC"),
-    "rocking_spectrum": ("response", "ROCKING_SPECTRUM_NC"),
-    "compare": ("response", "COMPARE_NC"),
+    "records": "records.RECORDS_NC",  # of ingest, which reads no file of a run
+    **{stage.kind: stage.variables for stage in STAGES.values()},
 }
-RECORDS, PULSES, RESPONSE, SCREEN, SPECTRUM, ROCKING_SPECTRUM, COMPARE = _DECLARATIONS
+RECORDS: Final = "records"
+PULSES: Final = "pulses"
+RESPONSE: Final = "response"
+SCREEN: Final = "screen"
 
 
 class _Kinds(Mapping[str, FileKind]):
@@ -27,8 +25,7 @@ class _Kinds(Mapping[str, FileKind]):
     """
 
     def __getitem__(self, name: str) -> FileKind:
-        module, declaration = _DECLARATIONS[name]
-        kind: FileKind = getattr(import_module(f"{__name__}.{module}"), declaration)
+        kind: FileKind = loaded(f"results.schema.{_DECLARATIONS[name]}")
         return kind
 
     def __iter__(self) -> Iterator[str]:

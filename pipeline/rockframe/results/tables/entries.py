@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import TABLE_FORMATS, harmless, read_rows, write_table
 from rockframe.errors import InputError, ParameterError
+from rockframe.options import STAGES
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import whole_file
 from rockframe.results.reading import attributes_of
-from rockframe.results.schema import PULSES, RESPONSE, SCREEN
 
 if TYPE_CHECKING:
     from rockframe.signals.passport import Passport
@@ -229,8 +229,8 @@ def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
         raise InputError(path, f"is in the place of {what}, but is another file. Move it away.")
 
 
-#: Files of stages that may reject records.
-_STAGES: Final = {"pulses.nc": PULSES, "response.nc": RESPONSE, "screen.nc": SCREEN}
+#: Files of the stages that may reject records, and their kinds.
+_MAY_REJECT: Final = {one.file: one.kind for one in STAGES.values() if one.of_records}
 
 
 def rejections_of(folder: Path) -> dict[str, str]:
@@ -273,9 +273,10 @@ def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
 
 def _attributes(folder: Path) -> dict[str, Mapping[str, str]]:
     """Return the global attributes of the file of each stage that may reject records."""
-    files = {name: folder / name for name in _STAGES}
     return {
-        name: attributes_of(path, _STAGES[name]) for name, path in files.items() if path.is_file()
+        name: attributes_of(folder / name, kind)
+        for name, kind in _MAY_REJECT.items()
+        if (folder / name).is_file()
     }
 
 
