@@ -60,7 +60,7 @@ def test_killed_worker_costs_its_batch(address: str, tmp_path: Path) -> None:
 
 
 def test_batch_that_kills_its_workers_is_named(address: str) -> None:
-    """It is alone here: Dask blames all tasks of a worker for its death, not only the guilty one."""
+    """It is alone here, because Dask blames all tasks of a worker for its death."""
     with pytest.raises(EngineError, match="batch 1: its worker"):
         list(map_batches(eval, [DIES], engine=DaskScheduler(address)))
 

@@ -7,6 +7,7 @@ import html
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from tests.commands import run
 from tests.screening import sine
 
 from rockframe import GroundAcceleration, open_records, open_response
+from rockframe.cli import console
 from rockframe.cli.stages.respond import response_columns
 from rockframe.explorer.answer import Motion, answer, read_settings
 from rockframe.explorer.server import render
@@ -24,7 +26,7 @@ from rockframe.options.respond import RespondOptions
 from rockframe.results.records import write_records
 from rockframe.results.run import read_run
 from rockframe.results.tables.rows import OVERVIEW, robust_scales, stated_verdict
-from rockframe.results.tables.table import table_rows
+from rockframe.results.tables.table import response_rows, table_rows
 from rockframe.rocking import VERDICT_RULE, Margin, StatedVerdict, Verdict, VerdictKind
 from rockframe.stages.pulse import pulse_stage
 from rockframe.stages.respond import respond_stage
@@ -89,6 +91,22 @@ def test_the_terminal_prints_the_same_words(folder: Path) -> None:
     assert {row["structure"]: verdict.cell(row) for row in rows} == {
         name: words for name, (_, words) in EXPECTED.items()
     }
+
+
+def test_the_verdict_of_a_printed_row_is_stated_once(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The row states it: its columns use those words, and leave out the peaks of a fall."""
+    made: list[Verdict] = []
+
+    def counted(verdict: Verdict, **values: Any) -> StatedVerdict:
+        made.append(verdict)
+        return StatedVerdict(verdict, **values)
+
+    monkeypatch.setattr("rockframe.results.tables.rows.StatedVerdict", counted)
+    rows = list(response_rows(folder / "response.nc"))
+    console.show_rows("", response_columns({}), rows)
+    assert len(made) == len(rows)
 
 
 def test_the_legend_of_the_figure_has_the_same_words(folder: Path) -> None:

@@ -33,7 +33,7 @@ BENT = FEW.partition('[[structure]]\nname = "slender-column"')[0]
 def test_declared_function_takes_what_the_declaration_says(stage: Stage) -> None:
     taken = inspect.signature(loaded(stage.function)).parameters
     files = {f"{Path(name).stem}_path" for name in stage.inputs}
-    assert {"output", "options", *files} <= taken.keys()
+    assert {"output", "options", "written", *files} <= taken.keys()
     assert ("batch" in taken, "engine" in taken) == (stage.batches, stage.engine)
 
 

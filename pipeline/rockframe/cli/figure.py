@@ -212,7 +212,6 @@ def run_paper(options: argparse.Namespace) -> int:
     from rockframe.paper.claims import all_claims
     from rockframe.paper.pulses import record_claims
     from rockframe.provenance import whole_folder
-    from rockframe.results.pulses import pulse_rows
     from rockframe.study.structures import SHIPPED_STRUCTURES
 
     if options.claim is not None:
@@ -223,8 +222,8 @@ def run_paper(options: argparse.Namespace) -> int:
     folder: Path = options.output
     arguments.refuse_folder_of_records(options)
     with whole_folder(folder, (*STAGE_FILES, "records.csv", _PAGE)) as partial:
-        ingested, rows = _respond_for_paper(options, partial)
-        claims = all_claims() + record_claims(rows, pulse_rows(partial / "pulses.nc"))
+        ingested, rows, pulses = _respond_for_paper(options, partial)
+        claims = all_claims() + record_claims(rows, pulses)
         _write_page(claims, _draw_all(partial, options.grid), rows, partial)
         stated = {"records": IngestOptions, "pulse": PulseOptions}
         finish(options, partial, ingested, SHIPPED_STRUCTURES, stated)
@@ -236,15 +235,17 @@ def run_paper(options: argparse.Namespace) -> int:
     return console.show_rejections(ingested.rejections)
 
 
-def _respond_for_paper(options: argparse.Namespace, folder: Path) -> tuple[Ingested, list[Row]]:
-    """Run the stages for the paper's bridge; return the rows of the table."""
+def _respond_for_paper(
+    options: argparse.Namespace, folder: Path
+) -> tuple[Ingested, list[Row], list[Row]]:
+    """Run the stages for the paper's bridge; return the rows of the table, and of pulses."""
     from rockframe.cli.table1 import run_stages
-    from rockframe.paper.pulses import with_paper_facts
-    from rockframe.results.tables.table import table_rows
+    from rockframe.results.pulses import pulse_rows
+    from rockframe.stages.table import table_rows_of
 
     respond = RespondOptions(structure="bridge-bent")
-    ingested, _, files = run_stages(options, folder, respond)
-    return ingested, [with_paper_facts(row) for row in table_rows(*files)]
+    ingested, _, made = run_stages(options, folder, respond)
+    return ingested, list(table_rows_of(*made)), pulse_rows(made[1])
 
 
 def _draw_all(folder: Path, grid: int) -> dict[str, str]:

@@ -20,6 +20,8 @@ from rockframe.paper.pulses import BORROWED, QUANTITIES, compare, statements
 from rockframe.results.tables.rows import Row, pulse_mark, titled, wavelet_name
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rockframe.outcome import InputOutcome
     from rockframe.stages.acceptance import Ingested
 
@@ -54,15 +56,15 @@ def run_table1(options: argparse.Namespace) -> int:
     folder: Path = options.output
     _validate(options)
     with whole_folder(folder, _files(options.format)) as partial:
-        ingested, rejections, files = run_stages(
+        ingested, rejections, made = run_stages(
             options,
             partial,
             chosen(options, RespondOptions),
             structures_path=arguments.chosen_structures(options),
             pulses_path=partial / "pulses.nc",
         )
-        rows = list(table_rows_of(*files))
-        comparisons, said = compare(rows, pulse_rows(files[1])), statements(rows)
+        rows = list(table_rows_of(*made))
+        comparisons, said = compare(rows, pulse_rows(made[1])), statements(rows)
         write_rows_as(partial / "table.csv", rows)
         if comparisons:
             write_rows_as(partial / "paper.csv", comparisons)
@@ -71,6 +73,7 @@ def run_table1(options: argparse.Namespace) -> int:
             write_rows_as(partial / f"table{ending}", rows, options.format)
             write_entries(ingested.entries, partial / f"records{ending}")
         names = list(dict.fromkeys(row["record_id"] for row in rows))
+        files = [partial / name for name in STAGE_FILES]
         with console.progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)
         stated = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
@@ -118,8 +121,9 @@ def _validate(options: argparse.Namespace) -> None:
 
 def run_stages(
     options: argparse.Namespace, folder: Path, respond: RespondOptions, **of_respond: Any
-) -> tuple[Ingested, tuple[InputOutcome, ...], list[Path]]:
-    """Run ingest, pulse and respond; return what was ingested, all rejections, and the files.
+) -> tuple[Ingested, tuple[InputOutcome, ...], list[xr.Dataset]]:
+    """Run ingest, pulse and respond; return what was ingested, all rejections, and what the three
+    stages wrote into `STAGE_FILES`.
 
     `of_respond` are further arguments of `respond_stage`.
     """
@@ -129,8 +133,8 @@ def run_stages(
     from rockframe.stages.respond import respond_stage
     from rockframe.study.structures import bundled_records
 
-    files = [folder / name for name in STAGE_FILES]
-    records, pulses, response = files
+    records, pulses, response = (folder / name for name in STAGE_FILES)
+    written: list[xr.Dataset] = []
     with console.progress_names("reading") as reading:
         ingested = ingest_stage(
             options.records or [bundled_records()],
@@ -141,7 +145,9 @@ def run_stages(
         )
     with console.progress_bar("matching pulses") as progress:
         matching = chosen(options, PulseOptions)
-        without_pulse = pulse_stage(records, pulses, matching, progress=progress)
+        without_pulse = pulse_stage(
+            records, pulses, matching, progress=progress, written=written.append
+        )
     with console.progress_bar("rocking") as progress:
         without_vertical = respond_stage(
             records,
@@ -149,9 +155,11 @@ def run_stages(
             respond,
             engine=OneProcess(),  # one process; its threads use all cores
             progress=progress,
+            written=written.append,
             **of_respond,
         )
-    return ingested, (*ingested.rejections, *without_pulse, *without_vertical), files
+    rejections = (*ingested.rejections, *without_pulse, *without_vertical)
+    return ingested, rejections, [ingested.dataset, *written]
 
 
 def finish(

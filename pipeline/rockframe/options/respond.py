@@ -34,6 +34,8 @@ def _enough(members: int) -> int:
     return members
 
 
+#: Quantiles of the members' peaks that are stored and printed [1].
+QUANTILES: Final = (0.16, 0.50, 0.84)
 #: Least number of members of an ensemble.
 LEAST_MEMBERS: Final = 16
 _Spread = Annotated[float, Field(ge=0.0, lt=1.0)]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import BridgeEnsemble
+from rockframe.options.respond import QUANTILES, BridgeEnsemble
 from rockframe.oscillators.response import OscillatorResponse, respond_oscillator
 from rockframe.record import Record
 from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
@@ -26,7 +26,6 @@ from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.ensemble import (
     BANDS,
-    QUANTILES,
     Bands,
     EnsembleResponse,
     draws,

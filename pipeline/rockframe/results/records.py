@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.components import MOTION_FIELDS, motion_key, pair_horizontals
@@ -31,7 +32,7 @@ def write_records(
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
     rotd: Mapping[Hashable, Mapping[str, float]] | None = None,
-) -> dict[str, str]:
+) -> tuple[dict[str, str], xr.Dataset]:
     """Write the output of the ingest stage, complete or not at all; one record is in memory at a
     time.
 
@@ -56,6 +57,8 @@ def write_records(
     -------
     dict of str to str
         Name and SHA-256 of each input, including the record files.
+    Dataset
+        What was written, without the samples.
 
     Raises
     ------
@@ -75,7 +78,7 @@ def write_records(
             return {}
         return _rotd(columns, _rotd_of_pairs(columns, written) if rotd is None else rotd)
 
-    write_rows(
+    made = write_rows(
         RECORDS_NC,
         (({"acceleration": r.acceleration}, _values_of(r, passport)) for r, passport in records),
         path,
@@ -84,7 +87,7 @@ def write_records(
         input_sha256=inputs,
         parameters=parameters,
     )
-    return inputs
+    return inputs, made
 
 
 def _motions(values: Mapping[str, Sequence[Any]]) -> dict[Hashable, list[int]]:

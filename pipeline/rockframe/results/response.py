@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from rockframe.cells import Column
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.options.respond import QUANTILES
 from rockframe.oscillators.comparison import Compared
 from rockframe.results.reading import damage_named, opened, positions
 from rockframe.results.schema import RESPONSE
@@ -39,7 +40,7 @@ from rockframe.results.tables.rows import (
     share_words,
 )
 from rockframe.results.writing import Origin, slices, write_rows
-from rockframe.rocking import QUANTILES, Margin, ToPulse
+from rockframe.rocking import Margin, ToPulse
 from rockframe.rocking.response import Response
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum
@@ -321,9 +322,9 @@ def write_comparison(
     frames: Sequence[RockingFrame],
     path: Path,
     **origin: Unpack[Origin],
-) -> None:
+) -> xr.Dataset:
     """Write the output of the compare stage, complete or not at all; one record is in memory at a
-    time.
+    time. Return what was written, without the histories.
 
     Parameters
     ----------
@@ -363,7 +364,9 @@ def write_comparison(
             "record_id": name, "row_size": time.size, "model": models, **values
         }  # fmt: skip
 
-    write_rows(COMPARE_NC, map(row, answers), path, partial(_compared, frames=frames), **origin)
+    return write_rows(
+        COMPARE_NC, map(row, answers), path, partial(_compared, frames=frames), **origin
+    )
 
 
 def _compared(columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame]) -> dict[str, Any]:
@@ -372,16 +375,23 @@ def _compared(columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame]) 
     return {**columns, **bands, "model": columns["model"][0], "structure": names}
 
 
-def comparison_rows(path: Path) -> list[Row]:
+def comparison_rows(comparison: Path | xr.Dataset) -> list[Row]:
     """Return a row for each record, structure and model; units in the names of columns.
+
+    Parameters
+    ----------
+    comparison : Path or Dataset
+        Output of the compare stage, or what `write_comparison` returned.
 
     Raises
     ------
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    with opened(path, COMPARE_NC.name) as dataset:
-        return list(rows_along(dataset, "record structure model", _COLUMNS))
+    if isinstance(comparison, Path):
+        with opened(comparison, COMPARE_NC.name) as dataset:
+            return comparison_rows(dataset)
+    return list(rows_along(comparison, "record structure model", _COLUMNS))
 
 
 def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:

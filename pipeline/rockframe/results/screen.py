@@ -46,11 +46,14 @@ _DIMS: Final = ("record", "structure", "scale")
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
 _PEAKS: Final = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity")
+#: Variables that are written motion by motion.
+_FILLED: Final = ("verdict", *_PEAKS)
 
 
 def write_screening(
     scenarios: Iterable[Scenario],
     shape: tuple[int, int, int],
+    reference: int,
     describe: Callable[[], tuple[Mapping[str, Any], Mapping[str, str]]],
     path: Path,
     *,
@@ -59,9 +62,9 @@ def write_screening(
     left_out: Mapping[str, str],
     filtered: Collection[str] = (),
     histories: Iterable[KeptHistory] | None = None,
-) -> None:
+) -> xr.Dataset:
     """Write the output of the screen stage, complete or not at all; one motion is in memory at a
-    time.
+    time. Return what was written as `read_screening` reads it, at the reference scale only.
 
     The same inputs give the same bytes.
 
@@ -71,6 +74,8 @@ def write_screening(
         The result of `peaks_of_frames` for each motion.
     shape : (int, int, int)
         Numbers of motions, structures and scales.
+    reference : int
+        Position of the reference scale.
     describe : callable
         Called after the last motion; returns the values of the other variables, and the units of
         variables that allow two units.
@@ -91,16 +96,20 @@ def write_screening(
     source = iter(scenarios)
     # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
+    at_reference: dict[str, list[NDArray[Any]]] = {name: [] for name in _FILLED}
     with named(path) as partial:
         with _filling(partial, shape) as fill:
             for row, scenario in enumerate(chain(first, source)):
                 fill(row, scenario)
+                for name, rows in at_reference.items():
+                    rows.append(scenario[name][:, reference])
         kept = {} if histories is None else _append_histories(partial, histories)
         values, units = describe()
+        made = SCREEN_NC.dataset({**values, **kept}, **units).assign_attrs(
+            filtered=json.dumps(sorted(filtered))
+        )
         put(
-            SCREEN_NC.dataset({**values, **kept}, **units).assign_attrs(
-                filtered=json.dumps(sorted(filtered))
-            ),
+            made,
             partial,
             SCREEN,
             input_sha256=input_sha256,
@@ -108,6 +117,11 @@ def write_screening(
             left_out=left_out,
             mode="a",
         )
+    known = {
+        name: (_DIMS[:2], np.array(rows), SCREEN_NC[name].holding(np.empty((0, 0, 0))).attrs)
+        for name, rows in at_reference.items()
+    }
+    return made.assign(known).assign_attrs(rockframe_kind=SCREEN).set_coords("record_id")
 
 
 @contextmanager
@@ -122,13 +136,13 @@ def _filling(
     try:
         for dimension, size in zip(_DIMS, shape, strict=True):
             file.createDimension(dimension, size)
-        for name in ("verdict", *_PEAKS):
+        for name in _FILLED:
             like = SCREEN_NC[name].holding(np.empty((0, 0, 0)))
             create_variable(file, name, like, (rows, structures, width), chunks=2)
 
         def fill(row: int, scenario: Scenario) -> None:
             with as_os_error():
-                for name in ("verdict", *_PEAKS):
+                for name in _FILLED:
                     file[name][row] = scenario[name]
 
         yield fill
@@ -182,7 +196,7 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
         if not every_scale:
             scale = float(known["reference_scale"])
             at = int(np.flatnonzero(known["scale"].values == scale)[0])
-            some = [name for name in ("verdict", *_PEAKS) if name in known]
+            some = [name for name in _FILLED if name in known]
             known = known.assign({name: known[name].isel(scale=at, drop=True) for name in some})
         return known.load().set_coords("record_id")
 

@@ -305,7 +305,10 @@ def screen_table_paths(
 
 
 def write_screen_tables(
-    screen_path: Path, output: Path | None = None, table_format: str = "csv"
+    screen_path: Path,
+    output: Path | None = None,
+    table_format: str = "csv",
+    screening: xr.Dataset | None = None,
 ) -> dict[str, Path]:
     """Write the tables of a screening, and return their paths by kind.
 
@@ -317,13 +320,17 @@ def write_screen_tables(
         Path beside which the tables are written (default: `screen_path`).
     table_format : str
         One of `TABLE_FORMATS`.
+    screening : Dataset, optional
+        What `write_screening` returned (default: read from the file). Only the scenarios are read
+        from the file, some motions at a time.
 
     Raises
     ------
     InputError
         If the screening cannot be read, or a table cannot be written.
     """
-    screening = read_screening(screen_path, every_scale=False)
+    if screening is None:
+        screening = read_screening(screen_path, every_scale=False)
     rates, design = "annual_rate" in screening, "design_share" in screening
     beside = output or screen_path
     paths = screen_table_paths(beside, rates=rates, design=design, table_format=table_format)

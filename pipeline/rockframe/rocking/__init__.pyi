@@ -18,7 +18,6 @@ from .excitation import GroundAcceleration as GroundAcceleration
 from .histories import NEAR as NEAR
 from .histories import Histories as Histories
 from .margins.ensemble import BANDS as BANDS
-from .margins.ensemble import QUANTILES as QUANTILES
 from .margins.ensemble import EnsembleResponse as EnsembleResponse
 from .margins.ensemble import MemberPeaks as MemberPeaks
 from .margins.ensemble import chosen_ensemble as chosen_ensemble

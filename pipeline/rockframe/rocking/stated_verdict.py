@@ -105,6 +105,17 @@ class VerdictKind(StrEnum):
         return self.value.replace("_", " ")
 
 
+def overturns(verdict: Verdict, overturning_time: float) -> bool:
+    """Return True if the motion itself overturns the structure, even if the verdict is undecided.
+
+    Examples
+    --------
+    >>> overturns(Verdict.UNDECIDED, 5.8), overturns(Verdict.UNDECIDED, math.nan)
+    (True, False)
+    """
+    return verdict is Verdict.OVERTURNED or math.isfinite(overturning_time)
+
+
 @dataclass(frozen=True)
 class StatedVerdict:
     """A verdict with the values that its words contain.
@@ -162,7 +173,7 @@ class StatedVerdict:
     @property
     def overturns(self) -> bool:
         """True if the motion itself overturns the structure, even if the verdict is undecided."""
-        return self.verdict is Verdict.OVERTURNED or math.isfinite(self.overturning_time)
+        return overturns(self.verdict, self.overturning_time)
 
     @property
     def kind(self) -> VerdictKind:

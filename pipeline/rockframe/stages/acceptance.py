@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import xarray as xr
 
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.ingest import Reading
@@ -77,12 +78,15 @@ class Ingested:
         accepted, rejected, filtered out, rotated, unread.
     inputs : mapping of str to str
         Names and SHA-256 of the record files, of their StationXML, and of the catalogues.
+    dataset : Dataset
+        What was written, without the samples.
     """
 
     accepted: tuple[Accepted, ...]
     rejections: tuple[InputOutcome, ...]
     entries: tuple[InputOutcome, ...]
     inputs: Mapping[str, str]
+    dataset: xr.Dataset
 
 
 class Acceptance:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
+import xarray as xr
+
 from rockframe.errors import ParameterError
 from rockframe.results.records import RecordsFile
 
@@ -17,6 +19,8 @@ Answer = TypeVar("Answer")
 
 #: Callback that takes the number of items done and the total.
 Progress = Callable[[int, int], None]
+#: Callback that takes the dataset of the written file, without its series.
+Written = Callable[[xr.Dataset], None]
 #: Name of a figure (without suffix), its description, and the figure.
 NamedFigure = tuple[str, str, "Captioned"]
 
@@ -127,6 +131,10 @@ def accepted(
 
 def silent(_done: int, _total: int) -> None:
     """Ignore progress."""
+
+
+def unseen(_dataset: xr.Dataset) -> None:
+    """Ignore what was written."""
 
 
 def horizontal(records: RecordsFile) -> list[str]:

@@ -15,7 +15,16 @@ from rockframe.results.records import open_records
 from rockframe.results.response import furthest_pairs, read_histories, write_comparison
 from rockframe.results.writing import input_hash
 from rockframe.rivals import FixedFrame, IsolatedDeck
-from rockframe.stages.common import WHOLE, NamedFigure, Progress, accepted, horizontal, silent
+from rockframe.stages.common import (
+    WHOLE,
+    NamedFigure,
+    Progress,
+    Written,
+    accepted,
+    horizontal,
+    silent,
+    unseen,
+)
 from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 
@@ -29,6 +38,7 @@ def compare_stage(
     against: Collection[str] | None = None,
     structure: str | None = None,
     progress: Progress = silent,
+    written: Written = unseen,
 ) -> tuple[InputOutcome, ...]:
     """Compute each structure and its alternatives under each horizontal record: ``compare.nc``.
 
@@ -46,6 +56,8 @@ def compare_stage(
         Only the structure of this name.
     progress : callable
         Called with the number of records done and in total.
+    written : callable
+        Called with the dataset of the written file, without its histories.
 
     Returns
     -------
@@ -90,7 +102,7 @@ def compare_stage(
             except ParameterError as error:
                 return name, None, str(error)
 
-        write_comparison(
+        made = write_comparison(
             accepted(map(answer, names), names, WHOLE, left_out, progress),
             [rivals.frame for rivals in compared],
             output,
@@ -99,6 +111,7 @@ def compare_stage(
             | {"ensemble": stated.ensemble.stated()},
             left_out=left_out,
         )
+    written(made)
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
 
 

@@ -175,7 +175,7 @@ def ingest_stage(
         ) as readings,
         _place(output, rotated=bool(azimuths)) as place,
     ):
-        inputs = write_records(
+        inputs, made = write_records(
             acceptance.passed(inspected(readings, options, checks)),
             place,
             input_sha256={name: sha256_of(path) for name, path in catalogues.items()},
@@ -184,7 +184,7 @@ def ingest_stage(
         if azimuths:
             outcomes, acceptance = acceptance.outcomes, accepting(filters)
             with open_records(place) as recorded:
-                write_records(
+                _, made = write_records(
                     acceptance.passed(rotated(recorded, outcomes, azimuths, checks)),
                     output,
                     input_sha256=inputs,
@@ -193,7 +193,7 @@ def ingest_stage(
                 )
     rows = acceptance.publish()
     rejections = tuple(row for row in rows if row.status == "rejected")
-    return Ingested(tuple(acceptance.accepted), rejections, rows, inputs)
+    return Ingested(tuple(acceptance.accepted), rejections, rows, inputs, made)
 
 
 def _limits(options: IngestOptions) -> PassportLimits:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Final
-
-import xarray as xr
 
 from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import ParameterError
@@ -20,7 +18,17 @@ from rockframe.record import Record
 from rockframe.results.pulses import write_pulses
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.writing import input_hash
-from rockframe.stages.common import WHOLE, Batch, Counted, Progress, accepted, horizontal, silent
+from rockframe.stages.common import (
+    WHOLE,
+    Batch,
+    Counted,
+    Progress,
+    Written,
+    accepted,
+    horizontal,
+    silent,
+    unseen,
+)
 
 #: Records per task.
 _TOGETHER: Final = 8
@@ -34,7 +42,7 @@ def pulse_stage(
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
-    written: Callable[[xr.Dataset], None] | None = None,
+    written: Written = unseen,
 ) -> tuple[InputOutcome, ...]:
     """Find the pulses of each horizontal record: ``pulses.nc``.
 
@@ -50,7 +58,7 @@ def pulse_stage(
         Engine of the computation; the file does not depend on it.
     progress : callable
         Called with the number of records done and in total.
-    written : callable, optional
+    written : callable
         Called with the dataset of the written file, without its series.
 
     Returns
@@ -98,8 +106,7 @@ def pulse_stage(
             left_out=left_out,
             batch=batch.stated,
         )
-    if written is not None:
-        written(made)
+    written(made)
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Final, Self
-
-import xarray as xr
 
 from rockframe.components import vertical_beside
 from rockframe.engines.engine import Engine, map_batches, on_threads
@@ -39,7 +37,17 @@ from rockframe.rocking import (
     with_margins,
     with_pulse,
 )
-from rockframe.stages.common import WHOLE, Batch, Counted, Progress, accepted, horizontal, silent
+from rockframe.stages.common import (
+    WHOLE,
+    Batch,
+    Counted,
+    Progress,
+    Written,
+    accepted,
+    horizontal,
+    silent,
+    unseen,
+)
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets.pulse import Pulse
 
@@ -67,7 +75,7 @@ def respond_stage(
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
-    written: Callable[[xr.Dataset], None] | None = None,
+    written: Written = unseen,
 ) -> tuple[InputOutcome, ...]:
     """Compute the response of each structure to each horizontal record: ``response.nc``.
 
@@ -87,7 +95,7 @@ def respond_stage(
         Engine of the computation; the file does not depend on it.
     progress : callable
         Called with the number of records done and in total.
-    written : callable, optional
+    written : callable
         Called with the dataset of the written file, without its histories.
 
     Returns
@@ -135,8 +143,7 @@ def respond_stage(
             left_out=left_out,
             batch=batch.stated,
         )
-    if written is not None:
-        written(made)
+    written(made)
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
 
 

@@ -44,7 +44,7 @@ from rockframe.risk import (
 )
 from rockframe.risk.fragility import QUANTITIES, Curve, limited_in
 from rockframe.rocking import Design, ScaleOutcome, smallest
-from rockframe.stages.common import NamedFigure, Progress, silent
+from rockframe.stages.common import NamedFigure, Progress, Written, silent, unseen
 from rockframe.stages.respond import choose_structures
 from rockframe.stages.screen_batches import Motions, ScreeningRequest, ScreeningRun
 from rockframe.study.structures import SHIPPED_STRUCTURES
@@ -328,6 +328,7 @@ def screen_stage(
     engine: Engine | None = None,
     progress: Progress = silent,
     table_format: str = "csv",
+    written: Written = unseen,
 ) -> Screening:
     """Screen structures by all records at all scales: ``screen.nc``, and tables beside it.
 
@@ -354,6 +355,8 @@ def screen_stage(
         Called with the number of batches done and in total.
     table_format : str
         One of `rockframe.cells.TABLE_FORMATS`.
+    written : callable
+        Called with the dataset of the written file, at the reference scale and without histories.
 
     Raises
     ------
@@ -389,9 +392,10 @@ def screen_stage(
         }
         batches = Batches(output, origin | request.scenarios())
         run = ScreeningRun(chosen, request, batches, engine, progress)
-        write_screening(
+        made = write_screening(
             run.rows(),
             run.verdicts.shape,
+            request.reference,
             lambda: statistics(run, metadata, hazard),
             output,
             input_sha256=input_hash(*read),
@@ -404,8 +408,9 @@ def screen_stage(
             filtered=chosen.left_out,
             histories=None if options.histories == "none" else run.histories(),
         )
-    write_screen_tables(output, table_format=table_format)
+    write_screen_tables(output, table_format=table_format, screening=made)
     batches.sweep()
+    written(made)
     rejected = tuple(chosen.rejections)
     return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
 

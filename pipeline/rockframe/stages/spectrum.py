@@ -23,12 +23,16 @@ from rockframe.results.response import (
 from rockframe.results.schema.response import ROCKING_SPECTRUM_NC, SPECTRUM_NC
 from rockframe.results.writing import input_hash, write
 from rockframe.rocking import Verdict, overturning_spectrum, rocking_spectrum
-from rockframe.stages.common import NamedFigure, horizontal
+from rockframe.stages.common import NamedFigure, Written, horizontal, unseen
 from rockframe.wavelets.pulse import Pulse
 
 
 def spectrum_stage(
-    output: str | Path, options: SpectrumOptions, *, engine: Engine | None = None
+    output: str | Path,
+    options: SpectrumOptions,
+    *,
+    engine: Engine | None = None,
+    written: Written = unseen,
 ) -> None:
     """Compute minimum overturning acceleration spectra of pulses: ``spectrum.nc``.
 
@@ -40,6 +44,8 @@ def spectrum_stage(
         Wavelets, frames, and amplitudes of the search.
     engine : Engine, optional
         Engine of the computation; the file does not depend on it.
+    written : callable
+        Called with the dataset of the written file.
 
     Raises
     ------
@@ -75,13 +81,15 @@ def spectrum_stage(
         amplitudes(options.max_amplitude, options.amplitude_step),
         engine=engine,
     )
+    made = spectrum_dataset(found)
     write(
-        spectrum_dataset(found),
+        made,
         output,
         SPECTRUM_NC.name,
         input_sha256={},
         parameters=options.stated(),
     )
+    written(made)
 
 
 def rocking_spectrum_stage(
@@ -90,6 +98,7 @@ def rocking_spectrum_stage(
     options: RockingSpectrumOptions,
     *,
     engine: Engine | None = None,
+    written: Written = unseen,
 ) -> None:
     """Compute rocking spectra of the horizontal records: ``rocking_spectrum.nc``.
 
@@ -101,6 +110,8 @@ def rocking_spectrum_stage(
         Record and columns.
     engine : Engine, optional
         Engine of the computation; the file does not depend on it.
+    written : callable
+        Called with the dataset of the written file.
 
     Raises
     ------
@@ -126,13 +137,15 @@ def rocking_spectrum_stage(
         options.column_period_s,
         engine=engine,
     )
+    made = rocking_spectrum_dataset(names, found)
     write(
-        rocking_spectrum_dataset(names, found),
+        made,
         output,
         ROCKING_SPECTRUM_NC.name,
         input_sha256=input_hash(records_path),
         parameters=options.stated(),
     )
+    written(made)
 
 
 def amplitudes(largest: float, step: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import xarray as xr
+
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
 from rockframe.options.ingest import FetchOptions
 from rockframe.outcome import InputOutcome
@@ -49,8 +51,10 @@ def table_stage(
     return write_rows_as(output, table_rows_of(records, pulses, response), table_format)
 
 
-def table_rows_of(records: Path, pulses: Path, response: Path) -> Iterator[Row]:
-    """Return the rows, with the paper's values for the paper's records."""
+def table_rows_of(
+    records: Path | xr.Dataset, pulses: Path | xr.Dataset, response: Path | xr.Dataset
+) -> Iterator[Row]:
+    """Return the rows of `table_rows`, with the paper's values for the paper's records."""
     return map(with_paper_facts, table_rows(records, pulses, response))
 
 

@@ -155,6 +155,7 @@ def run_compare(options: argparse.Namespace) -> int:
 
     if options.structures is None:
         raise ParameterError("--structures missing. Must be a file with [compare] tables.")
+    written: list[xr.Dataset] = []
     with console.progress_bar("comparing") as progress:
         rejections = compare_stage(
             options.records,
@@ -163,9 +164,10 @@ def run_compare(options: argparse.Namespace) -> int:
             against=options.against,
             structure=options.structure,
             progress=progress,
+            written=written.append,
         )
     drawn = figures_stage([options.output], options.figures) if options.figures else {}
-    rows = comparison_rows(options.output)
+    rows = comparison_rows(written[0])
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         console.show_json({"comparison": rows, "rejected": rejected, "output": str(options.output)})
@@ -203,12 +205,12 @@ def run_spectrum(options: argparse.Namespace) -> None:
 
 
 def _spectrum_of_pulses(options: argparse.Namespace) -> None:
-    from rockframe.results.response import read_spectrum
     from rockframe.stages.spectrum import spectrum_stage
 
-    stated = chosen(options, SpectrumOptions)
-    spectrum_stage(options.output, stated, engine=arguments.chosen_engine(options))
-    dataset = read_spectrum(options.output)
+    stated, engine = chosen(options, SpectrumOptions), arguments.chosen_engine(options)
+    written: list[xr.Dataset] = []
+    spectrum_stage(options.output, stated, engine=engine, written=written.append)
+    (dataset,) = written
     lines = _curves(dataset)
     if options.json:
         console.show_json({"spectrum": lines, "output": str(options.output)})
@@ -254,13 +256,13 @@ def _curves(dataset: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _spectrum_of_records(options: argparse.Namespace) -> None:
-    from rockframe.results.response import read_rocking_spectrum
     from rockframe.stages.spectrum import rocking_spectrum_stage
 
     output: Path = options.output
-    stated = chosen(options, RockingSpectrumOptions)
-    rocking_spectrum_stage(options.records, output, stated, engine=arguments.chosen_engine(options))
-    rows = _periods_without_overturning(read_rocking_spectrum(output))
+    stated, engine = chosen(options, RockingSpectrumOptions), arguments.chosen_engine(options)
+    written: list[xr.Dataset] = []
+    rocking_spectrum_stage(options.records, output, stated, engine=engine, written=written.append)
+    rows = _periods_without_overturning(written[0])
     if options.json:
         console.show_json({"spectra": rows, "output": str(output)})
         return

@@ -47,6 +47,7 @@ def run_screen(options: argparse.Namespace) -> int:
     from rockframe.stages.screen import screen_stage
 
     screening, filters = chosen(options, ScreenOptions), chosen(options, Filters)
+    written: list[xr.Dataset] = []
     engine, workers = arguments.chosen_engine(options), chosen(options, ExecutionOptions).workers
     given = arguments.records_file(options.records, chosen(options, IngestOptions), workers)
     bar = console.progress_bar("screening")
@@ -61,8 +62,9 @@ def run_screen(options: argparse.Namespace) -> int:
             engine=engine,
             progress=progress,
             table_format=options.format,
+            written=written.append,
         )
-    show(options.output, done, as_json=options.json)
+    show(options.output, done, written[0], as_json=options.json)
     return console.show_rejections(done.rejections) or status
 
 
@@ -70,12 +72,10 @@ def run_screen(options: argparse.Namespace) -> int:
 _SHOWN: Final = 10
 
 
-def show(output: Path, done: Screening, *, as_json: bool) -> None:
+def show(output: Path, done: Screening, screening: xr.Dataset, *, as_json: bool) -> None:
     """Print the screening as tables, or as JSON."""
-    from rockframe.results.screen import read_screening
     from rockframe.results.screen_tables import screen_rows, screen_summary
 
-    screening = read_screening(output, every_scale=False)
     summary = screen_summary(screening)
     if as_json:
         console.show_json(

@@ -14,9 +14,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.cells import DASH, Cells, Column, in_digits, number
+from rockframe.options.respond import QUANTILES
 from rockframe.results.schema import KINDS
-from rockframe.rocking.margins.ensemble import QUANTILES
-from rockframe.rocking.stated_verdict import MODEL_ENDS, StatedVerdict, Verdict
+from rockframe.rocking.stated_verdict import MODEL_ENDS, StatedVerdict, Verdict, overturns
 from rockframe.units import GRAVITY
 
 #: Short names of wavelets.
@@ -47,13 +47,14 @@ def stated_verdict(row: Cells) -> StatedVerdict:
 
 
 def verdict_words(row: Cells, _key: str = "") -> str:
-    """Return the verdict of a row in words."""
-    return stated_verdict(row).words
+    """Return the verdict of a row in words, which rows of this version state themselves."""
+    return str(row.get("verdict_words") or stated_verdict(row).words)
 
 
 def standing(row: Cells, key: str) -> float | str:
     """Return a peak, or a dash for structures that overturn, whose peak only describes the fall."""
-    return DASH if stated_verdict(row).overturns else number(row[key])
+    verdict, time = Verdict[row["verdict"].upper()], number(row.get("overturning_time_s"))
+    return DASH if overturns(verdict, time) else number(row[key])
 
 
 def critical_scale(row: Cells, key: str = "critical_scale") -> float | str:

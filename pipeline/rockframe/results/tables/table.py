@@ -65,15 +65,17 @@ _NO_PULSE: Final[Row] = {
 }
 
 
-def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> Iterator[Row]:
+def table_rows(
+    records: Path | xr.Dataset, pulses: Path | xr.Dataset, response: Path | xr.Dataset
+) -> Iterator[Row]:
     """Yield a row for each record and structure; rows of one record follow each other.
 
     ``record`` is the station and component where they name only one record, else the record_id.
 
     Parameters
     ----------
-    records_path, pulses_path, response_path : Path
-        Outputs of the ingest, pulse and respond stages for the same records.
+    records, pulses, response : Path or Dataset
+        Outputs of the ingest, pulse and respond stages for the same records, or what they wrote.
 
     Raises
     ------
@@ -81,26 +83,36 @@ def table_rows(records_path: Path, pulses_path: Path, response_path: Path) -> It
         If a file is missing, corrupted or of another kind, or if the responses belong to other
         records.
     """
-    with opened(records_path, RECORDS) as dataset:
-        rows = rows_along(dataset, "record", _OF_RECORD)
-        records = {row["record_id"]: row for row in rows}
-    named = Counter(map(_short_name, records.values()))
-    best = {row["record_id"]: row for row in pulse_rows(pulses_path) if row["best"]}
-    for response in response_rows(response_path):
-        name = response["record_id"]
-        if name not in records:
-            must_be = f"which {records_path} does not. Must be of the same records."
-            raise InputError(response_path, f"holds {name!r}, {must_be}")
-        record, pulse = records[name], best.get(name, _NO_PULSE)
+    known = _record_rows(records)
+    named = Counter(map(_short_name, known.values()))
+    best = {row["record_id"]: row for row in pulse_rows(pulses) if row["best"]}
+    for answer in response_rows(response):
+        name = answer["record_id"]
+        if name not in known:
+            must_be = f"which {_file(records)} does not. Must be of the same records."
+            raise InputError(_file(response), f"holds {name!r}, {must_be}")
+        record, pulse = known[name], best.get(name, _NO_PULSE)
         short = _short_name(record)
         row = {
             **pulse,
             **record,
-            **response,
+            **answer,
             "record": short if named[short] == 1 else name,
             "pulse_p_value": pulse["p_value"],
         }
         yield {column: row[column] for column in _COLUMNS}
+
+
+def _file(content: Path | xr.Dataset) -> Path:
+    return content if isinstance(content, Path) else Path(f"{content.attrs['rockframe_kind']}.nc")
+
+
+def _record_rows(records: Path | xr.Dataset) -> dict[str, Row]:
+    """Return the row of each record by its identifier."""
+    if isinstance(records, Path):
+        with opened(records, RECORDS) as dataset:
+            return _record_rows(dataset)
+    return {row["record_id"]: row for row in rows_along(records, "record", _OF_RECORD)}
 
 
 def _short_name(record: Row) -> str:

@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import LEAST_MEMBERS, Ensemble, RespondOptions, ScreenOptions
+from rockframe.options.respond import (
+    LEAST_MEMBERS,
+    QUANTILES,
+    Ensemble,
+    RespondOptions,
+    ScreenOptions,
+)
 from rockframe.record import Record
 from rockframe.rocking.batch import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.contact import impact_friction_demand
@@ -28,8 +34,6 @@ from rockframe.wavelets.pulse import Pulse
 Float = NDArray[np.float64]
 Motion = Record | Pulse | GroundAcceleration
 
-#: Quantiles of the members' peaks that are stored and printed [1].
-QUANTILES: Final = (0.16, 0.50, 0.84)
 #: Level of the interval of a share [1].
 CONFIDENCE: Final = 0.90
 #: The spreads of a structure, in the order of `draws`.
