@@ -6,6 +6,7 @@ import inspect
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.runs.small import FEW, make_study, run
@@ -53,10 +54,10 @@ def test_declared_stage_has_its_table_its_kind_of_file_and_its_command(stage: St
 def test_record_that_compare_rejects_is_a_rejection_of_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def without_one(rivals: Rivals, record: Record) -> Sequence[Compared]:
+    def without_one(rivals: Rivals, record: Record, *others: Any) -> Sequence[Compared]:
         if record.record_id == "motion-1":
             raise ParameterError("cannot be compared")
-        return compare(rivals, record)
+        return compare(rivals, record, *others)
 
     monkeypatch.setattr("rockframe.stages.compare.compare", without_one)
     study = make_study(tmp_path, 2, BENT.replace("[figures]", RIVAL))
