@@ -52,7 +52,14 @@ def verdict_words(row: Cells, _key: str = "") -> str:
 
 
 def standing(row: Cells, key: str) -> float | str:
-    """Return a peak, or a dash for structures that overturn, whose peak only describes the fall."""
+    """Return a peak, or a dash for structures that overturn, whose peak only describes the fall.
+
+    Examples
+    --------
+    >>> fallen = {"verdict": "undecided", "overturning_time_s": "31.2", "u_max_m": "2.9"}
+    >>> standing(fallen, "u_max_m"), standing({"verdict": "safe", "u_max_m": "0.4"}, "u_max_m")
+    ('–', 0.4)
+    """
     verdict, time = Verdict[row["verdict"].upper()], number(row.get("overturning_time_s"))
     return DASH if overturns(verdict, time) else number(row[key])
 
