@@ -22,6 +22,7 @@ from rockframe.options.respond import (
     RespondOptions,
     ScreenOptions,
 )
+from rockframe.parts import Lever
 from rockframe.record import Record
 from rockframe.rocking.batch import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.contact import impact_friction_demand
@@ -411,7 +412,7 @@ def member_peaks(
     for k in np.flatnonzero(np.isnan(shear)).tolist():
         ground = grounds[motion[k]].scaled(float(scale[k]))
         shear[k], friction[k] = _demands_one_by_one(family[whose[k]], ground)
-    return _peaks(found, family, shear.reshape(shape), friction.reshape(shape))
+    return _peaks(found, ensemble, frames, shear.reshape(shape), friction.reshape(shape))
 
 
 def _demands_one_by_one(frame: RockingFrame, ground: GroundAcceleration) -> tuple[float, float]:
@@ -427,56 +428,69 @@ def _demands_one_by_one(frame: RockingFrame, ground: GroundAcceleration) -> tupl
 
 
 def _peaks(
-    found: Scenarios, family: Sequence[RockingFrame], shear: Float, friction: Float
+    found: Scenarios,
+    ensemble: Ensemble,
+    frames: Sequence[RockingFrame],
+    shear: Float,
+    friction: Float,
 ) -> MemberPeaks:
     """Return the peaks of members, in the shape of the shears."""
-    shape = shear.shape
-    rotation = found.peak_rotation.reshape(shape[0], -1)
-    u, v, tendon, dissipater = _at_rotation(family, rotation)
-    ended = np.zeros(rotation.shape, dtype=bool)
-    for k, frame in enumerate(family):
+    verdict = found.verdict.reshape(shear.shape)
+    rotation = found.peak_rotation.reshape(shear.shape)
+    speed = found.impact_velocity.reshape(shear.shape)
+    length, angle, impact = np.stack([_levers(ensemble, frame) for frame in frames], axis=1)
+    beam = Lever(length, angle)
+    u, v = np.abs(beam.shift(rotation)), beam.lift(np.minimum(rotation, angle))
+    tendon, dissipater = np.full((2, *shear.shape), math.nan)
+    ended = np.zeros(shear.shape, dtype=bool)
+    for k, frame in enumerate(frames):
+        if frame.restrained:
+            family = members(ensemble, frame)
+            tendon[:, k], dissipater[:, k] = _tie_forces(family, rotation[:, k])
         for limit, peak in _limits(frame, u[:, k], v[:, k], tendon[:, k]):
             ended[:, k] |= peak >= limit
-    impact = np.array([impact_friction_demand(frame) for frame in family])
-    speed = found.impact_velocity.reshape(rotation.shape)
-    friction = np.maximum(friction.reshape(rotation.shape), np.where(speed > 0.0, impact, 0.0))
-    verdict = found.verdict.reshape(shape)
     fallen = verdict == Verdict.OVERTURNED
 
     def standing(peak: Float) -> Float:
-        return np.where(fallen & ~np.isnan(peak.reshape(shape)), np.inf, peak.reshape(shape))
+        return np.where(fallen & ~np.isnan(peak), np.inf, peak)
 
     return MemberPeaks(
         verdict=verdict,
-        model_ends=ended.reshape(shape),
-        peak_rotation_ratio=standing(found.peak_rotation_ratio),
+        model_ends=ended,
+        peak_rotation_ratio=standing(found.peak_rotation_ratio.reshape(shear.shape)),
         peak_u=standing(u),
         peak_v=standing(v),
         impact_velocity=standing(speed),
-        friction_demand=standing(friction),
+        friction_demand=standing(np.maximum(friction, np.where(speed > 0.0, impact, 0.0))),
         base_shear=standing(shear),
         tendon_force=standing(tendon),
         dissipater_force=standing(dissipater),
     )
 
 
-def _at_rotation(
-    family: Sequence[RockingFrame], rotation: Float
-) -> tuple[Float, Float, Float, Float]:
-    """Return |u|, v [m], forces of tendon and dissipaters [N] at peak rotations (..., members).
+@lru_cache(maxsize=1024)
+def _levers(ensemble: Ensemble, frame: RockingFrame) -> Float:
+    """Return length [m] and angle [rad] of the beam's lever and the friction demand of impacts."""
+    levers = [member.beam for member in members(ensemble, frame)]
+    impacts = [impact_friction_demand(member) for member in members(ensemble, frame)]
+    return np.array(
+        [[lever.length for lever in levers], [lever.angle for lever in levers], impacts]
+    )
 
-    All grow with the rotation, except v beyond the slenderness, and forces after yielding.
+
+def _tie_forces(family: Sequence[RockingFrame], rotation: Float) -> tuple[Float, Float]:
+    """Return the forces of tendon and dissipaters [N] at peak rotations, shape (..., members).
+
+    They grow with the rotation up to yielding; NaN without a tendon, or without dissipaters.
     """
-    u, v, tendon, dissipater = np.full((4, *rotation.shape), math.nan)
+    tendon, dissipater = np.full((2, *rotation.shape), math.nan)
     for k, frame in enumerate(family):
-        u[:, k] = np.abs(frame.horizontal_displacement(rotation[:, k]))
-        v[:, k] = frame.vertical_displacement(np.minimum(rotation[:, k], frame.beam.angle))
         if frame.tendon is not None:
             tendon[:, k] = [frame.tension(one) for one in rotation[:, k].tolist()]
         if (bars := frame.dissipater) is not None:
             stretch = 2.0 * bars.lever_arm * np.sin(0.5 * rotation[:, k])
             dissipater[:, k] = np.minimum(bars.stiffness * stretch, bars.yield_force)
-    return u, v, tendon, dissipater
+    return tendon, dissipater
 
 
 def _limits(
