@@ -233,3 +233,22 @@ def test_too_few_members_are_refused(count: int) -> None:
 def test_no_members_have_no_response() -> None:
     with pytest.raises(ParameterError, match="number of members 0 of"):
         ensemble_responses([STRONG], [BENT], Ensemble(members=0))
+
+
+def test_the_last_sample_counts() -> None:
+    """A ramp pushes hardest at its end, where the frames rock: the joints need most friction."""
+    ramp = GroundAcceleration.from_samples(np.linspace(0.0, 0.3 * GRAVITY, 51), 0.01)
+    level = GroundAcceleration.from_samples(np.linspace(0.0, -0.2 * GRAVITY, 51), 0.01)
+    for motion in (ramp, ramp.with_vertical(level)):
+        peaks = member_peaks([motion], FRAMES, SAME)
+        for k, frame in enumerate(FRAMES):
+            response = respond(frame, motion)
+            assert response.verdict == Verdict.SAFE
+            forces = reactions(response, motion)
+            demand = forces.base_friction_demand
+            if frame.mass_ratio > 0.0:
+                demand = np.maximum(demand, forces.top_friction_demand)
+            assert demand.argmax() == 50
+            assert_allclose(peaks.friction_demand[0, k], demand[50], rtol=CLOSE)
+            shear = np.abs(forces.support_shear).max() / (1.0 + frame.mass_ratio)
+            assert_allclose(peaks.base_shear[0, k], shear, rtol=CLOSE)
