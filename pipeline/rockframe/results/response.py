@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from functools import cached_property, partial
@@ -12,7 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.cells import Column
+from rockframe.cells import Column, number
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import QUANTILES
@@ -430,16 +431,18 @@ def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
 
 
 def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
-    """Return the reason why a model stops being valid, and the time.
+    """Return the reason why a model stops being valid, the time, and the share of the ensemble.
 
     Examples
     --------
-    >>> validity_words({"validity": "gap_closes", "valid_until_s": 3.5})
-    'gap closes 3.50 s'
+    >>> row = {"validity": "gap_closes", "valid_until_s": 3.5, "share_model_ends": 0.625}
+    >>> validity_words(row), validity_words({"validity": "holds", "valid_until_s": math.nan})
+    ('gap closes 3.50 s (62 %)', 'holds')
     """
     words = str(row["validity"]).replace("_", " ")
-    when = float(row["valid_until_s"])
-    return f"{words} {when:.2f} s" if np.isfinite(when) else words
+    when, share = float(row["valid_until_s"]), number(row.get("share_model_ends"))
+    words += f" {when:.2f} s" if math.isfinite(when) else ""
+    return words + (f" ({100.0 * share:.0f} %)" if share > 0.0 else "")
 
 
 #: Columns of a comparison table, in the terminal and on the page.
