@@ -339,4 +339,4 @@ def test_of_what_fell_show_tells_when_and_no_rotation(
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     (fallen,) = (line for line in lines if line[:1] == ["slender-frame"])
     assert fallen[1:5] == ["–", "overturns", "–", "–"]
-    assert fallen[-4:] == ["undecided,", "overturned", "38.7", "s"]
+    assert fallen[-4:] == ["undecided,", "overturned", "38.8", "s"]

@@ -247,7 +247,8 @@ def test_drift_begins_with_what_the_filter_put_before_the_record(
     assert abs(path[-1]) < 0.005 * np.abs(path).max()
     from_rest = integrate(integrate(corrected, STEP), STEP)
     assert abs(from_rest[-1]) > 0.7 * np.abs(from_rest).max()
-    ingest_stage([bundled_records], tmp_path / "records.nc")
+    same = IngestOptions(band_pass_hz=(0.1, 40.0))
+    ingest_stage([bundled_records], tmp_path / "records.nc", same)
     with xr.open_dataset(tmp_path / "records.nc") as dataset:
         assert np.abs(dataset["end_displacement"]).max() < 0.01
 

@@ -62,17 +62,23 @@ def test_the_bits_of_corrected_records_and_scales_do_not_depend_on_the_processor
     code = (
         "import numpy as np\n"
         "from rockframe.rocking.margins.first_overturning import powers\n"
+        "from rockframe.signals.corner import choose_corner\n"
         "from rockframe.signals.processing import BandPass, correct\n"
         "noise = np.random.default_rng(1).normal(size=6000)\n"
         "corrected = correct(noise, 0.01, BandPass())[0]\n"
         "scales = powers(1.0001, np.arange(5000))\n"
+        "loud = noise * np.where(np.arange(6000) < 2500, 1e-4, 1.0)\n"
+        "pairs = [(loud + 3e-5 * np.roll(noise, 7 * k)) for k in range(1, 9)]\n"
+        "corners = np.array([choose_corner(one, 0.01, 3.0).frequency for one in pairs])\n"
     )
     names: dict[str, NDArray[np.float64]] = {}
     exec(code, names)  # noqa: S102
     expected = [
-        hashlib.sha256(names[name].tobytes()).hexdigest() for name in ("corrected", "scales")
+        hashlib.sha256(names[name].tobytes()).hexdigest()
+        for name in ("corrected", "scales", "corners")
     ]
-    code += "import hashlib; print(*(hashlib.sha256(x).hexdigest() for x in (corrected, scales)))"
+    code += "import hashlib\n"
+    code += "print(*(hashlib.sha256(x).hexdigest() for x in (corrected, scales, corners)))"
     older = " ".join(np.show_config(mode="dicts")["SIMD Extensions"]["found"])
     switches = {"NPY_DISABLE_CPU_FEATURES": older, "OPENBLAS_CORETYPE": "Nehalem"}
     done = subprocess.run(

@@ -183,8 +183,9 @@ class IngestOptions(Options):
     water_level_db: Annotated[Positive | None, Field(examples=[60.0])] = None
     """Remove the full instrument response from miniSEED files, with this water level [dB]; by
     default they are divided by the sensitivity."""
-    band_pass_hz: Range = (0.1, 40.0)
-    """Corner frequencies for uncorrected records [Hz]."""
+    band_pass_hz: Annotated[Range | None, Field(examples=[(0.1, 40.0)])] = None
+    """Corner frequencies for uncorrected records [Hz]; by default the lower one is chosen for each
+    record from its noise before the event and from its displacement, and the upper one is 40."""
     uncorrected: bool = False
     """Treat every record as uncorrected; by default text and AT2 files count as corrected."""
     catalogue: Annotated[File | None, Field(examples=["catalogue.csv"])] = None

@@ -12,6 +12,7 @@ import numpy as np
 
 from rockframe.options.ingest import PassportLimits
 from rockframe.record import Record, SiteType
+from rockframe.signals.corner import UNCHANGED, Corner
 from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
@@ -159,10 +160,13 @@ class Measures:
 
 @dataclass(frozen=True)
 class Passport:
-    """Measured quantities of a record, and one result for each of `CHECKS`, in that order."""
+    """Measured quantities of a record, one result for each of `CHECKS`, in that order, and the
+    lower corner with which this package corrected it.
+    """
 
     measures: Measures
     checks: tuple[Check, ...]
+    corner: Corner = UNCHANGED
 
     @property
     def verdict(self) -> CheckVerdict:

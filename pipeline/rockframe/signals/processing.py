@@ -15,13 +15,13 @@ from rockframe.errors import ParameterError
 Float = NDArray[np.float64]
 
 #: Share of the record that is tapered (cosine) at each end.
-_TAPER: Final = 0.02
+TAPER: Final = 0.02
 _ORDER: Final = 4
 #: Length of the zero padding at each end, in periods of the high-pass corner. Both ends together
 #: have 1.5 x order periods, as Boore (2005) recommends, so that the filter transient decays inside.
 _PAD_PERIODS: Final = 0.75 * _ORDER
 #: Largest low-pass corner, as a share of the Nyquist frequency.
-_NYQUIST_SHARE: Final = 0.8
+NYQUIST_SHARE: Final = 0.8
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,11 @@ class BandPass:
                 f"Invalid duration {duration:g} s for a band-pass from {self.low:g} Hz. "
                 f"Must be {1.0 / self.low:g} s or more."
             )
-        high = min(self.high, _NYQUIST_SHARE * 0.5 / time_step)
+        high = min(self.high, NYQUIST_SHARE * 0.5 / time_step)
         if high < 2.0 * self.low:
             raise ParameterError(
                 f"Invalid time step {time_step:g} s for a band-pass from {self.low:g} Hz. "
-                f"Must be at most {_NYQUIST_SHARE * 0.25 / self.low:g} s."
+                f"Must be at most {NYQUIST_SHARE * 0.25 / self.low:g} s."
             )
         return self.low, high
 
@@ -123,13 +123,13 @@ def correct(
     low, high = band.corners(time_step, time_step * (acceleration.size - 1))
     pad = math.ceil(_PAD_PERIODS / (low * time_step))
     level = _level(acceleration)
-    tapered = level * scipy.signal.windows.tukey(level.size, 2.0 * _TAPER)
+    tapered = level * scipy.signal.windows.tukey(level.size, 2.0 * TAPER)
     filtered = _both_ways(_butterworth(low * time_step, high * time_step), np.pad(tapered, pad))
     before = integrate(filtered[: pad + 1], time_step)
     start = float(before[-1]), float(integrate(before, time_step)[-1])
     steps = (
         "baseline: least-squares line removed",
-        f"taper: cosine over {_TAPER:.0%} of the record at each end",
+        f"taper: cosine over {TAPER:.0%} of the record at each end",
         f"band-pass: Butterworth of order {_ORDER}, {low:g} to {high:g} Hz, forwards and "
         f"backwards, with {pad * time_step:g} s of zeros at each end, cut off again",
     )

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 
+from rockframe.components import MOTION_FIELDS, motion_key
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.ingest import Reading
 from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
 from rockframe.outcome import STATUSES, InputOutcome
 from rockframe.record import Record
 from rockframe.results.tables.entries import write_entries
+from rockframe.signals.corner import UNCHANGED, Corner, CornerSource, choose_corner
 from rockframe.signals.passport import Passport, passport
 from rockframe.signals.processing import BandPass, correct
 from rockframe.units import GRAVITY
@@ -185,6 +188,9 @@ def inspected(
 ) -> Iterator[Inspected]:
     """Yield each record, complete and corrected if necessary, with its passport.
 
+    The records of one motion that follow one another are in memory together, because its two
+    horizontals get the same band-pass.
+
     Parameters
     ----------
     readings : iterable of Reading or InputOutcome
@@ -194,12 +200,53 @@ def inspected(
     limits : PassportLimits
         Limits of the checks.
     """
-    band = BandPass(*options.band_pass_hz)
-    for one in readings:
-        if isinstance(one, Reading):
-            yield _inspected(one, band, limits, uncorrected=options.uncorrected)
-        else:
-            yield None, one
+    for _, together in groupby(readings, _motion):
+        motion = list(together)
+        corners = _corners(motion, options, limits.signal_to_noise_ratio)
+        for one, corner in zip(motion, corners, strict=True):
+            if isinstance(one, Reading):
+                yield _inspected(one, corner, options.band_pass_hz, limits)
+            else:
+                yield None, one
+
+
+def _motion(one: Reading | InputOutcome) -> Hashable:
+    """Return the key of a record's motion; that of an input without a record is the input."""
+    if isinstance(one, InputOutcome):
+        return one
+    facts = (one.facts.get(name, getattr(one.record, name)) for name in MOTION_FIELDS)
+    return motion_key(*facts)
+
+
+def _corners(
+    motion: Sequence[Reading | InputOutcome], options: IngestOptions, ratio: float
+) -> list[Corner | None]:
+    """Return the lower corner for each record of a motion; None if it is not corrected here.
+
+    Two horizontals get the higher one of theirs, because their rotations mix them.
+    """
+    corners = [
+        _corner(one.record, options.band_pass_hz, ratio)
+        if isinstance(one, Reading) and (options.uncorrected or one.record.uncorrected)
+        else None
+        for one in motion
+    ]
+    horizontals = [
+        place
+        for place, one in enumerate(motion)
+        if isinstance(one, Reading) and not one.record.orientation.upright
+    ]
+    both = [corner for corner in (corners[place] for place in horizontals) if corner is not None]
+    if len(horizontals) == len(both) == 2:
+        higher = max(both, key=lambda corner: corner.frequency)
+        return [higher if place in horizontals else one for place, one in enumerate(corners)]
+    return corners
+
+
+def _corner(record: Record, stated: tuple[float, float] | None, ratio: float) -> Corner:
+    if stated is not None:
+        return Corner(stated[0], CornerSource.STATED)
+    return choose_corner(record.acceleration, record.time_step, ratio)
 
 
 def checked(
@@ -208,6 +255,7 @@ def checked(
     limits: PassportLimits,
     components: Sequence[Passport] = (),
     start: tuple[float, float] = (0.0, 0.0),
+    corner: Corner = UNCHANGED,
 ) -> InputOutcome:
     """Return the outcome of a record with its passport, and the reason if it is rejected.
 
@@ -222,8 +270,10 @@ def checked(
         and similar faults, the rotated record takes the worst value of its components.
     start : (float, float)
         Velocity [m s-1] and displacement [m] at the first sample.
+    corner : Corner
+        Lower corner with which this package corrected the record.
     """
-    result = passport(before, record, limits, start)
+    result = replace(passport(before, record, limits, start), corner=corner)
     if components:
         result = _as_recorded(result, components)
     reasons = " ".join(str(check) for check in result.rejections)
@@ -245,8 +295,11 @@ def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
     }
     measures = {name: getattr(one.measures, name) for name, one in worst.items()}
     checks = {name: {c.name: c for c in one.checks}[name] for name, one in worst.items()}
-    return Passport(
-        replace(made.measures, **measures), tuple(checks.get(c.name, c) for c in made.checks)
+    return replace(
+        made,
+        measures=replace(made.measures, **measures),
+        checks=tuple(checks.get(c.name, c) for c in made.checks),
+        corner=max((one.corner for one in components), key=lambda corner: corner.source),
     )
 
 
@@ -270,16 +323,19 @@ def _filtered(record: Record, outcome: InputOutcome, filters: Filters) -> InputO
 
 
 def _inspected(
-    reading: Reading, band: BandPass, limits: PassportLimits, *, uncorrected: bool
+    reading: Reading,
+    corner: Corner | None,
+    stated: tuple[float, float] | None,
+    limits: PassportLimits,
 ) -> Inspected:
     """Return the complete record and its outcome, which has a reason if it is rejected."""
     raw, name = reading.record, reading.facts["record_id"]
     try:
         _require_motion(raw, name)
-        if uncorrected or raw.uncorrected:
-            changes, start = _correction(raw, band)
+        if corner is not None:
+            changes, start = _correction(raw, corner, stated)
             record = reading.completed(uncorrected=True, **changes)
-            return record, checked(record, raw, limits, start=start)
+            return record, checked(record, raw, limits, start=start, corner=corner)
         record = reading.completed()
         return record, checked(record, raw, limits)
     except ParameterError as error:
@@ -294,11 +350,14 @@ def _require_motion(record: Record, name: str) -> None:
         )
 
 
-def _correction(raw: Record, band: BandPass) -> tuple[dict[str, Any], tuple[float, float]]:
+def _correction(
+    raw: Record, corner: Corner, stated: tuple[float, float] | None
+) -> tuple[dict[str, Any], tuple[float, float]]:
     """Return the fields that correction changes, and velocity and displacement at its start."""
+    band = BandPass(*stated) if stated else BandPass(corner.frequency)
     corrected, start, steps = correct(raw.acceleration, raw.time_step, band)
     low, high = band.corners(raw.time_step, raw.duration)
-    if high < band.high and band != BandPass():
+    if stated and high < band.high:
         words = f"with time step {raw.time_step:g} s are filtered up to {high:g} Hz"
         message = f"band_pass_hz {band.low:g} {band.high:g}: records {words}."
         warnings.warn(message, RockframeWarning, stacklevel=2)
@@ -307,5 +366,5 @@ def _correction(raw: Record, band: BandPass) -> tuple[dict[str, Any], tuple[floa
         # fmax and fmin ignore NaN, for values that the archive does not state.
         "filter_low": float(np.fmax(raw.filter_low, low)),
         "filter_high": float(np.fmin(raw.filter_high, high)),
-        "processing": (*raw.processing, *steps),
+        "processing": (*raw.processing, str(corner), *steps),
     }, start

@@ -155,7 +155,9 @@ def _others(entries: Sequence[InputOutcome]) -> dict[str, list[dict[str, Any]]]:
 
 def _show(accepted: list[dict[str, Any]], output: Path) -> None:
     def processing(row: Mapping[str, Any], key: str) -> str:
-        return "corrected here" if row[key] else "as given"
+        if not row[key]:
+            return "as given"
+        return f"from {row['corner_hz']:g} Hz ({row['corner_source'].replace('_', ' ')})"
 
     def passport(row: Mapping[str, Any], key: str) -> str:
         return str(row[key]) + (": " if row["warnings"] else "") + ", ".join(row["warnings"])
@@ -178,7 +180,11 @@ def _passport(passport: Passport | None) -> dict[str, Any]:
     """Return the verdict, the names of the warnings, and all checks."""
     if passport is None:
         return {"passport": None, "warnings": [], "checks": []}
+    corner, measures = passport.corner, passport.measures
     return {
+        "corner_hz": corner.frequency,
+        "corner_source": corner.source.name.lower(),
+        "usable_periods_s": [measures.usable_period_shortest, measures.usable_period_longest],
         "passport": passport.verdict.name.lower(),
         "warnings": list(passport.warnings),
         "checks": [

@@ -9,6 +9,7 @@ import numpy as np
 
 from rockframe.record import Orientation, SiteType
 from rockframe.results.schema.declare import FileKind, Variable, optional
+from rockframe.signals.corner import CornerSource
 from rockframe.signals.passport import CheckVerdict
 
 
@@ -67,6 +68,10 @@ RECORDS_NC: Final = FileKind(
         *optional("passport",
             Variable("late_trigger", "record", _Trigger, "1", "trigger of the recording", "passport"),
             Variable("passport", "record", CheckVerdict, "1", "verdict of the record passport", "passport.verdict"),
+        ),
+        *optional("corner",
+            Variable("corner_frequency", "record", float, "Hz", "lower corner of the band-pass of this package", "passport.corner.frequency"),
+            Variable("corner_source", "record", CornerSource, "1", "source of the lower corner of the band-pass of this package", "passport.corner.source"),
         ),
         Variable("processing", "record", str, "1", "processing after reading"),
         *optional("both horizontals",

@@ -162,7 +162,7 @@ def write_entries(entries: Sequence[InputOutcome], path: Path) -> None:
     made = [entry.passport for entry in entries if entry.passport is not None]
     names = [check.name for check in made[0].checks] if made else []
     heads = [
-        "passport",
+        *("passport", "corner_hz", "corner_source"),
         *(f"{name}{part}" for name in names for part in ("", "_limit", "_verdict")),
     ]
     write_rows_as(
@@ -198,7 +198,9 @@ def _cells(passport: Passport | None) -> list[object]:
     if passport is None:
         return []
     checks = [(one.value, one.limit, one.verdict.name.lower()) for one in passport.checks]
-    return [passport.verdict.name.lower(), *chain.from_iterable(checks)]
+    corner = passport.corner
+    stated = [passport.verdict.name.lower(), corner.frequency, corner.source.name.lower()]
+    return [*stated, *chain.from_iterable(checks)]
 
 
 def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
