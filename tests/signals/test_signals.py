@@ -6,6 +6,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ import scipy
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.signals.processing import BandPass, correct, integrate, peak
+from rockframe.ingest import read_file
+from rockframe.signals.processing import BandPass, correct, integrate, peak, raise_corner
 
 TIME: NDArray[np.float64] = 0.01 * np.arange(6000, dtype=np.float64)
 
@@ -89,6 +91,29 @@ def test_the_bits_of_corrected_records_and_scales_do_not_depend_on_the_processor
         check=True,
     )
     assert done.stdout.split() == expected
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.4, 2.0])
+@pytest.mark.parametrize("name", ["CCC", "CLC", "TOW2"])
+def test_a_raised_corner_is_that_of_the_record_corrected_again(
+    bundled_records: Path, name: str, factor: float
+) -> None:
+    for raw in read_file(bundled_records / f"Ridgecrest2019-{name}.V1"):
+        once, again = (
+            correct(raw.acceleration, raw.time_step, BandPass(corner))[0]
+            for corner in (0.08, 0.08 * factor)
+        )
+        raised = raise_corner(once, raw.time_step, 0.08, 0.08 * factor)
+        velocity = integrate(again, raw.time_step)
+        assert peak(integrate(raised, raw.time_step) - velocity) < 0.005 * peak(velocity)
+
+
+@pytest.mark.parametrize("corner", [0.2, float("nan")])
+def test_a_corner_cannot_be_lowered_or_unknown(corner: float) -> None:
+    with pytest.raises(
+        ParameterError, match=r"corner 0\.1 Hz of a record corrected from .* higher"
+    ):
+        raise_corner(burst(1.0), 0.01, corner, 0.1)
 
 
 def test_velocity_returns_to_rest() -> None:

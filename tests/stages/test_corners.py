@@ -13,7 +13,9 @@ import xarray as xr
 
 from rockframe.cli.main import main
 from rockframe.options.ingest import IngestOptions
-from rockframe.signals.corner import CornerSource
+from rockframe.record import Record
+from rockframe.results.records import open_records, write_records
+from rockframe.signals.corner import UNCHANGED, CornerSource
 from rockframe.stages.acceptance import Ingested
 from rockframe.stages.ingest import ingest_stage
 
@@ -125,6 +127,26 @@ def test_tables_and_files_state_the_corner_and_its_source(
     assert stated == expected
     main(["ingest", *names, "--output", str(output)])
     assert "from 0.08 Hz (displacement)" in capsys.readouterr().out
+
+
+def test_an_open_file_tells_the_corner_of_a_record(bundled_records: Path, tmp_path: Path) -> None:
+    source = tmp_path / "shake.csv"
+    source.write_text("time_s,acc_g\n0,0.1\n0.1,0.2\n0.2,-0.3\n")
+    accepted = ingested([bundled_records / "Ridgecrest2019-TOW2.V1", source], tmp_path).accepted
+    with open_records(tmp_path / "records.nc") as records:
+        for one in accepted[:-1]:
+            assert records.corner(one.record_id) == one.passport.corner
+        assert records.corner("shake").source is CornerSource.NOT_CORRECTED
+    write_records(
+        [(accepted_record(), None)], tmp_path / "records.nc", input_sha256={}, parameters={}
+    )
+    with open_records(tmp_path / "records.nc") as records:
+        assert records.corner("shake") is UNCHANGED
+
+
+def accepted_record() -> Record:
+    """Return a record for a file without passports."""
+    return Record(record_id="shake", acceleration=np.array([0.0, 3.0, 0.0]), time_step=0.1)
 
 
 def test_rotated_motions_have_the_corner_of_their_components(

@@ -21,6 +21,7 @@ from rockframe.results.reading import damage_named, opened
 from rockframe.results.schema import RECORDS
 from rockframe.results.schema.records import RECORDS_NC
 from rockframe.results.writing import Growing, slices, write_rows
+from rockframe.signals.corner import UNCHANGED, Corner, CornerSource
 from rockframe.signals.passport import Passport
 from rockframe.signals.processing import integrate, peak
 
@@ -254,6 +255,20 @@ class RecordsFile:
             for value, default in zip(stated, known, strict=True)
         )
         return shortest, longest
+
+    def corner(self, name: str) -> Corner:
+        """Return the lower corner with which this package corrected a record.
+
+        It is unknown, as for records that this package did not correct, in files without passports
+        and in files of earlier versions.
+        """
+        if "corner_frequency" not in self._values_of:
+            return UNCHANGED
+        row = self._rows[name]
+        frequency, source = (
+            self._values_of[f"corner_{of}"].values[row] for of in ("frequency", "source")
+        )
+        return Corner(float(frequency), CornerSource(int(source)))
 
     def read(self, name: str) -> Record:
         """Read the record with this name.
