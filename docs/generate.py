@@ -22,7 +22,7 @@ _ROOMS: Mapping[str, str] = {
     "record": "Records",
     "ingest": "Reading",
     "frame": "Frames",
-    "restraint": "Restraints",
+    "parts": "Parts of a frame",
     "wavelets": "Wavelets and pulses",
     "matching": "Pulses of records",
     "rocking": "Response",
