@@ -70,7 +70,7 @@ def run(home: Path, records: int) -> Path:
         print(f"{words[0]}: {time.perf_counter() - began:.1f} s", file=sys.stderr)
     write_manifest(
         folder,
-        inputs={structures.name: sha256_of(structures)},
+        inputs={path.name: sha256_of(path) for path in (structures, *(home / "records").iterdir())},
         parameters={},
         outputs=sorted(folder.iterdir()),
     )

@@ -356,9 +356,12 @@ def test_a_file_in_the_folder_that_is_no_netcdf_is_not_replaced(
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--ensemble-members", "31"), "--ensemble-members 31. Must be at least 32."),
+        (("--ensemble-members", "15"), "--ensemble-members 15. Must be 0, or at least 16"),
         (("--ensemble-height", "-0.1"), "--ensemble-height -0.1. Must be zero or positive."),
-        (("--ensemble-width", "0.99"), "Invalid spreads of an ensemble of frame 'wide':"),
+        (
+            ("--ensemble-width", "0.99"),
+            "Invalid spread width 0.99 of the ensemble of frame 'wide': member 1 has width 6.4",
+        ),
     ],
 )
 def test_ensembles_that_cannot_be(

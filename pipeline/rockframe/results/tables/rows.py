@@ -286,7 +286,9 @@ def _cells(
     dataset: xr.Dataset, sizes: Mapping[str, int], key: str, name: str
 ) -> Callable[[int], Any]:
     """Return a function that gives the cells of a column at a position of the slowest dimension."""
-    name, _, place = name.partition(".")
+    place = ""
+    if name not in dataset.variables:  # a name may have a point itself, such as sa_0.5s
+        name, _, place = name.partition(".")
     if name not in dataset.variables:
         declared = KINDS[dataset.attrs["rockframe_kind"]][name]
         unknown = "" if declared.holds in ("text", "flags") else np.nan
