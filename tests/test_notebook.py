@@ -99,9 +99,9 @@ def test_datasets_are_the_arrays(things: dict[str, Any]) -> None:
 
 
 def test_a_verdict_prints_its_name() -> None:
-    assert str(Verdict.SAFE) == f"{Verdict.SAFE}" == "SAFE"
-    assert f"{Verdict.OVERTURNED:>12}" == "  OVERTURNED"
-    assert int(Verdict.SAFE) == 1
+    assert str(Verdict.STANDS) == f"{Verdict.STANDS}" == "SAFE"
+    assert f"{Verdict.OVERTURNS:>12}" == "  OVERTURNED"
+    assert int(Verdict.STANDS) == 1
 
 
 def test_a_record_has_its_peak_and_can_be_scaled() -> None:

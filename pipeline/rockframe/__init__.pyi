@@ -84,7 +84,6 @@ from .rocking import Response as Response
 from .rocking import RobustMargin as RobustMargin
 from .rocking import RockingSpectrum as RockingSpectrum
 from .rocking import Scenarios as Scenarios
-from .rocking import Sensitivity as Sensitivity
 from .rocking import Verdict as Verdict
 from .rocking import angular_acceleration as angular_acceleration
 from .rocking import barrier_rate as barrier_rate

@@ -112,7 +112,7 @@ def slivers_above_the_least(pair: Pair, step: float) -> tuple[Float, int]:
         taken += scale.size
         zero = np.zeros(scale.size, dtype=np.int64)
         found = respond_scenarios([ground], [pair.frame], zero, zero, scale)
-        return found.verdict == Verdict.OVERTURNED, found.peak_rotation_ratio
+        return found.verdict == Verdict.OVERTURNS, found.peak_rotation_ratio
 
     base = least_scale_of(pair.ground, pair.frame) * math.exp(0.5 * step)
     last = math.floor(math.log(largest_scale_of(pair.ground, LARGEST_SCALE) / base) / step)

@@ -61,7 +61,7 @@ def print_table(records: Sequence[Record], frames: Sequence[RockingFrame]) -> No
     for record, row in zip(records, found, strict=True):
         for frame, ensemble in zip(frames, row, strict=True):
             response = respond(frame, record)
-            fallen = response.verdict is Verdict.OVERTURNED
+            fallen = response.verdict is Verdict.OVERTURNS
             nominal = "overturns" if fallen else f"{response.peak_rotation_ratio:.3f}"
             print(f"{record.record_id + ', ' + frame.name:42}{nominal:>12}{_row(ensemble)}")
 
@@ -83,7 +83,7 @@ def print_coverage(
 ) -> None:
     """Print how well 64 members represent many."""
     many = member_peaks(grounds, frames, Ensemble(members=members, seed=2_000_000))
-    shares = (many.verdict == Verdict.OVERTURNED).mean(axis=2)
+    shares = (many.verdict == Verdict.OVERTURNS).mean(axis=2)
     stand, between = shares == 0.0, (shares > 0.05) & (shares < 0.95)
     some = [member_peaks(grounds, frames, Ensemble(seed=seed)) for seed in range(seeds)]
     held = np.array([_holds(one.verdict, shares) for one in some])
@@ -109,7 +109,7 @@ def print_coverage(
 
 def _holds(verdicts: NDArray[np.int8], shares: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return where the interval of the members' share contains a share."""
-    count = (verdicts == Verdict.OVERTURNED).sum(axis=2)
+    count = (verdicts == Verdict.OVERTURNS).sum(axis=2)
     limits = [share_interval(int(one), verdicts.shape[2]) for one in count.ravel()]
     low, high = np.reshape(limits, (*shares.shape, 2)).transpose(2, 0, 1)
     return np.asarray((low <= shares) & (shares <= high))

@@ -105,7 +105,7 @@ def shaking() -> Record:
 def test_rocking_spectra_have_gaps_where_the_frame_overturns() -> None:
     found = rocking_spectrum([shaking()], [0.1, 0.2], [0.0], np.linspace(1.0, 12.0, 12))
     drawn = draw_rocking_spectrum(rocking_spectrum_dataset(["shaking"], found))
-    fallen = found.verdict[0, :, 0] == Verdict.OVERTURNED
+    fallen = found.verdict[0, :, 0] == Verdict.OVERTURNS
     assert fallen.any()
     assert not fallen.all()
     for axes, peaks in zip(

@@ -53,7 +53,7 @@ def test_the_ranking_says_which_motions_overturn(screen: Screen) -> None:
     """A peak of a structure that overturns only describes its fall."""
     found = screen(site(6), scales=[2.0])
     peaks = found["peak_rotation_ratio"].isel(scale=0)
-    stands = peaks.where(found["verdict"].isel(scale=0) != Verdict.OVERTURNED)
+    stands = peaks.where(found["verdict"].isel(scale=0) != Verdict.OVERTURNS)
     wanted = ["overturns" if np.isnan(one) else f"{one:.3f}" for one in stands.values.ravel()]
     ranking = screening_content(found)["ranking"]
     assert sorted(row["demand"] for motion in ranking for row in motion) == sorted(wanted)

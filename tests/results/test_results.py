@@ -199,7 +199,7 @@ def test_selecting_gives_the_history_that_was_computed(response_path: Path) -> N
     assert history.sizes == {"time": 1201}
     for name in ("theta", "u", "v"):
         np.testing.assert_array_equal(history[name], getattr(computed, name))
-    assert int(history["verdict"]) == computed.verdict == rockframe.Verdict.OVERTURNED
+    assert int(history["verdict"]) == computed.verdict == rockframe.Verdict.OVERTURNS
     assert float(history["overturning_time"]) == computed.overturning_time
 
 

@@ -25,9 +25,9 @@ from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
 from rockframe.results.records import write_records
 from rockframe.results.run import read_run
-from rockframe.results.tables.rows import OVERVIEW, robust_scales, stated_verdict
+from rockframe.results.tables.rows import OVERVIEW, robust_scales, spread_verdict
 from rockframe.results.tables.table import response_rows, table_rows
-from rockframe.rocking import VERDICT_RULE, Margin, StatedVerdict, Verdict, VerdictKind
+from rockframe.rocking import VERDICT_RULE, Margin, SpreadVerdict, Verdict, VerdictKind
 from rockframe.stages.pulse import pulse_stage
 from rockframe.stages.respond import respond_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES
@@ -99,11 +99,11 @@ def test_the_verdict_of_a_printed_row_is_stated_once(
     """The row states it: its columns use those words, and leave out the peaks of a fall."""
     made: list[Verdict] = []
 
-    def counted(verdict: Verdict, **values: Any) -> StatedVerdict:
+    def counted(verdict: Verdict, **values: Any) -> SpreadVerdict:
         made.append(verdict)
-        return StatedVerdict(verdict, **values)
+        return SpreadVerdict(verdict, **values)
 
-    monkeypatch.setattr("rockframe.results.tables.rows.StatedVerdict", counted)
+    monkeypatch.setattr("rockframe.results.tables.rows.SpreadVerdict", counted)
     rows = list(response_rows(folder / "response.nc"))
     console.show_rows("", response_columns({}), rows)
     assert len(made) == len(rows)
@@ -160,9 +160,9 @@ def test_the_explorer_does_not_call_safe_what_it_did_not_look_for(folder: Path) 
 
 def test_without_margins_a_structure_only_stands() -> None:
     row = {"verdict": "safe", "overturning_time_s": "", "critical_scale": "", "largest_scale": ""}
-    assert stated_verdict(row).words == "stands"
+    assert spread_verdict(row).words == "stands"
     # Scales up to 10 were searched, and none overturns the structure.
-    assert stated_verdict(row | {"largest_scale": "10.0"}).words == "safe"
+    assert spread_verdict(row | {"largest_scale": "10.0"}).words == "safe"
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_without_margins_a_structure_only_stands() -> None:
     [(np.nan, "undecided, stands"), (36.8, "undecided, overturned 36.8 s")],
 )
 def test_an_undecided_verdict_has_its_direction(overturning_time: float, words: str) -> None:
-    stated = StatedVerdict(Verdict.UNDECIDED, overturning_time, critical_scale=0.7)
+    stated = SpreadVerdict(Verdict.UNDECIDED, overturning_time, critical_scale=0.7)
     assert (stated.kind, stated.words) == (VerdictKind.UNDECIDED, words)
 
 

@@ -76,7 +76,7 @@ def test_members_are_separate_responses() -> None:
                 ground = motion.scaled(factor)
                 one = with_contact(respond(member, ground), ground)
                 forces = reactions(one, ground)
-                assert peaks.verdict[0, k, j] == one.verdict == Verdict.SAFE
+                assert peaks.verdict[0, k, j] == one.verdict == Verdict.STANDS
                 tied, contact = one.restraint, one.contact
                 assert contact is not None
                 friction = [contact.base_friction_demand, contact.impact_friction_demand]
@@ -123,7 +123,7 @@ def test_a_vertical_motion_at_rest_counts() -> None:
     )
     found = member_peaks([motion], [BENT], SAME)
     forces = reactions(respond(BENT, motion), motion)
-    assert (found.verdict == Verdict.SAFE).all()
+    assert (found.verdict == Verdict.STANDS).all()
     assert_allclose(found.base_shear, np.abs(forces.support_shear).max() / 5.0)
     assert_allclose(found.base_shear, 0.2)
 
@@ -133,7 +133,7 @@ def test_without_spreads_all_members_are_the_stated_structure() -> None:
         peaks = member_peaks([motion], FRAMES, SAME)
         count = np.arange(len(FRAMES))
         alone = respond_scenarios([motion], FRAMES, 0 * count, count, np.ones(count.size))
-        standing = alone.verdict != Verdict.OVERTURNED
+        standing = alone.verdict != Verdict.OVERTURNS
         for name in BANDS:
             each = getattr(peaks, name)[0]
             assert_array_equal(each, np.repeat(each[:, :1], SAME.members, axis=1))
@@ -243,7 +243,7 @@ def test_the_last_sample_counts() -> None:
         peaks = member_peaks([motion], FRAMES, SAME)
         for k, frame in enumerate(FRAMES):
             response = respond(frame, motion)
-            assert response.verdict == Verdict.SAFE
+            assert response.verdict == Verdict.STANDS
             forces = reactions(response, motion)
             demand = forces.base_friction_demand
             if frame.mass_ratio > 0.0:

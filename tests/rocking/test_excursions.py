@@ -49,7 +49,7 @@ def test_a_slender_frame_overturns_in_the_excursion_that_begins_above_zero() -> 
     last = found.excursions[np.arange(400), starts.argmax(axis=1), 2]
     clear = np.abs(last) > 1e-3
     assert clear.sum() > 390
-    fallen = found.verdict[clear] == Verdict.OVERTURNED
+    fallen = found.verdict[clear] == Verdict.OVERTURNS
     assert 100 < fallen.sum() < 300
     assert_array_equal(fallen, last[clear] > 0.0)
 

@@ -15,7 +15,7 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking import kernels
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Response, respond
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -95,11 +95,11 @@ def test_bridge_uplift(case: dict[str, Any]) -> None:
 def test_bridge_verdict_and_peak(case: dict[str, Any]) -> None:
     response = respond(BENT, pulse_of(case))
     if case["verdict"] == "overturned":
-        assert response.verdict is Verdict.OVERTURNED
+        assert response.verdict is Verdict.OVERTURNS
         assert response.peak_rotation == 0.5 * math.pi
         assert response.impacts == case["n_impacts_before_overturn"]
         return
-    assert response.verdict is Verdict.SAFE
+    assert response.verdict is Verdict.STANDS
     peak = float(case["peak_abs_theta_over_alpha"])
     assert_allclose(response.peak_rotation_ratio, peak, rtol=0, atol=1e-9)
     assert_allclose(response.peak_time, float(case["t_peak"]), rtol=0, atol=1e-7)
@@ -207,7 +207,7 @@ def overturns(ground: GroundAcceleration, amplitude: float, restitution: float) 
     """Return True if it overturns; the amplitude is in g tan(alpha), the time in 1/p."""
     scaled = amplitude * math.tan(ALPHA) * ground.coefficients
     outcome = integrate(scaled, ground.time_step, alpha=ALPHA, restitution=restitution)
-    return outcome.verdict == kernels.OVERTURNED
+    return outcome.verdict == kernels.OVERTURNS
 
 
 def sine(frequency: float, half_cycles: int) -> GroundAcceleration:
@@ -270,8 +270,8 @@ def test_first_overturning(number: int, expected: Expected) -> None:
         a_p = factor * known["first_overturn"] * frame.uplift_acceleration
         return respond(frame, Pulse(wavelet=WAVELET[known["pulse"]], a_p=a_p, T_p=period)).verdict
 
-    assert verdict(1.0 - 1e-9) is Verdict.SAFE
-    assert verdict(1.0 + 1e-9) is Verdict.OVERTURNED
+    assert verdict(1.0 - 1e-9) is Verdict.STANDS
+    assert verdict(1.0 + 1e-9) is Verdict.OVERTURNS
 
 
 # The same with a frame and with the pulses of textbooks
@@ -285,7 +285,7 @@ BLOCK = RockingFrame(
 def falls(wavelet: str, ratio: float, amplitude: float) -> bool:
     period = 2.0 * math.pi / (ratio * BLOCK.frequency_parameter)
     a_p = amplitude * BLOCK.uplift_acceleration
-    return respond(BLOCK, Pulse(wavelet=wavelet, a_p=a_p, T_p=period)).verdict is Verdict.OVERTURNED
+    return respond(BLOCK, Pulse(wavelet=wavelet, a_p=a_p, T_p=period)).verdict is Verdict.OVERTURNS
 
 
 @pytest.mark.parametrize("ratio", ["0.5", "2", "5", "8"])

@@ -16,7 +16,7 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import tails
 from rockframe.rocking.response import Response, respond
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.family import RICKERS
 from rockframe.wavelets.pulse import Pulse
@@ -135,7 +135,7 @@ def test_whatever_the_motion(
     assert np.array_equal(standing, np.isfinite(response.omega))
     fallen = response.overturning_time
     assert np.array_equal(standing, ~(response.time > fallen))
-    assert (response.verdict is Verdict.OVERTURNED) == (response.peak_rotation == 0.5 * math.pi)
+    assert (response.verdict is Verdict.OVERTURNS) == (response.peak_rotation == 0.5 * math.pi)
     assert np.all(np.abs(response.theta[standing]) <= response.peak_rotation)
     assert np.all(np.diff(response.impact_times) >= 0.0)
 
@@ -252,7 +252,7 @@ def test_chatter_ends_in_rest_after_the_impacts_that_the_restitution_allows(
     assert response.impacts == math.ceil(math.log(slowest / first) / math.log(frame.restitution))
     assert response.theta[-1] == 0.0
     assert response.omega[-1] == 0.0
-    assert response.verdict is Verdict.SAFE
+    assert response.verdict is Verdict.STANDS
 
 
 def test_a_frame_at_rest_uplifts_again_as_if_nothing_had_been() -> None:

@@ -17,7 +17,7 @@ from rockframe.rocking import margins, respond_many
 from rockframe.rocking.design import Design
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import respond
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
@@ -163,7 +163,7 @@ def test_balanced_on_the_barrier_counts_as_overturned_without_a_time() -> None:
     frame = RockingFrame(height=9.6, width=1.6)
     still = GroundAcceleration.from_samples([0.0, 0.0], 0.1)
     response = respond(frame, still, initial_rotation=frame.slenderness)
-    assert response.verdict is Verdict.OVERTURNED
+    assert response.verdict is Verdict.OVERTURNS
     assert math.isnan(response.overturning_time)
     assert response.peak_rotation == 0.5 * math.pi
 

@@ -19,7 +19,7 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.steps import LANDED, MOVING, Polynomial, flight
 from rockframe.rocking.kernels.ties import Pair
 from rockframe.rocking.response import Response, respond, ties_of
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -211,7 +211,7 @@ def test_energy_is_lost_only_in_impacts_and_yielding(kind: str, motion: str, see
     assert np.all(dissipated > -round_off)
     if kind not in (*YIELDING, "cable"):
         assert np.all(dissipated < round_off)
-    elif response.verdict is not Verdict.OVERTURNED:
+    elif response.verdict is not Verdict.OVERTURNS:
         assert response.restraint is not None
         work = response.restraint.dissipated_energy / frame.moment_arm
         work *= frame.effective_frequency_parameter**2
@@ -234,7 +234,7 @@ def test_the_verdict_is_that_of_the_history(kind: str, motion: str, seed: int) -
     longer = respond(response.frame, ground, free_rocking=20.0)
     standing = np.isfinite(longer.theta)
     assert longer.verdict is response.verdict
-    assert (longer.verdict is Verdict.OVERTURNED) == (longer.peak_rotation >= 0.5 * math.pi)
+    assert (longer.verdict is Verdict.OVERTURNS) == (longer.peak_rotation >= 0.5 * math.pi)
     assert (longer.verdict is Verdict.NO_UPLIFT) == (not longer.theta[standing].any())
     assert longer.peak_rotation == pytest.approx(response.peak_rotation, rel=1e-9)
     assert np.abs(longer.theta[standing]).max() <= longer.peak_rotation * (1.0 + 1e-12)

@@ -53,8 +53,8 @@ def stronger(factor: float) -> Pulse:
 
 def test_the_critical_scale_overturns_and_what_is_below_does_not() -> None:
     critical = margin(BENT, PULSE).critical_scale
-    assert respond(BENT, stronger(critical)).verdict is Verdict.OVERTURNED
-    assert respond(BENT, stronger(critical * (1.0 - 2e-6))).verdict is Verdict.SAFE
+    assert respond(BENT, stronger(critical)).verdict is Verdict.OVERTURNS
+    assert respond(BENT, stronger(critical * (1.0 - 2e-6))).verdict is Verdict.STANDS
 
 
 def test_a_motion_twice_as_strong_has_half_the_critical_scale() -> None:
@@ -67,8 +67,8 @@ def test_islands_are_those_of_the_verdict() -> None:
     found = margin(BENT, PULSE)
     (start, end), *_ = found.islands
     assert found.safe_islands == len(found.islands)
-    assert respond(BENT, stronger(0.5 * (start + end))).verdict is Verdict.SAFE
-    assert respond(BENT, stronger(1.013 * end)).verdict is Verdict.OVERTURNED
+    assert respond(BENT, stronger(0.5 * (start + end))).verdict is Verdict.STANDS
+    assert respond(BENT, stronger(1.013 * end)).verdict is Verdict.OVERTURNS
 
 
 @pytest.mark.parametrize("number", range(0, 30, 3))
@@ -121,7 +121,7 @@ def test_slivers_are_found(
 ) -> None:
     frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}[structure]
     within = np.linspace(lower + 1e-5, upper - 1e-5, 9)
-    assert (respond_many([ridgecrest[name]], [frame], within).verdict == Verdict.OVERTURNED).all()
+    assert (respond_many([ridgecrest[name]], [frame], within).verdict == Verdict.OVERTURNS).all()
     [[found]] = margins([ridgecrest[name]], [frame])
     assert found.critical_scale < lower + 2e-5
     first = found.first
@@ -139,7 +139,7 @@ def test_a_sliver_between_two_excursions_that_have_counterparts_is_found(
     frame = RockingFrame(height=height, width=height * math.tan(slenderness))
     record = ridgecrest["Ridgecrest2019-CLC-360"]
     within = np.linspace(0.97672, 0.97687, 9)
-    assert (respond_many([record], [frame], within).verdict == Verdict.OVERTURNED).all()
+    assert (respond_many([record], [frame], within).verdict == Verdict.OVERTURNS).all()
     assert margins(record, frame).critical_scale == pytest.approx(0.97671, abs=1e-5)
 
 
@@ -162,7 +162,7 @@ def test_undecided_by_the_amplitude() -> None:
     for factor in (0.995 * critical, 1.005 * critical):
         found = margin(BENT, stronger(factor))
         assert found.undecided_by == Sensitivity.AMPLITUDE
-        assert found.verdict(Verdict.SAFE) is Verdict.UNDECIDED
+        assert found.verdict(Verdict.STANDS) is Verdict.UNDECIDED
     assert margin(BENT, stronger(0.98 * critical)).undecided_by == 0
 
 
@@ -179,8 +179,8 @@ def test_undecided_by_one_amplitude_in_twenty(ridgecrest: dict[str, Record]) -> 
     motion = ridgecrest["Ridgecrest2019-TOW2-090"]
     frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}["slender-column"]
     fallen = respond_many([motion], [frame], np.linspace(0.99, 1.01, 201)).verdict
-    assert respond(frame, motion).verdict is Verdict.OVERTURNED
-    assert (fallen != Verdict.OVERTURNED).sum() == 10
+    assert respond(frame, motion).verdict is Verdict.OVERTURNS
+    assert (fallen != Verdict.OVERTURNS).sum() == 10
     assert Sensitivity.AMPLITUDE in margin(frame, motion).undecided_by
 
 
@@ -196,7 +196,7 @@ def test_undecided_by_a_restitution_between_the_ends(
     frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}[structure]
     for factor in (1.0, 0.99):
         other = replace(frame, restitution_factor=factor)
-        fallen = respond(other, motion).verdict is Verdict.OVERTURNED
+        fallen = respond(other, motion).verdict is Verdict.OVERTURNS
         assert fallen == overturns
     assert Sensitivity.RESTITUTION in margin(frame, motion).undecided_by
 
@@ -237,7 +237,7 @@ def test_undecided_by_the_sampling() -> None:
     """Straight lines over a quarter of a second cut off the top of the pulse."""
     pulse = Pulse(wavelet="symmetric_ricker", a_p=1.16 * PULSE.a_p, T_p=PULSE.T_p, time=5.0)
     coarse = GroundAcceleration.from_samples(pulse.acceleration(np.arange(0.0, 10.1, 0.25)), 0.25)
-    assert respond(BENT, coarse).verdict is Verdict.SAFE
+    assert respond(BENT, coarse).verdict is Verdict.STANDS
     assert margin(BENT, coarse).undecided_by == Sensitivity.SAMPLING
 
 

@@ -26,7 +26,7 @@ from rockframe.rocking.reactions import (
     reactions,
 )
 from rockframe.rocking.response import Response, respond
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -117,7 +117,7 @@ def test_restoring_moment_is_the_slope_of_the_potential() -> None:
 def test_within_the_barrier_the_frame_comes_back_and_beyond_it_overturns() -> None:
     rotation = 0.3 * BENT.slenderness
     rate = float(barrier_rate(BENT, rotation))
-    for factor, verdict in ((1.0 - 1e-9, Verdict.SAFE), (1.0 + 1e-9, Verdict.OVERTURNED)):
+    for factor, verdict in ((1.0 - 1e-9, Verdict.STANDS), (1.0 + 1e-9, Verdict.OVERTURNS)):
         response = respond(
             BENT, still(1.0), initial_rotation=rotation, initial_velocity=factor * rate
         )

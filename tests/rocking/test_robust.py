@@ -83,7 +83,7 @@ def counted() -> Counted:
     scale = scale * draws(ensemble)[:, 3]
     frame = np.tile(np.arange(len(family)), powers.size)
     found = respond_scenarios([ROUGH], family, 0 * frame, frame, scale.ravel())
-    return Counted(robust, powers, (found.verdict == Verdict.OVERTURNED).reshape(scale.shape))
+    return Counted(robust, powers, (found.verdict == Verdict.OVERTURNS).reshape(scale.shape))
 
 
 def test_shares_are_those_of_the_members(counted: Counted) -> None:

@@ -12,7 +12,7 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import respond
 from rockframe.rocking.spectra.scan import Scan, islands, scan
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 
@@ -45,8 +45,8 @@ def test_edges_are_edges() -> None:
     assert len(found.lower) == 5
     for edge, outside in [(found.lower, 1.0 - 3e-9), (found.upper[:-1], 1.0 + 3e-9)]:
         for amplitude in edge:
-            assert verdict(frame, motion, amplitude) is Verdict.OVERTURNED
-            assert verdict(frame, motion, amplitude * outside) is Verdict.SAFE
+            assert verdict(frame, motion, amplitude) is Verdict.OVERTURNS
+            assert verdict(frame, motion, amplitude * outside) is Verdict.STANDS
 
 
 def verdict(frame: RockingFrame, motion: GroundAcceleration, amplitude: float) -> Verdict:
@@ -96,7 +96,7 @@ def test_a_line_that_never_overturns() -> None:
     frame = column(14.0, 0.0)
     found = one_line(frame, ground("symmetric_ricker", frame, 7.5), np.arange(0.9, 20.0, 0.1))
     assert found.intervals()[0].shape == (0, 2)
-    assert set(found.verdict.ravel()) == {Verdict.NO_UPLIFT, Verdict.SAFE}
+    assert set(found.verdict.ravel()) == {Verdict.NO_UPLIFT, Verdict.STANDS}
 
 
 @pytest.mark.parametrize(

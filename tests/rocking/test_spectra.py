@@ -114,7 +114,7 @@ def test_the_map_is_what_the_intervals_say() -> None:
         inside = np.zeros(amplitudes.size, dtype=bool)
         for lower, upper in intervals:
             inside |= (amplitudes >= lower) & ~(amplitudes > upper)
-        assert_array_equal(found.verdict[line] == Verdict.OVERTURNED, inside)
+        assert_array_equal(found.verdict[line] == Verdict.OVERTURNS, inside)
     assert (found.verdict[:, 0] == Verdict.NO_UPLIFT).all()
 
 

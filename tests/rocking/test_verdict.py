@@ -15,7 +15,7 @@ from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.tails import tail
 from rockframe.rocking.response import respond
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -87,7 +87,7 @@ def test_a_frame_that_passes_alpha_and_comes_back_is_safe() -> None:
         T_p=math.pi / block.frequency_parameter,
     )
     response = respond(block, pulse)
-    assert response.verdict is Verdict.SAFE
+    assert response.verdict is Verdict.STANDS
     assert 1.0 < response.peak_rotation_ratio < 2.81
     assert math.isnan(response.overturning_time)
 
@@ -95,9 +95,9 @@ def test_a_frame_that_passes_alpha_and_comes_back_is_safe() -> None:
 @pytest.mark.parametrize("excess", [1e-9, 1e-3])
 def test_free_rocking_overturns_beyond_alpha(excess: float) -> None:
     tipped = release(BENT, 1.0 + excess, 0.5)
-    assert tipped.verdict is Verdict.OVERTURNED
+    assert tipped.verdict is Verdict.OVERTURNS
     assert tipped.peak_rotation == 0.5 * math.pi
-    assert release(BENT, 1.0 - excess, 0.5).verdict is Verdict.SAFE
+    assert release(BENT, 1.0 - excess, 0.5).verdict is Verdict.STANDS
 
 
 @pytest.mark.parametrize("margin", [1e-9, 1e-3])
@@ -105,8 +105,8 @@ def test_a_push_overturns_when_its_energy_passes_the_barrier(margin: float) -> N
     barrier = 2.0 * BENT.effective_frequency_parameter * math.sin(0.5 * BENT.slenderness)
     falls = respond(BENT, still(0.5), initial_velocity=(1.0 + margin) * barrier)
     stands = respond(BENT, still(0.5), initial_velocity=(1.0 - margin) * barrier)
-    assert falls.verdict is Verdict.OVERTURNED
-    assert stands.verdict is Verdict.SAFE
+    assert falls.verdict is Verdict.OVERTURNS
+    assert stands.verdict is Verdict.STANDS
     assert stands.peak_rotation < BENT.slenderness
 
 

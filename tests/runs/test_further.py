@@ -93,7 +93,7 @@ def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_
     assert main([*words, str(tmp_path / "figures")]) == 0
     (figure,) = (tmp_path / "figures").rglob("*.png")
     spectrum = read_rocking_spectrum(made / "rocking_spectrum.nc")
-    stands = spectrum["verdict"] != Verdict.OVERTURNED
+    stands = spectrum["verdict"] != Verdict.OVERTURNS
     peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
     furthest = peaks.max(["slenderness", "mass_ratio", "column_period"]).argmax("record")
     assert figure.name == f"{spectrum['record_id'].values[furthest]}-mass-ratio-0.png"

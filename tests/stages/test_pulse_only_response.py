@@ -32,14 +32,14 @@ def test_a_record_that_is_its_pulse_has_no_error() -> None:
     beside = with_pulse(respond(BENT, record), PLANTED).to_pulse
     assert beside is not None
     assert abs(beside.error) < 1e-4
-    assert beside.verdict is Verdict.SAFE
+    assert beside.verdict is Verdict.STANDS
 
 
 def test_a_fall_leaves_no_error_to_state() -> None:
     strong = Pulse(wavelet="symmetric_ricker", a_p=3.0 * 9.81, T_p=1.5)
     beside = with_pulse(respond(BENT, PLANTED), strong).to_pulse
     assert beside is not None
-    assert beside.verdict is Verdict.OVERTURNED
+    assert beside.verdict is Verdict.OVERTURNS
     assert math.isnan(beside.error)
 
 

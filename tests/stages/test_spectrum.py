@@ -73,7 +73,7 @@ def test_intervals_with_and_without_impact(spectrum: xr.Dataset) -> None:
 
 
 def test_maps_agree_with_intervals(spectrum: xr.Dataset) -> None:
-    fallen = spectrum["verdict"] == Verdict.OVERTURNED
+    fallen = spectrum["verdict"] == Verdict.OVERTURNS
     inside = (
         (spectrum["amplitude"] >= spectrum["interval_lower"])
         & ~(spectrum["amplitude"] > spectrum["interval_upper"])

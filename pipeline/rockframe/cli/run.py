@@ -99,21 +99,25 @@ def _warn(text: str) -> None:
 def _show_verdicts(table: Path) -> None:
     """Print the number of records for each structure and verdict."""
     from rockframe.results.tables.entries import rows_of
-    from rockframe.results.tables.rows import stated_verdict
+    from rockframe.results.tables.rows import spread_verdict
     from rockframe.rocking import VerdictKind
 
     if not table.is_file():  # a study without records
         return
     counts: dict[str, Counter[VerdictKind]] = {}
+    nominal = False
     for row in rows_of(table):
-        counts.setdefault(row["structure"], Counter())[stated_verdict(row).kind] += 1
+        verdict = spread_verdict(row)
+        nominal = verdict.is_nominal
+        counts.setdefault(row["structure"], Counter())[verdict.kind] += 1
     kinds = [kind for kind in VerdictKind if any(count[kind] for count in counts.values())]
     columns = [console.column(f"{kind.label}>", kind, ".0f") for kind in kinds]
     rows = (
         {"structure": name, **{kind: count[kind] for kind in kinds}}
         for name, count in counts.items()
     )
-    console.show_rows("Verdicts", [console.column("structure", "structure"), *columns], rows)
+    title = "Nominal verdicts" if nominal else "Verdicts"
+    console.show_rows(title, [console.column("structure", "structure"), *columns], rows)
 
 
 def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:

@@ -97,7 +97,7 @@ def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
-    from rockframe.cli.stages.respond import response_columns
+    from rockframe.results.tables.rows import response_columns
 
     facts = history["facts"]
     print(history["record_id"] or history["file"])
@@ -115,7 +115,7 @@ def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None
         if text or label == "accepted":
             print(f"  {label:<10} {text}".rstrip())
     if rows:
-        console.show_rows("", response_columns({}), rows)
+        console.show_rows("", response_columns(rows[0], {}), rows)
     if history["screening"]:
         _show_screening(history["screening"])
 

@@ -121,7 +121,7 @@ def _largest_rotation(file: RecordsFile, names: list[str], frame: RockingFrame) 
     for name in names if len(names) > 1 else ():
         record = file.read(name)
         response = respond(frame, record)
-        if response.verdict is Verdict.SAFE and response.peak_rotation > furthest:
+        if response.verdict is Verdict.STANDS and response.peak_rotation > furthest:
             best, furthest = record, response.peak_rotation
     return best
 

@@ -10,14 +10,20 @@ from typing import TYPE_CHECKING, Any, Final
 from rockframe.cells import TABLE_FORMATS, Column
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write
-from rockframe.cli.stages.respond import margin_notes
+from rockframe.cli.stages.respond import verdict_notes
 from rockframe.matching.record_pulses import LEVEL
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import Options
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
 from rockframe.paper.pulses import BORROWED, QUANTITIES, compare, statements
-from rockframe.results.tables.rows import Row, pulse_mark, titled, wavelet_name
+from rockframe.results.tables.rows import (
+    Row,
+    pulse_mark,
+    response_columns,
+    titled,
+    wavelet_name,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -194,17 +200,6 @@ _OF_RECORD: Final = (
     *titled({"T_p_s": "T_p\n[s]>"}, once=True, mark=("at_period_bound", "*")),
     Column("Ricker", "wavelet", rule=_ricker, once=True),
 )
-_OF_RESPONSE: Final = titled(
-    {
-        "structure": "Structure",
-        "peak_rotation_ratio": "θ/α\n>",
-        "u_max_m": "u_max\n[cm]>",
-        "v_max_m": "v_max\n[cm]>",
-        "critical_scale": "critical\nscale>",
-        "robust_scales": "10 25 50 %\noverturn>",
-        "verdict": "Verdict",
-    }
-)
 _OF_PAPER: Final = (
     Column("Record", rule=lambda row, _: row["record"] if row["quantity"] == "pga_g" else ""),
     Column("", rule=lambda row, _: "{} [{}]".format(*QUANTITIES[row["quantity"]])),
@@ -221,12 +216,14 @@ _WIDE: Final = 157
 def show(rows: Sequence[Row], comparisons: Sequence[Row], said: Sequence[str]) -> None:
     """Print records, pulses and responses, then the comparison with the paper."""
     several = len({row["structure"] for row in rows}) > 1
+    one = rows[0] if rows else {}
     if console.table_width() >= _WIDE:
-        title, columns = "Records, pulses and response", (*_OF_RECORD, *_OF_RESPONSE)
+        title, columns = "Records, pulses and response", (*_OF_RECORD, *response_columns(one, {}))
     else:
         first = {row["record_id"]: row for row in reversed(rows)}
         console.show_rows("Records and pulses", _OF_RECORD, reversed(first.values()))
-        title, columns = "Response", (*titled({"record": "Record"}, once=True), *_OF_RESPONSE)
+        title = "Response"
+        columns = (*titled({"record": "Record"}, once=True), *response_columns(one, {}))
     console.show_rows(title, columns, rows, group="record_id", rules=several)
     _show_notes(rows)
     if comparisons:
@@ -239,9 +236,7 @@ def show(rows: Sequence[Row], comparisons: Sequence[Row], said: Sequence[str]) -
 
 
 def _show_notes(rows: Sequence[Row]) -> None:
-    notes = []
-    if any(row["largest_scale"] > 0.0 for row in rows):
-        notes.append(margin_notes())
+    notes = [verdict_notes(rows[0])] if rows else []
     if any(row["at_period_bound"] for row in rows):
         notes.append("* at the end of the searched range of periods, not at a maximum")
     mark = max((pulse_mark(row) for row in rows), default="")

@@ -22,14 +22,15 @@ from rockframe.record import Record
 from rockframe.rocking import (
     GroundAcceleration,
     Response,
-    StatedVerdict,
     Verdict,
     respond,
+    with_ensemble,
+    with_envelope,
     with_margins,
 )
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
-from rockframe.web import strip_svg
+from rockframe.web import strip_svg, tone
 
 #: Largest scale of the ground motion [1].
 _LARGEST_SCALE: Final = 100.0
@@ -193,7 +194,7 @@ class Answer:
     def facts(self) -> dict[str, Any]:
         """Return verdict, peaks and parameters as JSON values in SI units; None if undefined."""
         response, frame = self.response, self.response.frame
-        stated = StatedVerdict(response.verdict, response.overturning_time)
+        stated = response.spread_verdict
         numbers = {
             name: getattr(response, name)
             for name in (
@@ -211,8 +212,8 @@ class Answer:
         known = {name: value if np.isfinite(value) else None for name, value in numbers.items()}
         return {
             "verdict": response.verdict.name.lower(),
-            "kind": stated.kind,
-            "words": stated.words,
+            "tone": tone(stated),
+            "words": f"nominally {stated.words}",
             "unusual": unusual(frame.height, frame.mass_ratio, frame.slenderness),
             **known,
             "pulse_words": None if self.pulse is None else _words(self.pulse),
@@ -275,8 +276,9 @@ def answer(motions: Mapping[str, Motion], settings: Settings) -> Answer:
     return Answer(response, scaled, _places(response, scaled, settings.window), pulse)
 
 
-def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, str]:
-    """Search for the margin (some tenths of a second), and return the verdict and its strip.
+def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, Any]:
+    """Compute the ensemble and the margin (some tenths of a second), and return verdict, bands and
+    strip.
 
     Parameters
     ----------
@@ -284,15 +286,35 @@ def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, str]:
         As in `answer`, which raises the same errors.
     """
     ground = _ground_motion(motions, settings)
-    [response] = with_margins([respond(settings.frame, ground)], ground, Ensemble())
-    found = response.margin
-    assert found is not None  # noqa: S101 -- with_margins adds it
-    stated = StatedVerdict(response.verdict, response.overturning_time, found.critical_scale)
-    by = ", ".join(str(bit.name).lower() for bit in found.undecided_by)
+    nominal = respond(settings.frame, ground)
+    [response] = with_ensemble(with_margins([nominal], ground, Ensemble()), ground)
+    assert response.margin is not None  # noqa: S101 -- with_margins adds it
+    assert response.ensemble is not None  # noqa: S101 -- with_ensemble adds it
     return {
-        "kind": stated.kind,
-        "words": stated.words + (f" (undecided by: {by})" if by else ""),
-        "strip": strip_svg(found.strip),
+        "tone": tone(response.spread_verdict),
+        "words": response.spread_verdict.sentence,
+        "strip": strip_svg(response.margin.strip),
+        "bands": response.ensemble.facts(),
+        "envelope": _envelope(with_envelope(nominal, ground)),
+    }
+
+
+#: Number of intervals of time with the extremes of an envelope, and largest theta / alpha in it.
+_INTERVALS: Final = 2_000
+_FURTHEST: Final = 3.0
+
+
+def _envelope(response: Response) -> dict[str, list[float]]:
+    """Return the envelope in intervals of time: starts [s], lowest and highest theta [rad]."""
+    length = -(-response.time.size // _INTERVALS)
+    starts = np.arange(0, response.time.size, length)
+    most = _FURTHEST * response.frame.slenderness
+    low = np.minimum.reduceat(np.asarray(response.theta_low), starts)
+    high = np.maximum.reduceat(np.asarray(response.theta_high), starts)
+    series = {"time": response.time[starts], "low": low, "high": high}
+    return {
+        name: np.round(np.clip(values, -most, most) if name != "time" else values, 6).tolist()
+        for name, values in series.items()
     }
 
 
@@ -337,7 +359,7 @@ def _places(response: Response, ground: GroundAcceleration, window: tuple[float,
     if count <= _DRAWN:
         return np.arange(count)
     standing = response.theta.size
-    if response.verdict is Verdict.OVERTURNED:
+    if response.verdict is Verdict.OVERTURNS:
         standing = int(np.isfinite(response.theta).sum())
     theta = np.nan_to_num(response.theta)
     lift = response.frame.vertical_displacement(theta)

@@ -13,7 +13,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from rockframe.figures.captioned import LINES, PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
 from rockframe.results.screen_tables import fragility_curve, with_its_limits
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
-from rockframe.rocking import ScaleOutcome
+from rockframe.rocking import Verdict
 
 
 def draw_fragility(screening: xr.Dataset) -> Captioned:
@@ -165,7 +165,7 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
     structure = str(screening["structure"].item())
     scale = float(screening["reference_scale"])
     at = int(np.flatnonzero(screening["scale"].values == scale)[0])
-    fell = int(screening["verdict_count"].isel(scale=at, outcome=ScaleOutcome.OVERTURNS))
+    fell = int(screening["verdict_count"].isel(scale=at, outcome=Verdict.OVERTURNS))
     recordings = np.unique(screening["cluster"].values).size
     caption = (
         f"Share of {screening.sizes['record']} motions of {recordings} recordings, at scale "

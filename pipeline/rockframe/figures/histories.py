@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from rockframe.figures.captioned import (
@@ -24,8 +27,8 @@ from rockframe.figures.captioned import (
 from rockframe.matching.match import PulseMatch
 from rockframe.oscillators.comparison import Validity
 from rockframe.record import Record
-from rockframe.rocking import Response, StatedVerdict, Verdict
-from rockframe.rocking.stated_verdict import MODEL_ENDS
+from rockframe.rocking import Response, SpreadVerdict, Verdict
+from rockframe.rocking.verdict import MODEL_ENDS
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -34,6 +37,8 @@ Float = NDArray[np.float64]
 #: slenderness above which rocking is visible [1].
 _MARGIN: Final = 3.0
 _VISIBLE: Final = 0.005
+#: Shares of the ensemble that a verdict states.
+_SHARES: Final = ("share_overturned", "share_uplifted", "share_model_ends")
 
 
 def draw_response_history(
@@ -65,7 +70,7 @@ def draw_response_history(
         Four panels over one time axis.
     """
     with styled():
-        size = (7.2, 6.2 + 0.16 * (1 + len(histories)))  # a line of the legend for each structure
+        size = (7.2, 6.2 + 0.16 * (2 + len(histories)))  # a line of the legend for each structure
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.25, 1.25, 1.0, 1.0])
         time = histories[0]["time"].values
@@ -83,10 +88,13 @@ def draw_response_history(
         panels[-1].set_xlabel("time [s]")
         panels[-1].set_xlim(*_window(time, histories))
         figure.align_ylabels(list(panels))
-        handles, _ = panels[1].get_legend_handles_labels()
+        handles: list[Artist] = [*panels[1].get_legend_handles_labels()[0]]
         if any(np.isfinite(history["overturning_time"]) for history in histories):
             falling = f"beyond {DRAWN_TO:g} α, falling: drawn no further"
             handles.append(Line2D([], [], color="0.4", marker="x", linestyle="", label=falling))
+        if any("theta_low" in history for history in histories):
+            shaded = "16 to 84 % of the ensemble of plausible structures"
+            handles.append(Patch(facecolor="0.4", alpha=0.2, label=shaded))
         figure.legend(handles=handles, loc="outside lower center")
     return figure
 
@@ -132,28 +140,42 @@ def _draw_pulse(panel: Axes, match: PulseMatch, tested: str) -> None:
 
 def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:
     time = history["time"].values
-    stated = _stated_in(history)
-    parts = [f"{history['structure'].item()}: {stated.words}"]
-    if not stated.overturns:
-        parts.append(f"peak θ/α {float(history['peak_rotation_ratio']):.2f}")
-    if "critical_scale" in history:
-        parts.append(_margin(history))
-    label = "; ".join(parts)
+    verdict = _verdict_in(history)
+    label = f"{history['structure'].item()}: {verdict.sentence}"
     series = (history[name].values for name in ("theta", "v", "u"))
     drawn = _until_falling(float(history["slenderness"]), *series)
     for panel, values in zip(panels, drawn, strict=True):
         (line,) = panel.plot(time[: values.size], values, label=label)
-        if stated.overturns and values.size:
+        if verdict.overturns and values.size:
             panel.plot(time[values.size - 1], values[-1], marker="x", color=line.get_color())
+    if "theta_low" in history:
+        _draw_envelope(panels[0], history, line.get_color())
 
 
-def _stated_in(history: xr.Dataset) -> StatedVerdict:
+def _draw_envelope(panel: Axes, history: xr.Dataset, colour: Any) -> None:
+    """Draw the middle 68 % of the ensemble's rotations until it leaves the panel."""
+    slenderness = float(history["slenderness"])
+    low, high = (history[name].values / slenderness for name in ("theta_low", "theta_high"))
+    beyond = ~((low >= -DRAWN_TO) & (high <= DRAWN_TO))
+    end = int(np.argmax(beyond)) if beyond.any() else beyond.size
+    time = history["time"].values[:end]
+    panel.fill_between(time, low[:end], high[:end], alpha=0.2, linewidth=0.0, color=colour)
+
+
+def _verdict_in(history: xr.Dataset) -> SpreadVerdict:
     """Return the verdict of a dataset of one record and structure."""
-    margin = "critical_scale" in history
-    return StatedVerdict(
+
+    def known(name: str) -> float | None:
+        return float(history[name]) if name in history else None
+
+    shares = {name: float(history[name]) for name in _SHARES if name in history}
+    return SpreadVerdict(
         Verdict(int(history["verdict"])),
         overturning_time=float(history["overturning_time"]),
-        critical_scale=float(history["critical_scale"]) if margin else None,
+        robust_scale=known("robust_scale_10"),
+        critical_scale=known("critical_scale"),
+        largest_scale=known("largest_scale") or math.nan,
+        **shares,
         model_ends={name: float(history[name]) for name in MODEL_ENDS if name in history},
     )
 
@@ -166,13 +188,6 @@ def _until_falling(
     falls = ~(np.abs(ratio) <= DRAWN_TO)
     end = int(np.argmax(falls)) if falls.any() else falls.size
     return ratio[:end], 100.0 * v[:end], 100.0 * u[:end]
-
-
-def _margin(history: xr.Dataset) -> str:
-    critical = float(history["critical_scale"])
-    if np.isfinite(critical):
-        return f"critical scale {critical:.2f}"
-    return f"critical scale > {float(history['largest_scale']):.3g}"
 
 
 def _rotation_limits(histories: Sequence[xr.Dataset]) -> tuple[float, float]:
@@ -269,17 +284,17 @@ def _draw_column(panels: NDArray[np.object_], record: Record, response: Response
 
 
 def _outcome_words(response: Response) -> str:
-    stated = StatedVerdict.of(response)
-    return stated.words if stated.overturns else f"max {response.peak_rotation_ratio:.3f}"
+    verdict = response.spread_verdict
+    return verdict.words if verdict.overturns else f"max {response.peak_rotation_ratio:.3f}"
 
 
 def _caption(records: Sequence[Record], responses: Sequence[Response], vertical: bool) -> str:
     ground = "Horizontal and vertical" if vertical else "Horizontal"
     parts = []
     for record, response in zip(records, responses, strict=True):
-        stated = StatedVerdict.of(response)
-        fate = stated.words
-        if not stated.overturns:
+        verdict = response.spread_verdict
+        fate = verdict.words
+        if not verdict.overturns:
             fate += (
                 f", θ/α {response.peak_rotation_ratio:.3f}, u {100.0 * response.peak_u:.1f} cm, "
                 f"v {100.0 * response.peak_v:.2f} cm"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
-from matplotlib.transforms import blended_transform_factory
 
 from rockframe.figures.captioned import (
     PAGE_WIDTH,
@@ -26,13 +25,16 @@ from rockframe.figures.captioned import (
 )
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.rocking import MARGIN_LEGEND, GroundAcceleration, Strip, respond_many
+from rockframe.rocking import STRIP_LEGEND, GroundAcceleration, Strip, respond_many
 
 #: Range of multiples of the motion that is drawn; extended if a smaller multiple overturns [1].
 _LEAST: Final = 0.1
 #: Colours of multiples at which a structure stands, and overturns.
 _STANDS: Final = "#9ecae1"
 _OVERTURNS: Final = "#d55e00"
+#: Colours of the share of the ensemble that overturns: below 10 %, and above 10, 25 and 50 %.
+_SHADES: Final = ("#deebf7", "#fdd0a2", "#f4a261", _OVERTURNS)
+_SHARES: Final = ("fewer than 10 %", "10 to 25 %", "25 to 50 %", "50 % or more")
 
 
 def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
@@ -68,52 +70,65 @@ def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
     return Captioned(
         figure,
         f"Margins under {title}",
-        "Multiples of the motion at which each structure stands (blue) and overturns (red), as far "
-        "as they were searched; the motion itself is the dotted line. Below each strip, the robust "
-        f"margin. {MARGIN_LEGEND}",
+        "Share of the ensemble that overturns at multiples of the motion: up to the scale of 10 %, "
+        "and above those of 10, 25 and 50 %; the motion itself is the dotted line. The line below "
+        "each strip is black where the multiple overturns the structure as given, as far as they "
+        f"were searched. {STRIP_LEGEND}",
     )
 
 
 def _draw_strip(axes: Axes, row: int, strip: Strip, least: float) -> None:
-    axes.broken_barh([(least, strip.largest_scale - least)], (row - 0.3, 0.42), facecolor=_STANDS)
+    known = [one for one in strip.robust if not math.isnan(one)]
+    if strip.robust:
+        ends = [least, *(max(one, least) for one in known), strip.largest_scale]
+        for shade, low, high in zip(_SHADES, ends, ends[1:], strict=False):
+            axes.broken_barh([(low, high - low)], (row - 0.3, 0.42), facecolor=shade)
+    axes.plot(
+        [least, strip.largest_scale], [row + 0.27] * 2, color=_STANDS, linewidth=1.0, zorder=0.5
+    )
     axes.broken_barh(
         [(low, high - low) for low, high in strip.overturning],
-        (row - 0.3, 0.42),
-        facecolor=_OVERTURNS,
-        edgecolor=_OVERTURNS,  # an edge makes very narrow intervals visible
+        (row + 0.2, 0.14),
+        facecolor="black",
+        edgecolor="black",  # an edge makes very narrow intervals visible
         linewidth=0.4,
     )
-    known = [one for one in strip.robust if not math.isnan(one)]
-    if known:
-        end = known[-1] if len(known) == len(strip.robust) else strip.largest_scale
-        axes.plot([known[0], end], [row + 0.26] * 2, color="black", linewidth=1.2)
-        axes.plot(known, [row + 0.26] * len(known), "|", color="black", markersize=5)
-    critical = strip.stated(strip.overturning[0][0] if strip.overturning else math.nan)
-    shares = [strip.stated(one) for one in strip.robust]
-    beside = blended_transform_factory(axes.transAxes, axes.transData)
-    axes.text(1.09, row, critical, transform=beside, ha="right", va="center", fontsize=8)
-    axes.text(1.14, row, "   ".join(shares), transform=beside, va="center", fontsize=8)
+    critical = strip.in_words(strip.overturning[0][0] if strip.overturning else math.nan)
+    shares = [strip.in_words(one) for one in strip.robust]
+    _beside(axes, row, "   ".join(shares), critical)
+
+
+#: Distance from the strips of the robust margin and of the critical scale [points].
+_AT: Final = (8.0, 150.0)
+
+
+def _beside(axes: Axes, row: float, shares: str, critical: str, **style: Any) -> None:
+    """Write the robust margin and the critical scale beside a row of the strips."""
+    placed: dict[str, Any] = {"va": "center", "fontsize": 8} | style
+    for text, at, side in ((shares, _AT[0], "left"), (critical, _AT[1], "right")):
+        axes.annotate(
+            text,
+            (1.0, row),
+            xytext=(at, 0.0),
+            xycoords=axes.get_yaxis_transform(),
+            textcoords="offset points",
+            ha=side,
+            **placed,
+        )
 
 
 def _head(axes: Axes, *, robust: bool) -> None:
-    """Name the columns of numbers beside the strips, and explain the marks below them."""
-    axes.text(1.09, 1.02, "critical\nscale", transform=axes.transAxes, ha="right", fontsize=7)
-    handles: list[Patch | Line2D] = [
-        Patch(facecolor=_STANDS, label="stands"),
-        Patch(facecolor=_OVERTURNS, label="overturns"),
-    ]
+    """Name the columns of numbers beside the strips, and explain the colours below them."""
+    head = "10, 25, 50 % of the\nensemble overturn at" if robust else ""
+    _beside(axes, -0.6, head, "nominal\ncritical scale", va="bottom", fontsize=7)
+    handles: list[Patch | Line2D] = []
     if robust:
-        axes.text(
-            1.14,
-            1.02,
-            "10, 25, 50 % of the\nensemble overturn",
-            transform=axes.transAxes,
-            fontsize=7,
-        )
-        handles.append(
-            Line2D([], [], color="black", marker="|", label="10, 25, 50 % of the ensemble overturn")
-        )
-    axes.figure.legend(handles=handles, loc="outside lower center", ncols=3)
+        handles = [
+            Patch(facecolor=shade, label=share)
+            for shade, share in zip(_SHADES, _SHARES, strict=True)
+        ]
+    handles.append(Line2D([], [], color="black", linewidth=3.0, label="nominally overturns"))
+    axes.figure.legend(handles=handles, loc="outside lower center", ncols=5, fontsize=7)
 
 
 #: Colours and labels in the order of the verdicts: no uplift, safe, overturned.

@@ -238,7 +238,7 @@ def draw_rocking_spectrum(dataset: xr.Dataset) -> Captioned:
 
 
 def _draw_rocking(panel: Axes, one: xr.Dataset, name: str) -> None:
-    stands = one["verdict"] != Verdict.OVERTURNED
+    stands = one["verdict"] != Verdict.OVERTURNS
     for i, alpha in enumerate(one["slenderness"].values):
         peaks = np.where(stands.isel(slenderness=i), one[name].isel(slenderness=i), np.nan)
         panel.plot(

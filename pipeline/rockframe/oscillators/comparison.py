@@ -35,7 +35,7 @@ from rockframe.rocking.margins.ensemble import (
 )
 from rockframe.rocking.reactions import ground_at_nodes, reactions
 from rockframe.rocking.response import Response, as_ground, first_crossing, respond
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -323,7 +323,7 @@ def _rocking(
     name: str, response: Response, motion: Record | Pulse | GroundAcceleration
 ) -> Compared:
     frame, tied = response.frame, response.restraint
-    overturned = response.verdict is Verdict.OVERTURNED
+    overturned = response.verdict is Verdict.OVERTURNS
     forces = reactions(response, motion)
     shear = forces.support_shear / (1.0 + frame.mass_ratio)
     ends = {Validity.OVERTURNS: _known(response.overturning_time)} if overturned else {}

@@ -237,7 +237,7 @@ def _every_amplitude() -> Check:
             a_p=_ISLAND * frame.uplift_acceleration,
             T_p=math.pi / frame.frequency_parameter,
         )
-        falls[gamma] = respond_many([pulse], [frame]).verdict.item() == Verdict.OVERTURNED
+        falls[gamma] = respond_many([pulse], [frame]).verdict.item() == Verdict.OVERTURNS
     words = {True: "overturns", False: "stands"}
     return check(
         falls[0.0] or not falls[0.25],

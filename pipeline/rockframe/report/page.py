@@ -33,16 +33,17 @@ from rockframe.results.screen_tables import (
 from rockframe.results.tables.rows import (
     OVERVIEW,
     LabelledValue,
+    band_words,
     critical_scale,
     pulse_mark,
+    spread_verdict,
     stated_pulse,
-    stated_verdict,
 )
 from rockframe.risk import LimitState, Outcome, measure_of
-from rockframe.rocking import ScaleOutcome, StatedVerdict, VerdictKind
+from rockframe.rocking import SpreadVerdict, Verdict, VerdictKind
 from rockframe.signals.passport import CHECKS
 from rockframe.units import GRAVITY
-from rockframe.web import render_page, strip_svg
+from rockframe.web import render_page, strip_svg, tone
 
 #: Exponents in CF units become superscripts.
 _SUPERSCRIPTS: Final = str.maketrans("-123", "⁻¹²³")
@@ -120,7 +121,8 @@ def payload(
         JSON values: ``name``, ``gravity``, ``grounds``, ``structures`` and ``pairs``.
     samples : dict of str to str
         ``table``: the rows as CSV, encoded by `pack`. Encoded by `encode`: ``g0`` and ``p0``,
-        motion and pulse of the first record; ``theta0``, ``u0`` and ``v0``, the first history.
+        motion and pulse of the first record; ``theta0``, ``u0``, ``v0``, ``theta_low0`` and
+        ``theta_high0``, the first history.
     """
     grounds: list[dict[str, Any]] = []
     pairs: list[dict[str, Any]] = []
@@ -135,10 +137,10 @@ def payload(
         grounds.append(_ground(run, ground, entry_of.get(ground.record, {})))
         for history in histories:
             pair = (history.record, history.structure)
-            for name in ("theta", "u", "v"):
+            for name in ("theta", "u", "v", "theta_low", "theta_high"):
                 samples[f"{name}{len(pairs)}"] = encode(getattr(history, name))
             row = run.rows[row_of[pair]]
-            stated = stated_verdict(row)
+            stated = spread_verdict(row)
             grounds[i]["pulse"] = stated_pulse(row)
             pairs.append(
                 {
@@ -147,8 +149,9 @@ def payload(
                     "record": row["record"],
                     "event": row["event"],
                     "structure": history.structure,
-                    "kind": stated.kind,
-                    "words": stated.words,
+                    "tone": tone(stated),
+                    "words": stated.sentence,
+                    "band": band_words(row, "peak_rotation_ratio_*").replace("–", ""),
                     "overturns": stated.overturns,
                     "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
                     "peak": _finite(row["peak_rotation_ratio"]),
@@ -165,10 +168,10 @@ def payload(
     }, samples
 
 
-def _of_pair(facts: Iterable[LabelledValue], stated: StatedVerdict) -> list[LabelledValue]:
-    """Return the values to show, with the verdict in the words of the table."""
+def _of_pair(facts: Iterable[LabelledValue], stated: SpreadVerdict) -> list[LabelledValue]:
+    """Return the values to show, with the nominal verdict in words."""
     return [
-        replace(fact, value=stated.words) if fact.name == "verdict" else fact
+        replace(fact, value=stated.nominal.label) if fact.name == "verdict" else fact
         for fact in facts
         if not (fact.name in _OF_THE_FALL and stated.overturns)
     ]
@@ -307,6 +310,7 @@ def render(
 
 
 def _overview(run: Run) -> dict[str, Any]:
+    verdicts = [spread_verdict(row) for row in run.rows]
     count: Counter[str] = Counter()
     for (_, kind), number in run.counts.items():
         count[kind] += number
@@ -318,11 +322,13 @@ def _overview(run: Run) -> dict[str, Any]:
         "rows": run.rows,
         "columns": shown(run.rows),
         "count": count,
-        "tally": [kind for kind in VerdictKind if count[kind] or kind is VerdictKind.OVERTURNED],
+        "tally": [kind for kind in VerdictKind if count[kind] or kind is VerdictKind.OVERTURNS],
         "kinds": [kind for kind in VerdictKind if count[kind]],
         "noise_mark": max((pulse_mark(row) for row in run.rows), default=""),
         "strips": _strip_of_each_row(run),
-        "stated": [stated_verdict(row) for row in run.rows],
+        "verdicts": verdicts,
+        "tones": [tone(verdict) for verdict in verdicts],
+        "nominal": any(verdict.is_nominal for verdict in verdicts),
         "counts": run.counts,
         "total": total,
         "records_in_all": total // max(len(structures), 1),
@@ -340,14 +346,15 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
 
     Examples
     --------
-    >>> [column.head for column in shown([{"record": "A", "magnitude": "", "verdict": "safe"}])]
+    >>> [column.head for column in shown([{"record": "A", "magnitude": "", "verdict": "stands"}])]
     ['Record', 'Verdict']
     """
+    ruled = (critical_scale, band_words)  # their values are in several columns of the table
     return [
         column
         for column in OVERVIEW
         if any(row.get(column.key) for row in rows)
-        or (column.rule is critical_scale and any(column.cell(row) != "–" for row in rows))
+        or (column.rule in ruled and any(column.cell(row) != "–" for row in rows))
     ]
 
 
@@ -455,8 +462,8 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
 
 def _demand(row: Mapping[str, Any]) -> str:
     """Return the peak rotation ratio of a row of `screen_rows`, or its outcome: it overturns."""
-    fell = row["verdict"] == ScaleOutcome.OVERTURNS.name.lower()
-    return ScaleOutcome.OVERTURNS.label if fell else f"{row['peak_rotation_ratio']:.3f}"
+    fell = row["verdict"] == Verdict.OVERTURNS.name.lower()
+    return Verdict.OVERTURNS.label if fell else f"{row['peak_rotation_ratio']:.3f}"
 
 
 def _fragility(one: xr.Dataset) -> list[Plot]:

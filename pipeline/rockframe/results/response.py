@@ -23,6 +23,7 @@ from rockframe.results.schema import RESPONSE
 from rockframe.results.schema.response import (
     ABUTMENT,
     COMPARE_NC,
+    ENVELOPES,
     ISLANDS,
     RESPONSE_NC,
     ROBUST,
@@ -46,9 +47,10 @@ from rockframe.rocking.response import Response
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum
 from rockframe.rocking.spectra.scan import OverturningSpectrum, islands
-from rockframe.rocking.stated_verdict import Strip, Verdict, strip_of
+from rockframe.rocking.verdict import Strip, Verdict, strip_of
 
 _HISTORIES: Final = ("theta", "u", "v")
+_ENVELOPES: Final = tuple(one.name for one in ENVELOPES)
 #: Optional parts of a response.
 _PARTS: Final = ("to_pulse", "margin", "ensemble", "contact", "restraint")
 
@@ -86,7 +88,8 @@ def write_responses(
     InputError
         If the file cannot be written.
     """
-    rows = ((_histories(responses), _values(name, responses)) for name, responses in answers)
+    names = _HISTORIES + (_ENVELOPES if _has_envelopes(origin["parameters"]) else ())
+    rows = ((_histories(responses, names), _values(name, responses)) for name, responses in answers)
     pulses = bool(origin["parameters"].get("pulses"))
     complete = partial(_complete, frames=frames, pulses=pulses)
     return write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
@@ -103,11 +106,18 @@ def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:
     }
 
 
-def _histories(responses: Sequence[Response]) -> dict[str, NDArray[np.float64]]:
+def _has_envelopes(parameters: Mapping[str, Any]) -> bool:
+    """Return True if histories have envelopes: with robust margins, for their ensemble."""
+    return parameters.get("margins") == "robust" and parameters["ensemble"]["members"] > 0
+
+
+def _histories(
+    responses: Sequence[Response], names: Sequence[str]
+) -> dict[str, NDArray[np.float64]]:
     """Return the histories of the frames under one record; NaN if they are not kept."""
     time = max((response.time for response in responses), key=len)
     series = {"time": time}
-    for name in _HISTORIES:
+    for name in names:
         series[name] = np.full((len(responses), time.size), np.nan)
         for row, response in zip(series[name], responses, strict=True):
             if response.time.size:
@@ -472,7 +482,7 @@ def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:
     """
     found = spectrum.found
     maps = (*spectrum.shape, spectrum.amplitude.size)
-    fallen = found.verdict == Verdict.OVERTURNED
+    fallen = found.verdict == Verdict.OVERTURNS
     how = np.where(found.impacts == 0, Overturning.WITHOUT_IMPACT, Overturning.AFTER_IMPACT)
     frames = [
         [column_of(float(alpha), float(gamma)) for gamma in spectrum.mass_ratio]

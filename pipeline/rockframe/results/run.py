@@ -21,7 +21,7 @@ from rockframe.results.reading import opened
 from rockframe.results.response import strips_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.tables.entries import rows_of
-from rockframe.results.tables.rows import LabelledValues, LabelledValuesOf, stated_verdict
+from rockframe.results.tables.rows import LabelledValues, LabelledValuesOf, spread_verdict
 from rockframe.results.writing import slices
 from rockframe.rocking import Strip
 
@@ -125,17 +125,17 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
 def rank(row: Mapping[str, str]) -> tuple[int, float]:
     """Return the sort key of a row of the table: rows of most interest first.
 
-    The order is: structures that do not overturn or are undecided, by decreasing rotation; then
-    structures that overturn; then structures that never uplift.
+    The order is: structures that nominally rock and stand, by decreasing rotation; then structures
+    that nominally overturn; then structures that never uplift.
 
     Examples
     --------
     >>> rows = [{"verdict": v, "peak_rotation_ratio": p} for v, p in
-    ...         (("no_uplift", "0.0"), ("safe", "0.2"), ("overturned", "9.0"), ("safe", "0.9"))]
+    ...         (("no_uplift", "0.0"), ("stands", "0.2"), ("overturns", "9.0"), ("stands", "0.9"))]
     >>> [row["peak_rotation_ratio"] for row in sorted(rows, key=rank)]
     ['0.9', '0.2', '9.0', '0.0']
     """
-    kind = {"undecided": 0, "safe": 0, "overturned": 1}.get(row["verdict"], 2)
+    kind = {"stands": 0, "overturns": 1}.get(row["verdict"], 2)
     return kind, -float(row["peak_rotation_ratio"])
 
 
@@ -147,7 +147,7 @@ def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str,
             must_be = "Use a file that this version of `rockframe table1` wrote."
             raise InputError(path, f"without column {missing[0]!r}. {must_be}")
         try:
-            counts[row["structure"], stated_verdict(row).kind] += 1
+            counts[row["structure"], spread_verdict(row).kind] += 1
         except (KeyError, ValueError) as error:
             must_be = "Restore the file as `rockframe table1` wrote it."
             raise InputError(path, f"invalid verdict or margin {error}. {must_be}") from None
@@ -205,6 +205,8 @@ class History:
         Names of the record and of the structure.
     theta, u, v : array, shape (samples,)
         Rotation [rad], displacement and lift of the beam [m]; NaN after overturning.
+    theta_low, theta_high : array, shape (samples,)
+        Envelope of the ensemble [rad]; empty without one.
     """
 
     record: str
@@ -212,6 +214,8 @@ class History:
     theta: Float
     u: Float
     v: Float
+    theta_low: Float
+    theta_high: Float
 
 
 def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground, list[History]]]:
@@ -266,8 +270,11 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
 
 def _history(response: xr.Dataset, record: str, structure: str, rows: slice) -> History:
     k = _names(response, "structure").index(structure)
-    theta, u, v = (response[name][k, rows].to_numpy() for name in ("theta", "u", "v"))
-    return History(record, structure, theta, u, v)
+    names = ("theta", "u", "v", "theta_low", "theta_high")
+    series = (
+        response[name][k, rows].to_numpy() if name in response else np.empty(0) for name in names
+    )
+    return History(record, structure, *series)
 
 
 def _names(dataset: xr.Dataset, variable: str) -> list[str]:

@@ -19,7 +19,7 @@ from rockframe.results.screen import read_screening
 from rockframe.results.tables.entries import refuse_other_table, write_rows_as
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
-from rockframe.rocking.stated_verdict import ScaleOutcome, StatedVerdict, Verdict
+from rockframe.rocking.verdict import Verdict
 
 Rows = Iterator[dict[str, Any]]
 
@@ -28,7 +28,7 @@ _OF_PAIR: Final = columns_of(
     "record_id structure scale=reference_scale verdict peak_rotation_ratio u_max_m=peak_u",
     "v_max_m=peak_v demand_rank",
 )
-_MARGINS: Final = ("critical_scale", "safe_islands", "undecided", *ROBUST)
+_MARGINS: Final = ("critical_scale", "safe_islands", *ROBUST)
 _OF_MOTION: Final = columns_of(
     "event station azimuth_degree=azimuth magnitude epicentral_distance_km=epicentral_distance",
     "vs30_m_s=vs30 pga_g=pga pgv_m_s=pgv a_p_g=a_p T_p_s=T_p L_p_m=L_p mean_rank",
@@ -69,16 +69,8 @@ def screen_rows(screening: xr.Dataset) -> Rows:
 
 
 def _words(row: dict[str, Any]) -> str:
-    """Return the verdict on the motion itself as `StatedVerdict` words it, or the outcome at
-    another scale.
-    """
-    outcome = ScaleOutcome[row["verdict"].upper()]
-    if row["scale"] != 1.0:
-        return outcome.label
-    known = "critical_scale" in row and not row.get("undecided")
-    critical = row["critical_scale"] if known else None
-    words = StatedVerdict(Verdict(outcome.value), critical_scale=critical).words
-    return f"undecided, {words}" if row.get("undecided") else words
+    """Return the nominal verdict at the scale of the row, in words."""
+    return Verdict[row["verdict"].upper()].label
 
 
 def fragility_curve(screening: xr.Dataset) -> str:

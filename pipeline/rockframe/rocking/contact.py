@@ -16,7 +16,7 @@ from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.reactions import Reactions, ground_at_nodes, reactions_under
 from rockframe.rocking.response import Response
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -71,7 +71,7 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
     >>> round(demand.base_friction_demand, 4), round(demand.impact_friction_demand, 4)
     (0.1794, 0.1634)
     """
-    if response.verdict is Verdict.OVERTURNED or np.isnan(response.theta).any():
+    if response.verdict is Verdict.OVERTURNS or np.isnan(response.theta).any():
         return replace(response, contact=ContactDemand(*[math.nan] * len(fields(ContactDemand))))
     frame = response.frame
     across, upwards = ground_at_nodes(response.time, motion)

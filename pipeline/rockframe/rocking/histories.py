@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.rocking.response import Response
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 
 #: Rotations from this share of the slenderness are near overturning; their histories are selected.
 NEAR: Final = 0.5
-_DECIDED: Final = (Verdict.NO_UPLIFT, Verdict.SAFE)
+_DECIDED: Final = (Verdict.NO_UPLIFT, Verdict.STANDS)
 
 
 class Histories(StrEnum):

@@ -18,7 +18,7 @@ from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel, ties
 from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import SpreadVerdict, Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -200,7 +200,8 @@ class Response(Shown):
         Time [s], rotation [rad] and its rate [rad s-1]; NaN after overturning. At an impact the
         rate is that just after it.
     verdict : Verdict
-        Overturned means that the rotation reaches pi/2, during the motion or freely after it.
+        Nominal outcome. A frame overturns if its rotation reaches pi/2, during the motion or freely
+        after it.
     peak_rotation : float
         Largest absolute rotation [rad], including free rocking after the end of the motion.
     peak_time : float
@@ -217,7 +218,10 @@ class Response(Shown):
     margin : Margin, optional
         Margin against overturning, if `with_margins` added it.
     ensemble : EnsembleResponse, optional
-        Response of an ensemble of plausible structures, if the respond stage added it.
+        Response of an ensemble of plausible structures, if `with_ensemble` added it.
+    theta_low, theta_high : array, shape (nodes,), optional
+        The 16 and 84 % quantiles of the rotations of that ensemble [rad], if `with_envelope` added
+        them; infinite where a quantile falls on a member that has overturned.
     contact : ContactDemand, optional
         Demand on the joints, if `with_contact` added it.
     restraint : RestraintResponse, optional
@@ -246,6 +250,8 @@ class Response(Shown):
     to_pulse: ToPulse | None = None
     margin: Margin | None = None
     ensemble: EnsembleResponse | None = None
+    theta_low: Float | None = None
+    theta_high: Float | None = None
     contact: ContactDemand | None = None
     restraint: RestraintResponse | None = None
     gap_closed_time: float = math.nan
@@ -254,17 +260,21 @@ class Response(Shown):
 
     def facts(self) -> dict[str, str]:
         """Return verdict and peaks, for the table in notebooks."""
-        said = {"structure": self.frame.name, "verdict": str(self.verdict)}
-        if self.verdict != Verdict.OVERTURNED:
+        verdict = self.spread_verdict
+        said = {
+            "structure": self.frame.name,
+            "nominal verdict" if verdict.is_nominal else "verdict": verdict.sentence,
+        }
+        if self.ensemble is not None:
+            said |= self.ensemble.facts()
+        if self.verdict != Verdict.OVERTURNS:
             said["largest θ/α"] = f"{self.peak_rotation_ratio:.3f}"
             said["largest u"] = f"{self.peak_u:.3f} m"
             said["largest v"] = f"{self.peak_v:.4f} m"
         else:
-            said["overturns at"] = f"{self.overturning_time:.2f} s"
+            said["nominally overturns at"] = f"{self.overturning_time:.2f} s"
         if math.isfinite(self.gap_closed_time):
             said["gap closes at"] = f"{self.gap_closed_time:.2f} s"
-        if self.margin is not None:
-            said["critical scale"] = f"{self.margin.critical_scale:.3f}"
         return {
             name: value for name, value in {**said, "impacts": str(self.impacts)}.items() if value
         }
@@ -272,9 +282,13 @@ class Response(Shown):
     def draw(self, axes: Axes) -> None:
         """Draw theta / alpha over time."""
         axes.axhspan(-1.0, 1.0, color="0.94", zorder=0)
+        if self.theta_low is not None and self.theta_high is not None:
+            band = np.clip([self.theta_low, self.theta_high], -math.pi, math.pi)
+            low, high = band / self.frame.slenderness
+            axes.fill_between(self.time, low, high, color="C0", alpha=0.25, linewidth=0.0)
         axes.plot(self.time, self.theta / self.frame.slenderness, linewidth=0.9)
         axes.set(xlabel="time [s]", ylabel="θ/α", ylim=(-1.5, 1.5))
-        axes.set_title(f"{self.frame.name or 'frame'}: {self.verdict}")
+        axes.set_title(f"{self.frame.name or 'frame'}: {self.spread_verdict.sentence}")
 
     def to_xarray(self) -> xr.Dataset:
         """Return the histories over time, with verdict, peak ratio and impacts as attributes."""
@@ -291,6 +305,35 @@ class Response(Shown):
             verdict=str(self.verdict),
             peak_rotation_ratio=self.peak_rotation_ratio,
             impacts=self.impacts,
+        )
+
+    @property
+    def spread_verdict(self) -> SpreadVerdict:
+        """The verdict, from the ensemble if the response has one, with the margin if it has one.
+
+        Examples
+        --------
+        >>> from rockframe import Pulse, RockingFrame, respond
+        >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=20.0, T_p=1.5)
+        >>> respond(RockingFrame(height=3.0, width=0.4), pulse).spread_verdict.words
+        'overturns 0.3 s'
+        """
+        margin, ensemble, nothing = self.margin, self.ensemble, math.nan
+        robust = margin.robust if margin else None
+        return SpreadVerdict(
+            self.verdict,
+            overturning_time=self.overturning_time,
+            share_overturned=ensemble.share_overturned if ensemble else nothing,
+            share_uplifted=ensemble.share_uplifted if ensemble else nothing,
+            share_model_ends=ensemble.share_model_ends if ensemble else nothing,
+            robust_scale=robust.s10 if robust else None,
+            critical_scale=margin.critical_scale if margin else None,
+            largest_scale=margin.largest_scale if margin else nothing,
+            model_ends={
+                "gap_closed_time": self.gap_closed_time,
+                "lift_exceeded_time": self.lift_exceeded_time,
+                "tendon_yield_time": self.restraint.tendon_yields if self.restraint else nothing,
+            },
         )
 
     @property
@@ -527,7 +570,7 @@ def with_pulse(response: Response, pulse: Pulse) -> Response:
     """
     alone = respond(response.frame, pulse)
     error = math.nan
-    stands = Verdict.OVERTURNED not in (response.verdict, alone.verdict)
+    stands = Verdict.OVERTURNS not in (response.verdict, alone.verdict)
     if stands and response.peak_rotation > 0.0:
         error = alone.peak_rotation / response.peak_rotation - 1.0
     return replace(response, to_pulse=ToPulse(alone.verdict, alone.peak_rotation_ratio, error))

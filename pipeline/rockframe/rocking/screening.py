@@ -84,20 +84,20 @@ def peaks_of(batch: ScreeningBatch) -> Arrays:
 
 
 def margins_of(batch: ScreeningBatch) -> Arrays:
-    """Return critical scales, numbers of islands, robust margins, and undecided verdicts.
+    """Return critical scales, numbers of islands, and robust margins.
 
     Returns
     -------
     dict of str to array, shape (motions, frames)
-        ``critical_scale``, ``safe_islands`` and ``undecided``; with an ensemble also
+        ``critical_scale`` and ``safe_islands``; with an ensemble also
         ``robust_scale_10`` and ``robust_error_10``, and those of 25 and 50.
 
     Examples
     --------
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
     >>> batch = ScreeningBatch((shake,), (RockingFrame(height=9.6, width=1.6),))
-    >>> margins_of(batch)["undecided"].tolist()
-    [[False]]
+    >>> margins_of(batch)["safe_islands"].shape
+    (1, 1)
     """
     found = margins(batch.motions, batch.frames, ensemble=batch.ensemble)
     robust = {
@@ -112,5 +112,4 @@ def margins_of(batch: ScreeningBatch) -> Arrays:
         "safe_islands": np.array(
             [[margin.safe_islands for margin in row] for row in found], dtype=np.int32
         ),
-        "undecided": np.array([[bool(margin.undecided_by) for margin in row] for row in found]),
     }

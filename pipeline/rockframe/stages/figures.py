@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -171,8 +170,7 @@ def _most_rotated(rows: Iterable[Row], response: Path, most: int) -> list[str]:
     """Return at most `most` records with histories, those with the largest rotations."""
     furthest: dict[str, float] = {}
     for row in rows:
-        stands = row["verdict"] in ("safe", "undecided") and math.isnan(row["overturning_time_s"])
-        ratio = row["peak_rotation_ratio"] if stands else 0.0
+        ratio = row["peak_rotation_ratio"] if row["verdict"] == "stands" else 0.0
         furthest[row["record_id"]] = max(ratio, furthest.get(row["record_id"], 0.0))
     with open_response(response) as file:
         furthest = {name: ratio for name, ratio in furthest.items() if file.kept(name)}

@@ -34,6 +34,7 @@ from rockframe.rocking import (
     require_motion,
     respond,
     with_contact,
+    with_envelope,
     with_margins,
     with_pulse,
 )
@@ -248,7 +249,11 @@ def _answer_one(task: _Task, name: str) -> tuple[str, list[Response] | None, str
     except ParameterError as error:
         return name, None, str(error)
     histories = Histories(task.options.histories)
-    return name, [histories.keep(response) for response in responses], ""
+    kept = [histories.keep(response) for response in responses]
+    ensemble = chosen_ensemble(task.options)
+    if ensemble is not None:
+        kept = [with_envelope(one, motion, ensemble) if one.time.size else one for one in kept]
+    return name, kept, ""
 
 
 def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceleration:

@@ -43,7 +43,7 @@ from rockframe.risk import (
     read_hazard,
 )
 from rockframe.risk.fragility import QUANTITIES, Curve, limited_in
-from rockframe.rocking import Design, ScaleOutcome, smallest
+from rockframe.rocking import Design, Verdict, smallest
 from rockframe.stages.common import NamedFigure, Progress, Written, silent, unseen
 from rockframe.stages.respond import choose_structures
 from rockframe.stages.screen_batches import Motions, ScreeningRequest, ScreeningRun
@@ -135,7 +135,7 @@ def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, 
         "mean_rank": ranks.mean(axis=1),
         "level": LEVELS,
         **SCREEN_NC.filled("band", bands),
-        "verdict_count": np.stack([(run.verdicts == k).sum(axis=0) for k in ScaleOutcome], axis=-1),
+        "verdict_count": np.stack([(run.verdicts == k).sum(axis=0) for k in Verdict], axis=-1),
         "outcome": OUTCOMES,
     }
 

@@ -376,9 +376,9 @@ class ScreeningRun:
         for i, (verdict, *peaks) in enumerate(self._peaks()):
             row = peaks_of_frames(frames, verdict, *peaks)
             self.verdicts[i] = verdict
-            fell = verdict[:, at] == Verdict.OVERTURNED
+            fell = verdict[:, at] == Verdict.OVERTURNS
             for limit, reached in zip(self.limits, self.reached, strict=True):
-                reached[i] = limit.reached(row, verdict == Verdict.OVERTURNED)
+                reached[i] = limit.reached(row, verdict == Verdict.OVERTURNS)
             ratio = row["peak_rotation_ratio"]
             self.ratio[i] = np.where(fell, np.inf, ratio[:, at])
             self._kept.append(np.argwhere(self.request.histories.mask(verdict, ratio)))
@@ -427,7 +427,7 @@ class ScreeningRun:
         for part in self._map(peaks_of, "design"):
             for verdict, *peaks in zip(*(part[name] for name in _PEAKS), strict=True):
                 row = peaks_of_frames(self.request.candidates, verdict, *peaks)
-                rows.append(limit.reached(row, verdict == Verdict.OVERTURNED)[:, 0])
+                rows.append(limit.reached(row, verdict == Verdict.OVERTURNS)[:, 0])
         return np.array(rows)
 
     def _peaks(self) -> Iterator[tuple[NDArray[Any], ...]]:

@@ -195,7 +195,7 @@ def rocking_spectrum_figures(path: Path, most: int) -> Iterator[NamedFigure]:
 
 def _furthest_records(spectrum: xr.Dataset, most: int) -> list[int]:
     """Return positions of at most `most` records: those that rotate most without overturning."""
-    stands = spectrum["verdict"] != Verdict.OVERTURNED
+    stands = spectrum["verdict"] != Verdict.OVERTURNS
     peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
     furthest = peaks.max([dim for dim in peaks.dims if dim != "record"]).values
     return sorted(sorted(range(len(furthest)), key=lambda k: -furthest[k])[:most])

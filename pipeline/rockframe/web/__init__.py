@@ -17,7 +17,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from rockframe.provenance import versions
-from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE, Strip
+from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE, SpreadVerdict, Strip
 
 _HOME: Final = Path(__file__).parent
 #: Shared parts of the script; each may use those before it.
@@ -121,19 +121,34 @@ _WIDTH: Final = 240.0
 _LEAST: Final = 1.2
 
 
+def tone(verdict: SpreadVerdict) -> str:
+    """Return the class of a verdict's colour in the style sheets: one of eleven, safe to not.
+
+    Examples
+    --------
+    >>> from rockframe.rocking import Verdict
+    >>> tone(SpreadVerdict(Verdict.STANDS, share_overturned=0.02, robust_scale=1.06))
+    'tone-5'
+    """
+    return f"tone-{round(10.0 * verdict.danger)}"
+
+
+#: Classes of the parts of a strip: below the scale of 10 %, and above those of 10, 25 and 50 %.
+_SHARES: Final = ("strip-0", "strip-10", "strip-25", "strip-50")
+
+
 def strip_svg(strip: Strip) -> str:
-    """Return a strip as SVG: the scales that overturn, and below them the robust margin."""
-    robust = strip.robust
-    parts = [f'<rect class="strip-stands" width="{_WIDTH:g}" height="10"/>']
+    """Return a strip as SVG: the share that overturns at each scale, and below it the scales that
+    overturn the structure as given.
+    """
+    parts = []
+    ends = [0.0, *(one for one in strip.robust if not math.isnan(one)), STRIP_ENDS[1]]
+    for name, low, high in zip(_SHARES, ends, ends[1:], strict=False):
+        start, end = _place(low), _place(high)
+        parts.append(_rect(name, start, 0.0, end - start, 11.0))
     for low, high in strip.overturning:
         start = _place(low)
-        width = max(_place(high) - start, _LEAST)
-        parts.append(_rect("strip-falls", start, 0.0, width, 10.0))
-    known = [_place(one) for one in robust if not math.isnan(one)]
-    if known:
-        end = known[-1] if len(known) == len(robust) else _WIDTH
-        parts.append(_rect("strip-robust", known[0], 13.0, max(end - known[0], _LEAST), 2.0))
-        parts += [_rect("strip-robust", one - 0.6, 11.5, 1.2, 5.0) for one in known]
+        parts.append(_rect("strip-falls", start, 13.0, max(_place(high) - start, _LEAST), 4.0))
     middle = _place(1.0)
     parts.append(f'<path class="strip-one" d="M{middle:g} 0V17"/>')
     words = html.escape(strip.words)
@@ -146,7 +161,8 @@ def strip_svg(strip: Strip) -> str:
 def _place(scale: float) -> float:
     """Return the distance of a scale from the left end, on a logarithmic axis."""
     low, high = map(math.log, STRIP_ENDS)
-    return _WIDTH * min(max((math.log(scale) - low) / (high - low), 0.0), 1.0)
+    place = (math.log(scale) - low) / (high - low) if scale > 0.0 else 0.0
+    return _WIDTH * min(max(place, 0.0), 1.0)
 
 
 def _rect(name: str, x: float, y: float, width: float, height: float) -> str:

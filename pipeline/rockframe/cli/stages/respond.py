@@ -6,9 +6,9 @@ import argparse
 import math
 import textwrap
 from collections.abc import Mapping
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, flag, folder_to_write, path, whole_number
@@ -18,20 +18,6 @@ from rockframe.options.respond import RespondOptions, RockingSpectrumOptions, Sp
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from rockframe.cells import Column
-
-#: Headings of the table of responses, by column of the overview.
-_HEADS: Final = {
-    "peak_rotation_ratio": "θ/α>",
-    "peak_rotation_ratio_*": "16 50 84 %>",
-    "u_max_m": "u_max [cm]>",
-    "v_max_m": "v_max [cm]>",
-    "share_overturned": "overturn>",
-    "critical_scale": "critical scale>",
-    "robust_scales": "10 25 50 % overturn>",
-    "verdict": "verdict",
-}
 
 
 def add_respond(parser: argparse.ArgumentParser) -> None:
@@ -60,6 +46,7 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
+    from rockframe.results.tables.rows import response_columns
     from rockframe.results.tables.table import response_rows
     from rockframe.stages.respond import respond_stage
 
@@ -83,46 +70,42 @@ def run_respond(options: argparse.Namespace) -> int:
             {"responses": list(rows), "rejected": rejected, "output": str(options.output)}
         )
     else:
-        columns = response_columns({"record_id": "record"})
+        one = next(rows, {})
+        columns = response_columns(one, {"record_id": "Record"})
         if options.pulses:
-            columns.append(console.column("pulse alone", rule=pulse_cell))
-        console.show_rows(f"Responses in {options.output}", columns, rows)
-        if chosen(options, RespondOptions).margins != "none":
-            print(margin_notes())
+            columns.append(console.column("Pulse alone", rule=pulse_cell))
+        every = chain([one], rows) if one else ()
+        console.show_rows(f"Responses in {options.output}", columns, every)
+        print(verdict_notes(one))
     return console.show_rejections(rejections)
 
 
-def response_columns(first: Mapping[str, str]) -> list[Column]:
-    """Return the columns of responses, after the columns in `first`."""
-    from rockframe.results.tables.rows import titled
-
-    return titled({**first, "structure": "structure", **_HEADS})
-
-
 def pulse_cell(row: Mapping[str, Any], _key: str = "") -> str:
-    """Return the response to the pulse alone: theta/alpha and its error, or the verdict.
+    """Return the nominal response to the pulse alone: theta/alpha and its error, or the verdict.
 
     Examples
     --------
-    >>> pulse_cell({"verdict_to_pulse": "safe", "peak_rotation_ratio_to_pulse": 0.3,
+    >>> pulse_cell({"verdict_to_pulse": "stands", "peak_rotation_ratio_to_pulse": 0.3,
     ...     "surrogate_error": -0.25})
     'θ/α 0.300, -25 %'
     """
     words = str(row["verdict_to_pulse"]).replace("_", " ")
-    if words != "safe":
+    if words != "stands":
         return words
     ratio = f"θ/α {row['peak_rotation_ratio_to_pulse']:.3f}"
     error = row["surrogate_error"]
     return ratio if math.isnan(error) else f"{ratio}, {100.0 * error:+.0f} %"
 
 
-def margin_notes() -> str:
-    """Return the explanation of margins and verdicts, wrapped to the width of the table."""
+def verdict_notes(row: Mapping[str, Any]) -> str:
+    """Return the rule of verdicts and, if `row` has one, the meaning of the margin, wrapped."""
     from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE
 
     width = max(40, min(console.table_width(), 120))
-    notes = (each.replace(" %", "\u00a0%") for each in (MARGIN_LEGEND, VERDICT_RULE))
-    return "\n".join(textwrap.fill(each, width) for each in notes).replace("\u00a0", " ")
+    said = VERDICT_RULE
+    if math.isfinite(row.get("largest_robust_scale", math.nan)):
+        said += f" {MARGIN_LEGEND}"
+    return textwrap.fill(said.replace(" %", "\u00a0%"), width).replace("\u00a0", " ")
 
 
 def add_compare(parser: argparse.ArgumentParser) -> None:
@@ -288,7 +271,7 @@ def _periods_without_overturning(dataset: xr.Dataset) -> list[dict[str, Any]]:
 
     periods, dims = dataset["column_period"].values, ("record", "slenderness", "mass_ratio")
     after = np.arange(periods.size)
-    fallen = dataset["verdict"].values == Verdict.OVERTURNED
+    fallen = dataset["verdict"].values == Verdict.OVERTURNS
     first = np.max(np.where(fallen, after + 1, 0), axis=-1)
     peaks = np.where(after >= first[..., None], dataset["peak_rotation_ratio"].values, -np.inf)
     peaks = np.where(first < periods.size, peaks.max(axis=-1), np.nan)

@@ -122,13 +122,13 @@ def _show_verdicts(screening: xr.Dataset) -> None:
 
 def _show_ranking(screening: xr.Dataset) -> None:
     from rockframe.results.screen_tables import screen_rows
-    from rockframe.rocking import ScaleOutcome
+    from rockframe.rocking import Verdict
 
     structures = [str(name) for name in screening["structure"].values]
     rows = list(islice(screen_rows(screening), _SHOWN * len(structures)))
     motions: dict[str, dict[str, Any]] = {}
     for row in rows:
-        fell = row["verdict"] == ScaleOutcome.OVERTURNS.name.lower()
+        fell = row["verdict"] == Verdict.OVERTURNS.name.lower()
         ratio = math.inf if fell else row["peak_rotation_ratio"]
         motions.setdefault(row["record_id"], dict(row))[f"of {row['structure']}"] = ratio
     columns = [
@@ -162,9 +162,9 @@ def _show_azimuths(screening: xr.Dataset) -> None:
 
 def _ratio(row: Mapping[str, Any], key: str) -> float | str:
     """Return a peak rotation ratio; where it is infinite, the outcome: it overturns."""
-    from rockframe.rocking import ScaleOutcome
+    from rockframe.rocking import Verdict
 
-    return ScaleOutcome.OVERTURNS.label if row[key] == math.inf else float(row[key])
+    return Verdict.OVERTURNS.label if row[key] == math.inf else float(row[key])
 
 
 def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, Any]]:
@@ -266,12 +266,6 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
     )
     if recordings < FEWEST_MOTIONS:
         print(f"{recordings} recordings are few: fragility, bands and rates are uncertain.")
-    if "undecided" in screening:
-        undecided = screening["undecided"].values
-        print(
-            f"{undecided.sum()} of {undecided.size} verdicts on the motions as recorded are "
-            "undecided: small perturbations change them."
-        )
     for name, reason in islice(done.left_out.items(), _SHOWN):
         print(f"not screened: {name}: {reason}")
     more = len(done.left_out) - _SHOWN

@@ -22,14 +22,16 @@ function number(value, factor, digits, unit) {
 }
 
 function words(motion) {
-  const fell = motion.verdict === "overturned";
-  const line = verdictLine(motion.words, fell, motion.peak);
+  const fell = motion.verdict === "overturns";
+  const { bands } = motion;
+  const line = verdictLine(motion.words, fell, motion.peak, bands?.["θ/α, 16 50 84 %"]);
   at("verdict-line").textContent = line;
-  at("verdict-line").className = `verdict-line ${motion.kind}`;
+  at("verdict-line").className = `verdict-line ${motion.tone}`;
   list(at("pair-facts"), [
-    ["largest θ/α", fell ? "–" : number(motion.peak, 1, 4, "")],
-    ["largest u", fell ? "–" : number(motion.peak_u, 100, 2, "cm")],
-    ["largest v", fell ? "–" : number(motion.peak_v, 100, 2, "cm")],
+    ...Object.entries(bands ?? {}),
+    ["nominal θ/α", fell ? "–" : number(motion.peak, 1, 4, "")],
+    ["nominal u", fell ? "–" : number(motion.peak_u, 100, 2, "cm")],
+    ["nominal v", fell ? "–" : number(motion.peak_v, 100, 2, "cm")],
     ["first uplift", number(motion.uplift_time, 1, 3, "s")],
     ["impacts", String(motion.impacts)],
     ["peak ground acceleration", number(motion.pga, 1 / motion.gravity, 3, "g")],
@@ -97,8 +99,22 @@ function forgetMargin() {
   at("margin").classList.add("stale");
 }
 
-function showMargin(motion, { kind, words: told, strip }) {
-  if (told) words({ ...motion, kind, words: told });
+// The envelope is known in intervals of time; a sample has that of its interval.
+function onSamples(time, starts, values) {
+  let place = 0;
+  return time.map((moment) => {
+    while (place + 1 < starts.length && starts[place + 1] <= moment) place += 1;
+    return values[place];
+  });
+}
+
+function showMargin(motion, { tone, words: told, strip, bands, envelope }) {
+  if (told) {
+    const [low, high] = [envelope.low, envelope.high].map((one) =>
+      onSamples(motion.time, envelope.time, one));
+    player.update({ ...motion, low, high });
+    words({ ...motion, tone, words: told, bands });
+  }
   showStrip(strip ?? "");
 }
 

@@ -15,13 +15,13 @@ async function samples(key) {
 async function motionOf(index) {
   const pair = facts.pairs[index];
   const ground = facts.grounds[pair.ground];
-  const [acceleration, reach, theta, u, v] = await Promise.all(
-    [`g${pair.ground}`, `p${pair.ground}`, `theta${index}`, `u${index}`, `v${index}`].map(samples),
-  );
+  const names = [`g${pair.ground}`, `p${pair.ground}`,
+    ...["theta", "u", "v", "theta_low", "theta_high"].map((name) => `${name}${index}`)];
+  const [acceleration, reach, theta, u, v, low, high] = await Promise.all(names.map(samples));
   const pulse = new Float32Array(acceleration.length).fill(NaN);
   pulse.set(reach, ground.pulseStart);
   return {
-    pair, ground, acceleration, pulse, theta, u, v,
+    pair, ground, acceleration, pulse, theta, u, v, low, high,
     time: Float64Array.from(acceleration, (_, i) => i * ground.step),
     step: ground.step, gravity: facts.gravity, peak: pair.peak,
     structure: facts.structures[pair.structure],

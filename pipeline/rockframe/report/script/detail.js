@@ -22,9 +22,9 @@ class Detail {
     const { pair, ground, structure } = motion;
     at("detail-title").textContent = `${pair.structure} under ${pair.record}`;
     const event = pair.event ? `${pair.event}. ` : "";
-    const line = `${event}${verdictLine(pair.words, pair.overturns, pair.peak)}`;
+    const line = `${event}${verdictLine(pair.words, pair.overturns, pair.peak, pair.band)}`;
     at("verdict-line").textContent = line;
-    at("verdict-line").className = `verdict-line ${pair.kind}`;
+    at("verdict-line").className = `verdict-line ${pair.tone}`;
     at("pulse-key").textContent = ground.pulse || "matched pulse";
     this.player.describe(`${pair.structure} under ${pair.record}`, line);
     showStrip(pair.strip);

@@ -62,7 +62,7 @@ addEventListener("hashchange", () => showAsked(document.activeElement?.matches("
 
 // At first, show the history with the largest rotation without overturning.
 if (asked() === null && facts.pairs.length > 0) {
-  const lean = (pair) => (pair.overturns || pair.kind === "undecided" ? -1 : pair.peak);
+  const lean = (pair) => (pair.overturns ? -1 : pair.peak);
   const best = facts.pairs.reduce((most, pair, i) => (lean(pair) > lean(facts.pairs[most]) ? i : most), 0);
   history.replaceState(null, "", `#history-${best}`);
   showAsked(false);

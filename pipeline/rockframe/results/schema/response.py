@@ -17,12 +17,7 @@ from rockframe.risk.fragility import QUANTITIES
 from rockframe.rocking import DIMENSIONS
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
 from rockframe.rocking.margins.first_overturning import EDGE_TOLERANCE
-from rockframe.rocking.margins.robust import (
-    AMPLITUDE_PERTURBATION,
-    RESTITUTION_PERTURBATION,
-    Sensitivity,
-)
-from rockframe.rocking.stated_verdict import ScaleOutcome, Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.family import SHAPES, WAVELETS
 
 
@@ -91,6 +86,8 @@ PULSES_NC: Final = FileKind(
 # fmt: on
 
 
+#: Verdicts in files of earlier versions, which are read with the present words.
+FORMER_VERDICTS: Final = "no_uplift safe overturned undecided"
 #: Largest number of islands that are written; `safe_islands` counts all.
 ISLANDS: Final = 64
 _KEPT_ISLANDS: Final = f"the first {ISLANDS} above the critical scale; NaN beyond their number"
@@ -105,9 +102,8 @@ class FateUnderPulse(IntEnum):
     """Values of `verdict_to_pulse`: the verdicts, and "no pulse"."""
 
     NO_UPLIFT = 0
-    SAFE = 1
-    OVERTURNED = 2
-    UNDECIDED = 3
+    STANDS = 1
+    OVERTURNS = 2
     NO_PULSE = 4
 
 
@@ -147,6 +143,13 @@ def peaks(along: str, source: str = "") -> tuple[Variable, ...]:
         Variable("peak_u", along, float, "m", "largest |u|, at the same rotation", source),
         Variable("peak_v", along, float, "m", "largest v", source),
     )
+
+
+#: Envelopes of the histories of an ensemble.
+ENVELOPES: Final = optional("envelopes",
+    Variable("theta_low", "structure obs", float, "rad", "rotation that 16 % of an ensemble of plausible structures do not exceed at this time", valid="any", comment="a member that has overturned counts as infinite, to its side; NaN without a history", attrs={"coordinates": "time"}),
+    Variable("theta_high", "structure obs", float, "rad", "rotation that 84 % of an ensemble of plausible structures do not exceed at this time", valid="any", comment="as theta_low", attrs={"coordinates": "time"}),
+)
 
 
 #: The robust margins, in this file and in screen.nc.
@@ -227,15 +230,16 @@ RESPONSE_NC: Final = FileKind(
     "response", "respond", "Rocking response of free-standing frames to records",
     (
         *histories("structure obs"),
+        *ENVELOPES,
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
         Variable("row_size", "record", np.int64, "1", "number of samples of the record", attrs={"sample_dimension": "obs"}),
-        Variable("verdict", "record structure", Verdict, "1", "stability verdict", "response"),
+        Variable("verdict", "record structure", Verdict, "1", "nominal verdict: outcome of the structure and the motion as given", "response", former_meanings=FORMER_VERDICTS),
         Variable("history", "record structure", _Kept, "1", "whether the history is in the file"),
         *peaks("record structure", "response"),
         Variable("uplift_time", "record structure", float, "s", "time of the first uplift", "response"),
         Variable("overturning_time", "record structure", float, "s", "time at which |theta| reaches pi/2", "response"),
         *optional("the pulse alone",
-            Variable("verdict_to_pulse", "record structure", FateUnderPulse, "1", "stability verdict under the record's pulse alone", "to_pulse.verdict"),
+            Variable("verdict_to_pulse", "record structure", FateUnderPulse, "1", "nominal verdict under the record's pulse alone", "to_pulse.verdict", former_meanings=f"{FORMER_VERDICTS} no_pulse"),
             Variable("peak_rotation_ratio_to_pulse", "record structure", float, "1", "largest |theta| / slenderness under the record's pulse alone", "to_pulse.peak_rotation_ratio"),
             Variable("surrogate_error", "record structure", float, "1", "largest rotation under the pulse alone over that under the record, less 1", "to_pulse.error", comment="NaN if the structure overturns under either, or does not uplift under the record"),
         ),
@@ -249,9 +253,11 @@ RESPONSE_NC: Final = FileKind(
             Variable("safe_islands", "record structure", np.int32, "1", "number of islands above the critical scale, intervals in which the structure stands", "margin", comment="found with samples 0.64 to 2.56 % apart"),
             Variable("safe_island_start", "record structure island", float, "1", "multiple of the motion above which the structure stands again", comment=_KEPT_ISLANDS),
             Variable("safe_island_width", "record structure island", float, "1", "width of the island: from this multiple to the next that overturns", comment=f"{_KEPT_ISLANDS}; with an error of up to 1.3 % of the multiple; the last island may end at largest_scale"),
-            Variable("undecided_by", "record structure", Sensitivity, "1", "small change that changes the verdict", "margin", comment=f"amplitude: by {AMPLITUDE_PERTURBATION:.0%} or less; restitution: velocity ratio of impacts by {RESTITUTION_PERTURBATION:.0%} or less; sampling: record sampled twice as finely; dimensions: the structure stands with robust_scale_10 at most 1, or overturns with robust_scale_50 not below 1"),
         ),
-        *optional("robust margins", *ROBUST_MARGINS),
+        *optional("robust margins",
+            *ROBUST_MARGINS,
+            Variable("sampling_changes", "record structure", np.int32, "1", "number of members of the ensemble that change sides when the record is sampled twice as finely", "robust", comment="members that stand instead of overturning, or overturn instead of standing, under the motion itself"),
+        ),
         *of_ensemble("record structure"),
         *OF_FRAME,
         *OF_CRUSHING,
@@ -307,7 +313,7 @@ class Overturning(IntEnum):
 SPECTRUM_NC: Final = FileKind(
     "spectrum", "spectrum", "Overturning of free-standing frames by acceleration pulses",
     (
-        Variable("verdict", "wavelet slenderness mass_ratio frequency_ratio amplitude", Verdict, "1", "stability verdict"),
+        Variable("verdict", "wavelet slenderness mass_ratio frequency_ratio amplitude", Verdict, "1", "stability verdict", former_meanings=FORMER_VERDICTS),
         Variable("overturning", "wavelet slenderness mass_ratio frequency_ratio amplitude", Overturning, "1", "how the frame overturns"),
         Variable("minimum_overturning_amplitude", "wavelet slenderness mass_ratio frequency_ratio", float, "1", "smallest amplitude that overturns, a_p / (g tan(slenderness))", "spectrum", comment="NaN if none up to the largest amplitude. Intervals narrower than the step of amplitude may be missed"),
         Variable("overturning_intervals", "wavelet slenderness mass_ratio frequency_ratio", np.int32, "1", "number of intervals of amplitude that overturn"),
@@ -333,7 +339,7 @@ ROCKING_SPECTRUM_NC: Final = FileKind(
     "rocking_spectrum", "spectrum", "Rocking spectra of records",
     (
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
-        Variable("verdict", "record slenderness mass_ratio column_period", Verdict, "1", "stability verdict", "spectrum"),
+        Variable("verdict", "record slenderness mass_ratio column_period", Verdict, "1", "stability verdict", "spectrum", former_meanings=FORMER_VERDICTS),
         Variable("peak_rotation_ratio", "record slenderness mass_ratio column_period", float, "1", "largest |theta| / slenderness, including free rocking after the record", "spectrum"),
         Variable("peak_velocity", "record slenderness mass_ratio column_period", float, "rad s-1", "largest angular velocity, including free rocking after the record", "spectrum", comment="for frames that overturn, until overturning"),
         Variable("slenderness", "slenderness", float, "rad", "slenderness of a column, alpha", "spectrum", key=True),
@@ -350,9 +356,8 @@ class _Known(IntEnum):
     UNDECIDED = 1
 
 
-#: Outcomes with counts, and the words for them in files of earlier versions.
-OUTCOMES: Final = tuple(outcome.name.lower() for outcome in ScaleOutcome)
-_FORMER: Final = ("no_uplift", "safe", "overturned")
+#: Outcomes with counts.
+OUTCOMES: Final = tuple(outcome.name.lower() for outcome in Verdict)
 
 # fmt: off
 _DISTANCES: Final = ("epicentral_distance", "distance_rrup", "distance_rjb", "distance_hypocentral")
@@ -368,7 +373,7 @@ UNITS_OF_MEASURES: Final = {one.name: one.units for one in _NUMBERS if one.name 
 SCREEN_NC: Final = FileKind(
     "screen", "screen", "Screening of free-standing frames by records",
     (
-        Variable("verdict", "record structure scale", ScaleOutcome, "1", "outcome at the scale", former_meanings=" ".join((*_FORMER, "undecided"))),
+        Variable("verdict", "record structure scale", Verdict, "1", "outcome at the scale", former_meanings=FORMER_VERDICTS),
         *peaks("record structure scale"),
         *optional("impact velocity",
             Variable("peak_impact_velocity", "record structure scale", float, "m s-1", "largest velocity at which the lifted corner of a column's base meets the ground, 2 b |theta'|", comment="free rocking after the record included; until overturning; 0 without an impact"),
@@ -432,7 +437,6 @@ SCREEN_NC: Final = FileKind(
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns"),
             Variable("safe_islands", "record structure", np.int32, "1", "number of intervals above the critical scale in which the structure stands"),
-            Variable("undecided", "record structure", _Known, "1", "whether the verdict under the unscaled motion changes with small perturbations, or is contradicted by an ensemble of plausible structures"),
         ),
         *optional("robust margins", *(replace(one, source="") for one in ROBUST_MARGINS)),
         *optional("hazard",
@@ -459,7 +463,7 @@ SCREEN_NC: Final = FileKind(
         Variable("scale", "scale", float, "1", "factor on the motion", key=True),
         Variable("measure", "measure", str, "1", "measure of intensity; sa_1s is the spectral acceleration at 1 s", key=True),
         Variable("limit_state", "limit_state", str, "1", "overturning, or a limit of a peak", key=True),
-        Variable("outcome", "outcome", str, "1", "outcome at a scale", key=True, choices=(*OUTCOMES, *_FORMER[1:])),
+        Variable("outcome", "outcome", str, "1", "outcome at a scale", key=True, choices=(*OUTCOMES, *FORMER_VERDICTS.split()[1:3])),
         Variable("level", "level", float, "1", "level of |theta| / slenderness", key=True),
         *optional("histories",
             Variable("history_size", "history", np.int64, "1", "number of samples of the history", attrs={"sample_dimension": "obs"}),

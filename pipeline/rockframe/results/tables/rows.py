@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rockframe.cells import DASH, Cells, Column, in_digits, number
 from rockframe.options.respond import QUANTILES
 from rockframe.results.schema import KINDS
-from rockframe.rocking.stated_verdict import MODEL_ENDS, StatedVerdict, Verdict, overturns
+from rockframe.rocking.verdict import MODEL_ENDS, SpreadVerdict, Verdict
 from rockframe.units import GRAVITY
 
 #: Short names of wavelets.
@@ -28,27 +28,35 @@ _SHORT: Final = {
 }
 
 
-def stated_verdict(row: Cells) -> StatedVerdict:
+def spread_verdict(row: Cells) -> SpreadVerdict:
     """Return the verdict of a row, computed or read from ``table.csv``.
 
     Examples
     --------
-    >>> row = {"verdict": "undecided", "overturning_time_s": "31.2"}
-    >>> stated_verdict(row).words
-    'undecided, overturned 31.2 s'
+    >>> row = {"verdict": "stands", "share_overturned": "0.3125"}
+    >>> spread_verdict(row).words
+    'may overturn (31 %)'
     """
-    searched = math.isfinite(number(row.get("largest_scale")))
-    return StatedVerdict(
+
+    def scale(name: str, searched: str) -> float | None:
+        return number(row.get(name)) if math.isfinite(number(row.get(searched))) else None
+
+    return SpreadVerdict(
         Verdict[row["verdict"].upper()],
         overturning_time=number(row.get("overturning_time_s")),
-        critical_scale=number(row.get("critical_scale")) if searched else None,
+        share_overturned=number(row.get("share_overturned")),
+        share_uplifted=number(row.get("share_uplifted")),
+        share_model_ends=number(row.get("share_model_ends")),
+        robust_scale=scale("robust_scale_10", "largest_robust_scale"),
+        critical_scale=scale("critical_scale", "largest_scale"),
+        largest_scale=number(row.get("largest_scale")),
         model_ends={name: number(row.get(f"{name}_s")) for name in MODEL_ENDS},
     )
 
 
 def verdict_words(row: Cells, _key: str = "") -> str:
     """Return the verdict of a row in words, which rows of this version state themselves."""
-    return str(row.get("verdict_words") or stated_verdict(row).words)
+    return str(row.get("verdict_words") or spread_verdict(row).words)
 
 
 def standing(row: Cells, key: str) -> float | str:
@@ -56,12 +64,11 @@ def standing(row: Cells, key: str) -> float | str:
 
     Examples
     --------
-    >>> fallen = {"verdict": "undecided", "overturning_time_s": "31.2", "u_max_m": "2.9"}
-    >>> standing(fallen, "u_max_m"), standing({"verdict": "safe", "u_max_m": "0.4"}, "u_max_m")
+    >>> fallen = {"verdict": "overturns", "u_max_m": "2.9"}
+    >>> standing(fallen, "u_max_m"), standing({"verdict": "stands", "u_max_m": "0.4"}, "u_max_m")
     ('–', 0.4)
     """
-    verdict, time = Verdict[row["verdict"].upper()], number(row.get("overturning_time_s"))
-    return DASH if overturns(verdict, time) else number(row[key])
+    return DASH if Verdict[row["verdict"].upper()] is Verdict.OVERTURNS else number(row[key])
 
 
 def critical_scale(row: Cells, key: str = "critical_scale") -> float | str:
@@ -75,19 +82,6 @@ def critical_scale(row: Cells, key: str = "critical_scale") -> float | str:
     searched = "largest_scale" if key == "critical_scale" else "largest_robust_scale"
     found, largest = number(row.get(key)), number(row.get(searched))
     return f"> {largest:.3g}" if math.isnan(found) and math.isfinite(largest) else found
-
-
-def robust_scales(row: Cells, _key: str = "") -> str:
-    """Return the scales at which 10, 25 and 50 % of the ensemble overturn, to two decimals.
-
-    Examples
-    --------
-    >>> robust_scales({f"robust_scale_{share}": 0.1043 * share for share in (10, 25)}
-    ...     | {"largest_robust_scale": 10.0})
-    '1.04 2.61 > 10'
-    """
-    parts = [_BY_KEY[f"robust_scale_{share}"].cell(row) for share in (10, 25, 50)]
-    return parts[0] if parts[0] == DASH or parts[0].startswith(">") else " ".join(parts)
 
 
 def share_words(row: Cells, _key: str = "") -> str:
@@ -187,13 +181,13 @@ OVERVIEW: Final = (
     Column("Record", "record", wraps=True),
     Column("Structure", "structure"),
     Column("Verdict", "verdict", rule=verdict_words, wraps=True),
-    Column("Critical scale", "critical_scale", ".2f", rule=critical_scale),
-    Column("10 % overturn", "robust_scale_10", ".2f", rule=critical_scale),
-    Column("25 %", "robust_scale_25", ".2f", rule=critical_scale),
-    Column("50 %", "robust_scale_50", ".2f", rule=critical_scale),
-    Column("θ/α", "peak_rotation_ratio", ".3f", rule=standing),
-    Column("u", "u_max_m", ".1f", 100.0, rule=standing, unit="cm", minor=True),
-    Column("v", "v_max_m", ".2f", 100.0, rule=standing, unit="cm", minor=True),
+    Column("Overturn", "share_overturned", rule=share_words),
+    Column("10 % overturn at", "robust_scale_10", ".2f", rule=critical_scale),
+    Column("θ/α, 16 50 84 %", "peak_rotation_ratio_*", rule=band_words),
+    Column("u, 16 50 84 %", "u_max_*_m", rule=band_words, unit="cm"),
+    Column("θ/α, nominal", "peak_rotation_ratio", ".3f", rule=standing),
+    Column("u, nominal", "u_max_m", ".1f", 100.0, rule=standing, unit="cm", minor=True),
+    Column("v, nominal", "v_max_m", ".2f", 100.0, rule=standing, unit="cm", minor=True),
     Column("Earthquake", "event", minor=True, wraps=True),
     Column("M", "magnitude", ".1f", minor=True),
     Column("Repi", "epicentral_distance_km", ".1f", unit="km", minor=True),
@@ -208,12 +202,37 @@ _BY_KEY: Final = {
     for column in (
         *OVERVIEW,
         Column("record", "record_id"),
-        Column("10 25 50 % overturn", "robust_scales", rule=robust_scales),
-        Column("Overturn", "share_overturned", rule=share_words),
-        Column("θ/α, 16 50 84 %", "peak_rotation_ratio_*", rule=band_words),
-        Column("u, 16 50 84 %", "u_max_*_m", rule=band_words, unit="cm"),
+        Column("Critical scale", "critical_scale", ".2f", rule=critical_scale),
     )
 }
+
+
+#: Headings of a table of responses: with an ensemble, without one, and of the nominal values.
+_SPREAD: Final = {
+    "verdict": "Verdict",
+    "share_overturned": "Overturn\n(90 %)>",
+    "robust_scale_10": "10 %\noverturn at>",
+    "peak_rotation_ratio_*": "θ/α\n16 50 84 %>",
+    "u_max_*_m": "u [cm]\n16 50 84 %>",
+}
+_STATED: Final = {"verdict": "Nominal verdict", "v_max_m": "v [cm]\nnominal>"}
+_NOMINAL: Final = {"peak_rotation_ratio": "θ/α\nnominal>", "u_max_m": "u [cm]\nnominal>"}
+
+
+def response_columns(row: Cells, first: Mapping[str, str], **changes: Any) -> list[Column]:
+    """Return the columns of a table of responses, after the columns in `first`.
+
+    If `row`, one of its rows, has an ensemble, they are the verdict, the share that overturns, the
+    margin and the bands, then the nominal peaks. Without an ensemble, all columns are nominal.
+    """
+    ensemble = math.isfinite(number(row.get("share_overturned")))
+    robust = math.isfinite(number(row.get("largest_robust_scale")))
+    heads = {**first, "structure": "Structure", **(_SPREAD if ensemble else _STATED), **_NOMINAL}
+    if not robust:
+        heads.pop("robust_scale_10", "")
+        if math.isfinite(number(row.get("largest_scale"))):
+            heads["critical_scale"] = "critical\nscale>"
+    return titled(heads, **changes)
 
 
 def titled(heads: Mapping[str, str], **changes: Any) -> list[Column]:
@@ -221,7 +240,7 @@ def titled(heads: Mapping[str, str], **changes: Any) -> list[Column]:
 
     Examples
     --------
-    >>> titled({"u_max_m": "u_max [cm]>"})[0].cell({"u_max_m": 0.135, "verdict": "safe"})
+    >>> titled({"u_max_m": "u_max [cm]>"})[0].cell({"u_max_m": 0.135, "verdict": "stands"})
     '13.5'
     """
     return [replace(_BY_KEY[key], head=head, **changes) for key, head in heads.items()]

@@ -21,16 +21,16 @@ from rockframe.results.tables.rows import (
     Row,
     columns_of,
     rows_along,
-    stated_verdict,
+    spread_verdict,
 )
-from rockframe.rocking.stated_verdict import MODEL_ENDS
+from rockframe.rocking.verdict import MODEL_ENDS
 
 #: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty.
 _COLUMNS: Final = (
     *("event", "record", "magnitude", "epicentral_distance_km", "pga_g", "pgv_m_s", "a_p_g"),
     *("T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound", "structure"),
     *("peak_rotation_ratio", "u_max_m", "v_max_m", "impacts", "verdict", "verdict_words"),
-    *("undecided_by", "critical_scale", "largest_scale", "safe_islands", "largest_robust_scale"),
+    *("critical_scale", "largest_scale", "safe_islands", "largest_robust_scale"),
     *(f"robust_{what}_{share}" for what in ("scale", "error") for share in (10, 25, 50)),
     *("uplift_time_s", "overturning_time_s", "record_id", "source_file", "facts_source"),
     *("pulse_verdict", "pulse_p_value", "verdict_to_pulse", "peak_rotation_ratio_to_pulse"),
@@ -46,7 +46,7 @@ _OF_RECORD: Final = columns_of(
 )
 _OF_RESPONSE: Final = columns_of(
     "record_id structure peak_rotation_ratio u_max_m=peak_u v_max_m=peak_v impacts verdict",
-    "undecided_by critical_scale largest_scale safe_islands",
+    "critical_scale largest_scale safe_islands",
     *ROBUST,
     "uplift_time_s=uplift_time overturning_time_s=overturning_time",
     "verdict_to_pulse peak_rotation_ratio_to_pulse surrogate_error",
@@ -143,5 +143,5 @@ def response_rows(responses: Path | xr.Dataset) -> Iterator[Row]:
     rows, robust = rows_along(responses, "record structure", _OF_RESPONSE), ROBUST[0] in responses
     for row in rows:
         searched = row["largest_scale"] if robust else math.nan
-        words = stated_verdict(row).words
+        words = spread_verdict(row).words
         yield row | {"verdict_words": words, "largest_robust_scale": searched}

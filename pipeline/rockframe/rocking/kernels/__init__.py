@@ -4,5 +4,5 @@ from typing import Final
 
 # Outcomes, the values of the flag variable `verdict`.
 NO_UPLIFT: Final = 0
-SAFE: Final = 1
-OVERTURNED: Final = 2
+STANDS: Final = 1
+OVERTURNS: Final = 2

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
-from rockframe.rocking.kernels import NO_UPLIFT, OVERTURNED, SAFE
+from rockframe.rocking.kernels import NO_UPLIFT, OVERTURNS, STANDS
 from rockframe.rocking.kernels.steps import (
     ALOFT,
     CHANGED,
@@ -344,7 +344,7 @@ def integrate(
     Returns
     -------
     int
-        NO_UPLIFT, SAFE or OVERTURNED.
+        NO_UPLIFT, STANDS or OVERTURNS.
     """
     intervals = ground.shape[0]
     lifts = vertical.shape[0] > 0
@@ -392,14 +392,14 @@ def integrate(
                     thetas[i + 1 :] = math.nan
                     omegas[i + 1 :] = math.nan
                     forces[i + 1 :] = math.nan
-                    return OVERTURNED
+                    return OVERTURNS
         _, _, s, hold = state
         _keep_node(i + 1, state[0], state[1], ties, states, histories)
     end_time = start_time + intervals * time_step
     step = MAX_STRIDE / rate
     if _finish(end_time, step, frame, state, ties, states, impacts, summary, tie_log):
-        return OVERTURNED
-    return NO_UPLIFT if math.isnan(summary[UPLIFT_TIME]) else SAFE
+        return OVERTURNS
+    return NO_UPLIFT if math.isnan(summary[UPLIFT_TIME]) else STANDS
 
 
 @compiled

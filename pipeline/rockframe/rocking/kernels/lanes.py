@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
-from rockframe.rocking.kernels import NO_UPLIFT, OVERTURNED, SAFE
+from rockframe.rocking.kernels import NO_UPLIFT, OVERTURNS, STANDS
 from rockframe.rocking.kernels.kernel import (
     BASE_SHEAR,
     IMPACT_VELOCITY,
@@ -430,9 +430,9 @@ def _end(
             asked[who, RESTITUTION],
         )
     if overturns:
-        verdicts[who] = OVERTURNED
+        verdicts[who] = OVERTURNS
     else:
-        verdicts[who] = NO_UPLIFT if math.isnan(pool[q + _UPLIFT]) else SAFE
+        verdicts[who] = NO_UPLIFT if math.isnan(pool[q + _UPLIFT]) else STANDS
     if not math.isnan(landed):
         pool[q + _COUNT] += 1.0
     pool[q + _HARDEST] = max(pool[q + _HARDEST], abs(landing))
@@ -712,7 +712,7 @@ def _after_hop(
         ended, t, theta, omega = _scalar_flight(pool, q, ground, asked, curved, lifts, tied)
         if ended == FALLEN:
             who = _index(pool[q + _WHO])
-            verdicts[who] = OVERTURNED
+            verdicts[who] = OVERTURNS
             fallen = pool[q + AT] - asked[who, FIRST] + pool[q + ELAPSED] + t
             _file(pool, q, asked, summaries, HALF_PI, pool[q + FASTEST], fallen)
             _empty(pool, q)

@@ -28,8 +28,15 @@ from rockframe.rocking.batch import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.contact import impact_friction_demand
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.reactions import reactions
-from rockframe.rocking.response import as_ground, refuse_flight, require_some, respond, ties_of
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.response import (
+    Response,
+    as_ground,
+    refuse_flight,
+    require_some,
+    respond,
+    ties_of,
+)
+from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
@@ -232,6 +239,22 @@ class EnsembleResponse:
     model_ends: int | None
     bands: Bands
 
+    def facts(self) -> dict[str, str]:
+        """Return the share that overturns and the bands of peaks, for the table in notebooks."""
+        share, low, high = (
+            100.0 * getattr(self, f"share_overturned{end}") for end in ("", "_low", "_high")
+        )
+        stated = {f"of {self.members} plausible structures": f"{self.overturned} overturn"}
+        stated["share that overturns, 90 % interval"] = f"{share:.0f} % ({low:.0f} to {high:.0f})"
+        for label, band, form in (
+            ("θ/α, 16 50 84 %", self.bands.peak_rotation_ratio, ".3f"),
+            ("u, 16 50 84 % [m]", self.bands.peak_u, ".3f"),
+        ):
+            stated[label] = " ".join(
+                f"{one:{form}}" if math.isfinite(one) else "overturns" for one in band
+            )
+        return stated
+
     @property
     def share_overturned(self) -> float:
         """Share of the members that overturn [1]."""
@@ -341,7 +364,7 @@ def ensemble_responses(
     chosen = ensemble or Ensemble()
     peaks = member_peaks(motions, frames, chosen)
     uplifted = (peaks.verdict != Verdict.NO_UPLIFT).sum(axis=2)
-    overturned = (peaks.verdict == Verdict.OVERTURNED).sum(axis=2)
+    overturned = (peaks.verdict == Verdict.OVERTURNS).sum(axis=2)
     ended = peaks.model_ends.sum(axis=2)
     bands = np.stack([quantiles(getattr(peaks, name)) for name in BANDS], axis=2).tolist()
     limited = [_has_limit(frame) for frame in frames]
@@ -358,6 +381,78 @@ def ensemble_responses(
         ]
         for i in range(len(motions))
     ]
+
+
+def with_ensemble(
+    responses: Sequence[Response], motion: Motion, ensemble: Ensemble | None = None
+) -> list[Response]:
+    """Add the response of an ensemble of plausible structures to each response.
+
+    Parameters
+    ----------
+    responses : sequence of Response
+        Responses from `respond`.
+    motion : Record, Pulse or GroundAcceleration
+        The motion of all of them.
+    ensemble : Ensemble, optional
+        Number of members, spreads and seed.
+
+    Raises
+    ------
+    ParameterError
+        If the ensemble has no members, a member cannot rock, or the vertical acceleration falls
+        faster than gravity.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.55 * 9.81, T_p=1.5)
+    >>> [response] = with_ensemble([respond(bent, pulse)], pulse)
+    >>> response.verdict.label, response.spread_verdict.kind.label
+    ('overturns', 'may overturn')
+    """
+    [found] = ensemble_responses([motion], [one.frame for one in responses], ensemble)
+    return [replace(one, ensemble=each) for one, each in zip(responses, found, strict=True)]
+
+
+def with_envelope(response: Response, motion: Motion, ensemble: Ensemble | None = None) -> Response:
+    """Add the 16 and 84 % quantiles of the members' rotations over time to a response.
+
+    Parameters and errors are those of `with_ensemble`. A member that has overturned counts as a
+    rotation of infinity, to the side to which it fell.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=5.0, T_p=1.5)
+    >>> response = with_envelope(respond(bent, pulse), pulse)
+    >>> bool((response.theta_low <= response.theta_high).all())
+    True
+    """
+    chosen = ensemble or Ensemble()
+    require_members(chosen)
+    ground = as_ground(motion)
+    require_motion(chosen, ground)
+    scales = draws(chosen)[:, 3].tolist()
+    family = members(chosen, response.frame)
+    rotations = np.stack(
+        [
+            _until_fallen(respond(member, ground.scaled(scale)).theta)
+            for member, scale in zip(family, scales, strict=True)
+        ],
+        axis=-1,
+    )
+    low, _, high = np.moveaxis(quantiles(rotations), -1, 0)
+    return replace(response, theta_low=low, theta_high=high)
+
+
+def _until_fallen(theta: Float) -> Float:
+    """Return rotations with infinity, to the side of the last one, in place of NaN."""
+    fallen = np.isnan(theta)
+    if not fallen.any():
+        return theta
+    side = theta[max(int(fallen.argmax()) - 1, 0)]
+    return np.where(fallen, math.copysign(math.inf, side), theta)
 
 
 def quantiles(peaks: Float) -> Float:
@@ -418,7 +513,7 @@ def member_peaks(
 def _demands_one_by_one(frame: RockingFrame, ground: GroundAcceleration) -> tuple[float, float]:
     """Return base shear and friction demand of a frame whose ties yield, from its history."""
     response = respond(frame, ground)
-    if response.verdict is Verdict.OVERTURNED:
+    if response.verdict is Verdict.OVERTURNS:
         return math.inf, math.inf
     forces = reactions(response, ground)
     demands = [forces.base_friction_demand]
@@ -449,7 +544,7 @@ def _peaks(
             tendon[:, k], dissipater[:, k] = _tie_forces(family, rotation[:, k])
         for limit, peak in _limits(frame, u[:, k], v[:, k], tendon[:, k]):
             ended[:, k] |= peak >= limit
-    fallen = verdict == Verdict.OVERTURNED
+    fallen = verdict == Verdict.OVERTURNS
 
     def standing(peak: Float) -> Float:
         return np.where(fallen & ~np.isnan(peak), np.inf, peak)

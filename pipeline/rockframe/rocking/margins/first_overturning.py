@@ -16,7 +16,7 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking.batch import Prepared, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.tails import compare
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -377,7 +377,7 @@ def first_overturnings(
             part = slice(start, start + scales.size)
             start += scales.size
             answer = (
-                answers.verdict[part] == Verdict.OVERTURNED,
+                answers.verdict[part] == Verdict.OVERTURNS,
                 answers.peak_rotation_ratio[part],
                 answers.excursions[part],
             )

@@ -1,4 +1,4 @@
-"""Margins against overturning: critical scales, sensitivity of the verdict, robust margins."""
+"""Margins against overturning: critical scales and robust margins."""
 
 from __future__ import annotations
 
@@ -25,12 +25,10 @@ from rockframe.rocking.margins.first_overturning import (
 )
 from rockframe.rocking.margins.robust import (
     RobustMargin,
-    Sensitivity,
     robust_margins,
-    sensitivities,
 )
 from rockframe.rocking.response import Response, as_ground, refuse_flight, require_some
-from rockframe.rocking.stated_verdict import Strip, Verdict, strip_of
+from rockframe.rocking.verdict import Strip, strip_of
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
@@ -49,25 +47,22 @@ class Margin(Shown):
         The first overturning that was found, and the outcome at larger scales.
     largest_scale : float
         Largest multiple of the motion that was searched [1].
-    undecided_by : Sensitivity
-        Perturbations that change the verdict under the motion itself.
     robust : RobustMargin, optional
         The scales at which 10, 25 and 50 % of an ensemble overturn, if they were requested.
     """
 
     first: FirstOverturning
     largest_scale: float
-    undecided_by: Sensitivity
     robust: RobustMargin | None = None
 
     def facts(self) -> dict[str, str]:
-        """Return critical scale, islands and sensitivity, for the table in notebooks."""
-        least, by = self.critical_scale, self.undecided_by
-        none = math.isnan(least)
+        """Return robust margin, critical scale and islands, for the table in notebooks."""
+        least = self.critical_scale
+        scale = f"none up to {self.largest_scale:g}" if math.isnan(least) else f"{least:.4f}"
         return {
-            "critical scale": f"none up to {self.largest_scale:g}" if none else f"{least:.4f}",
+            **({"robust margin": self.strip.shares} if self.robust else {}),
+            "nominal critical scale": scale,
             "islands above it in which the frame stands": str(self.safe_islands),
-            "undecided by": ", ".join(str(bit.name).lower() for bit in by) or "nothing",
         }
 
     def draw(self, axes: Axes) -> None:
@@ -106,19 +101,6 @@ class Margin(Shown):
         """Scales that overturn and the robust margin, for figures and pages."""
         robust = self.robust and (self.robust.s10, self.robust.s25, self.robust.s50)
         return strip_of(self.critical_scale, self.largest_scale, self.islands, robust or ())
-
-    def verdict(self, unperturbed: Verdict) -> Verdict:
-        """Return the verdict with margin; `unperturbed` is that of the response to the motion.
-
-        A verdict is undecided for one or more of four reasons. Amplitude or restitution: it changes
-        when the amplitude of the motion, or the restitution of impacts, changes by up to 1 %.
-        Sampling: it changes when the record is sampled twice as finely. Dimensions: the robust
-        margin contradicts it, because the structure stands, but 10 % of the ensemble overturn at a
-        multiple of 1 or less; or because it overturns, but half of the ensemble overturn only at a
-        multiple of 1 or more, or not at all. Any other verdict is that of the response to the
-        motion itself: no uplift, safe or overturned.
-        """
-        return Verdict.UNDECIDED if self.undecided_by else unperturbed
 
 
 Motion = Record | Pulse | GroundAcceleration
@@ -199,8 +181,8 @@ def margins(
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
     >>> margin = margins(pulse, bent)
-    >>> round(margin.critical_scale, 4), margin.safe_islands, margin.undecided_by.value
-    (1.0941, 1, 0)
+    >>> round(margin.critical_scale, 4), margin.safe_islands
+    (1.0941, 1)
     """
     one_motion = [motions] if isinstance(motions, Record | Pulse | GroundAcceleration) else None
     one_frame = [frames] if isinstance(frames, RockingFrame) else None
@@ -229,16 +211,12 @@ def _margins(
         ]
     )
     found = first_overturnings(grounds, frames, ground, frame, least, largest)
-    intervals = [
-        np.array([[one.lower, one.upper]])[: 0 if math.isnan(one.lower) else 1] for one in found
-    ]
     robust: list[RobustMargin | None] = [None] * len(found)
     if ensemble is not None:
         robust = [*chain(*robust_margins(grounds, frames, ensemble, largest_scale=largest_scale))]
-    sensitive = sensitivities(grounds, frames, ground, frame, intervals, largest, robust)
     every = [
-        Margin(first=one, largest_scale=float(end), undecided_by=by, robust=members)
-        for one, end, by, members in zip(found, largest, sensitive, robust, strict=True)
+        Margin(first=one, largest_scale=float(end), robust=members)
+        for one, end, members in zip(found, largest, robust, strict=True)
     ]
     width = len(frames)
     return [every[start : start + width] for start in range(0, len(every), width)]
@@ -249,7 +227,7 @@ def with_margins(
     motion: Record | Pulse | GroundAcceleration,
     ensemble: Ensemble | None = None,
 ) -> list[Response]:
-    """Add margins to responses; a verdict that small changes would reverse becomes undecided.
+    """Add margins to responses.
 
     Parameters
     ----------
@@ -273,10 +251,9 @@ def with_margins(
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.547 * 9.81, T_p=1.5)
     >>> [response] = with_margins([respond(bent, pulse)], pulse)
     >>> response.verdict.name, round(response.margin.critical_scale, 4)
-    ('UNDECIDED', 1.0001)
+    ('STANDS', 1.0001)
     """
     found = margins([motion], [response.frame for response in responses], ensemble=ensemble)[0]
     return [
-        replace(response, verdict=margin.verdict(response.verdict), margin=margin)
-        for response, margin in zip(responses, found, strict=True)
+        replace(response, margin=margin) for response, margin in zip(responses, found, strict=True)
     ]

@@ -1,11 +1,10 @@
-"""Small changes that change a verdict, and robust margins of ensembles of plausible structures."""
+"""Robust margins of ensembles of plausible structures, and the effect of sampling on them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
-from enum import IntFlag
 from itertools import chain
 from typing import Final, TypeAlias
 
@@ -26,7 +25,7 @@ from rockframe.rocking.margins.first_overturning import (
     powers,
 )
 from rockframe.rocking.response import as_ground, refuse_flight, require_some
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
@@ -74,6 +73,9 @@ class RobustMargin:
         over ensembles drawn again from the members (bootstrap). NaN where the scale is NaN.
     responses : int
         Number of responses that were computed.
+    sampling_changes : int
+        Number of members that stand instead of overturning, or overturn instead of standing, under
+        the motion itself when the record is sampled twice as finely.
     """
 
     s10: float
@@ -83,15 +85,7 @@ class RobustMargin:
     error25: float
     error50: float
     responses: int
-
-    def contradicts(self, overturns: bool) -> bool:
-        """Return True if the ensemble contradicts the outcome of the stated structure.
-
-        There are two cases. The structure stands, but 10 % of the ensemble overturn at a scale of 1
-        or less. Or it overturns, but half of the ensemble overturn only at a scale of 1 or more, or
-        not at all.
-        """
-        return not self.s50 < 1.0 if overturns else self.s10 <= 1.0
+    sampling_changes: int = 0
 
 
 def robust_margins(
@@ -155,7 +149,14 @@ def robust_margins(
             _Family(amplitude, least_scale_of(ground, frame), largest, chosen.seed).search()
             for frame in weakest
         ]
-        found.append(_side_by_side(Prepared(ground), families, searches))
+        changes = changed_by_sampling([ground], frames, chosen)[0]
+        row = _side_by_side(Prepared(ground), families, searches)
+        found.append(
+            [
+                replace(one, sampling_changes=count)
+                for one, count in zip(row, changes.tolist(), strict=True)
+            ]
+        )
     return found
 
 
@@ -182,7 +183,7 @@ def _side_by_side(
         end = 0
         for line, (member, _) in [*wanted.items()]:
             part = slice(end, end := end + member.size)
-            fallen = peaks.verdict[part] == Verdict.OVERTURNED
+            fallen = peaks.verdict[part] == Verdict.OVERTURNS
             answer = fallen, peaks.peak_rotation_ratio[part]
             advance(searches[line], answer, line, wanted, found)
     return [found[line] for line in range(len(searches))]
@@ -316,135 +317,30 @@ def _first_place(shares: Float, share: float) -> Float:
     return places
 
 
-#: Largest relative change of the amplitude that is tried [1].
-AMPLITUDE_PERTURBATION: Final = 0.01
-#: Largest relative change of the velocity ratio of impacts that is tried [1].
-RESTITUTION_PERTURBATION: Final = 0.01
-#: Number of values tried above the stated amplitude or velocity ratio, and the same number below.
-_VALUES: Final = 10
-#: Number of amplitudes tried on either side if an amplitude below 1 + AMPLITUDE_PERTURBATION is
-#: known to overturn the frame: near it, scattered scales that stand may be as few as 1 in 20.
-_AMPLITUDES: Final = 50
-
 #: Half length [samples] and shape parameter of the Kaiser window of the interpolation. Its error
 #: is at most 1e-4 up to 0.9 of the Nyquist frequency.
 _TAPS: Final = 32
 _KAISER: Final = 8.0
 
 
-class Sensitivity(IntFlag):
-    """Perturbations that change whether a frame overturns; bits of the flags `undecided_by`."""
+def changed_by_sampling(
+    grounds: Sequence[GroundAcceleration], frames: Sequence[RockingFrame], ensemble: Ensemble
+) -> Int:
+    """Count the members that stand instead of overturning, or overturn instead of standing, when a
+    record is sampled twice as finely, shape (motions, frames).
 
-    AMPLITUDE = 1
-    RESTITUTION = 2
-    SAMPLING = 4
-    DIMENSIONS = 8
-
-
-def sensitivities(
-    grounds: Sequence[GroundAcceleration],
-    frames: Sequence[RockingFrame],
-    ground: Int,
-    frame: Int,
-    intervals: Sequence[Float],
-    largest: Float,
-    robust: Sequence[RobustMargin | None],
-) -> list[Sensitivity]:
-    """Find the perturbations that change whether frames overturn.
-
-    Parameters
-    ----------
-    grounds, frames : sequence
-        Ground motions and frames.
-    ground, frame : array of int, shape (lines,)
-        Indices of the ground motion and the frame of each pair (line).
-    intervals : sequence of array, shape (intervals, 2)
-        Known intervals of scales in which each line overturns.
-    largest : array, shape (lines,)
-        Largest scale of each line.
-    robust : sequence of RobustMargin or None, shape (lines,)
-        Robust margin of each line, if one was requested.
-
-    Returns
-    -------
-    list of Sensitivity
-        For each line, the flags of the perturbations that change its verdict. AMPLITUDE: a scale
-        within 1 % of 1. RESTITUTION: a velocity ratio sqrt(r) within 1 % of the stated one and not
-        above eq (43). SAMPLING: the record, sampled twice as finely by band-limited interpolation.
-        DIMENSIONS: the robust margin contradicts the verdict.
+    Parameters and errors are those of `robust_margins`.
     """
-    once = np.ones(ground.size)
-    unperturbed = _overturns(grounds, frames, ground, frame, once)
-    finer = _overturns([resampled(one) for one in grounds], frames, ground, frame, once)
-    line, near = _amplitudes(intervals, largest)
-    rescaled = _overturns(grounds, frames, ground[line], frame[line], near)
-    others = [_with_other_impacts(one) for one in frames]
-    count = np.array([len(each) for each in others])
-    start = np.cumsum(count) - count
-    place = np.concatenate([np.arange(count[k]) + start[k] for k in frame.tolist()])
-    of = np.repeat(np.arange(ground.size), count[frame])
-    other_impacts = _overturns(grounds, [*chain(*others)], ground[of], place, np.ones(of.size))
-    changed = {
-        Sensitivity.AMPLITUDE: np.array([_splits(found) for found in intervals], dtype=bool)
-        | _differ(rescaled, unperturbed, line),
-        Sensitivity.RESTITUTION: _differ(other_impacts, unperturbed, of),
-        Sensitivity.SAMPLING: finer != unperturbed,
-        Sensitivity.DIMENSIONS: np.array(
-            [
-                one is not None and one.contradicts(overturns)
-                for one, overturns in zip(robust, unperturbed.tolist(), strict=True)
-            ]
-        ),
-    }
-    found = [Sensitivity(0)] * ground.size
-    for bit, lines in changed.items():
-        found = [one | bit if line else one for one, line in zip(found, lines, strict=True)]
-    return found
-
-
-def _amplitudes(intervals: Sequence[Float], largest: Float) -> tuple[Int, Float]:
-    """Return the scales near 1 that are tried, and the index of the pair of each."""
-    known = [each.size > 0 and each[0, 0] <= 1.0 + AMPLITUDE_PERTURBATION for each in intervals]
-    steps = [_steps(_AMPLITUDES if one else _VALUES) for one in known]
-    line = np.repeat(np.arange(len(steps)), [each.size for each in steps])
-    return line, np.minimum(1.0 + AMPLITUDE_PERTURBATION * np.concatenate(steps), largest[line])
-
-
-def _steps(values: int) -> Float:
-    return np.arange(-values, values + 1) / values
-
-
-def _differ(overturns: Bool, unperturbed: Bool, line: Int) -> Bool:
-    """Return which lines have a perturbed scenario whose outcome differs from the unperturbed."""
-    counts = np.bincount(line[overturns != unperturbed[line]], minlength=unperturbed.size)
-    return np.asarray(counts > 0)
-
-
-def _overturns(
-    grounds: Sequence[GroundAcceleration],
-    frames: Sequence[RockingFrame],
-    ground: Int,
-    frame: Int,
-    scale: Float,
-) -> Bool:
-    found = respond_scenarios(grounds, frames, ground, frame, scale)
-    return np.asarray(found.verdict == Verdict.OVERTURNED)
-
-
-def _splits(intervals: Float) -> bool:
-    """Return True if some of the scales near 1 are within an interval and others are not."""
-    low, high = 1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION
-    near = intervals[(intervals[:, 0] <= high) & ~(intervals[:, 1] < low)]
-    return len(near) > 0 and not (len(near) == 1 and near[0, 0] <= low and not near[0, 1] < high)
-
-
-def _with_other_impacts(frame: RockingFrame) -> list[RockingFrame]:
-    """Return frames with velocity ratios within 1 % of the frame's and not above eq (43)."""
-    factors = frame.restitution_factor * (1.0 + RESTITUTION_PERTURBATION * _steps(_VALUES))
-    return [
-        replace(frame, restitution_factor=factor)
-        for factor in np.unique(np.minimum(factors, 1.0)).tolist()
-    ]
+    family = [*chain(*(members(ensemble, frame) for frame in frames))]
+    shape = (len(grounds), len(frames), ensemble.members)
+    motion = np.repeat(np.arange(len(grounds)), len(family))
+    whose = np.tile(np.arange(len(family)), len(grounds))
+    scale = np.tile(draws(ensemble)[:, 3], len(grounds) * len(frames))
+    given, finer = (
+        respond_scenarios(sampled, family, motion, whose, scale).verdict == Verdict.OVERTURNS
+        for sampled in (grounds, [resampled(one) for one in grounds])
+    )
+    return np.asarray((given != finer).reshape(shape).sum(axis=2))
 
 
 def resampled(ground: GroundAcceleration) -> GroundAcceleration:

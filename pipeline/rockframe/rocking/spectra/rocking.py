@@ -23,7 +23,7 @@ from rockframe.record import Record
 from rockframe.rocking.batch import Scenarios, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.spectra.overturning import column_of, increasing
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class RockingSpectrum(Shown):
         """Return sizes and number of overturned frames, for the table in notebooks."""
         names = ("motions", "slendernesses", "mass ratios", "column periods")
         said = {name: str(size) for name, size in zip(names, self.verdict.shape, strict=True)}
-        fallen = int((self.verdict == Verdict.OVERTURNED).sum())
+        fallen = int((self.verdict == Verdict.OVERTURNS).sum())
         return {**said, "overturned": f"{fallen} of {self.verdict.size}"}
 
     def draw(self, axes: Axes) -> None:

@@ -15,7 +15,7 @@ from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
 from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.stated_verdict import Verdict
+from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class Lines:
             self.frame[line],
             self.unit[line] * amplitude,
         )
-        fallen = found.verdict == Verdict.OVERTURNED
+        fallen = found.verdict == Verdict.OVERTURNS
         fall = np.where(np.isnan(found.overturning_time), np.inf, found.overturning_time)
         lean = np.where(found.peak_rotation_ratio >= _NEAR, found.peak_rotation_ratio, -np.inf)
         nearness = np.where(fallen, fall, lean)

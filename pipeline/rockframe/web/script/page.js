@@ -22,10 +22,11 @@ function save(name, text) {
 }
 
 // The verdict as a sentence, with the same words as in tables and figures.
-function verdictLine(words, overturns, peak) {
-  const start = words[0].toUpperCase() + words.slice(1);
-  return overturns || peak === 0 ? `${start}.`
-    : `${start}. The largest rotation is ${peak.toFixed(3)} of the slenderness.`;
+function verdictLine(words, overturns, peak, band) {
+  const start = `${words[0].toUpperCase()}${words.slice(1)}.`;
+  const nominal = overturns ? "overturns" : peak.toFixed(3);
+  if (band) return `${start} Largest θ/α: ${band.replaceAll(" ", ", ")} (16, 50, 84 % of the ensemble), nominal ${nominal}.`;
+  return overturns || peak === 0 ? start : `${start} The largest rotation is ${nominal} of the slenderness.`;
 }
 
 // The strip over the multiples of the motion, as the server or the run drew it; none if unknown.

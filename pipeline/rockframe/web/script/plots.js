@@ -12,6 +12,11 @@ const colour = (name) => () =>
 const scaled = (values, factor) =>
   Array.from(values, (value) => (Number.isNaN(value) ? null : value * factor));
 
+// The envelope of an ensemble, to be drawn beside theta/alpha; empty without an ensemble.
+const enveloped = (values, slenderness, time) => (values?.length ? Array.from(values, (value) =>
+  (Number.isNaN(value) ? null : Math.max(-3, Math.min(3, value / slenderness))))
+  : new Array(time.length).fill(null));
+
 function largest(values, among = () => true) {
   let found = 0;
   values.forEach((value, i) => {
@@ -37,14 +42,18 @@ function panels(motion) {
   const u = scaled(motion.u, 100);
   const v = scaled(motion.v, 100);
   const even = (limit) => [-1.08 * limit || -1, 1.08 * limit || 1];
-  const tilt = Math.max(0.02, Math.min(largest(ratio), DRAWN_TO));
+  const low = enveloped(motion.low, motion.structure.slenderness, motion.time);
+  const high = enveloped(motion.high, motion.structure.slenderness, motion.time);
+  const reach = Math.max(largest(ratio), largest(low), largest(high));
+  const tilt = Math.max(0.02, Math.min(reach, DRAWN_TO));
   const lift = largest(v, standing) || 0.01;
   return {
     ratio,
     list: [
       { id: "ground", series: [[acceleration, "ground", 1], [pulse, "pulse", 2]],
         range: even(Math.max(largest(acceleration), largest(pulse))), height: 130 },
-      { id: "ratio", series: [[ratio, "line", 1.4]], range: even(tilt), height: 150, limit: 1 },
+      { id: "ratio", series: [[ratio, "line", 1.4], [low, "band", 0], [high, "band", 0]],
+        bands: [{ series: [3, 2], fill: colour("band") }], range: even(tilt), height: 150, limit: 1 },
       { id: "u", series: [[u, "line", 1.4]], range: even(largest(u, standing)), height: 120 },
       { id: "v", series: [[v, "line", 1.4]], range: [-0.08 * lift, 1.08 * lift], height: 150,
         axis: true },
@@ -77,6 +86,7 @@ function linkedPlots(motion, onCursor) {
           values: panel.axis ? undefined : (_, splits) => splits.map(() => null) },
         { ...axis, grid, ticks, size: 52, space: 26 },
       ],
+      bands: panel.bands ?? [],
       series: [{}, ...panel.series.map(([, name, thick]) =>
         ({ stroke: colour(name), width: thick, points: { show: false } }))],
       cursor: { y: false, drag: { x: true, y: false }, points: { size: 6 } },

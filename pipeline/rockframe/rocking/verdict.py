@@ -1,0 +1,273 @@
+"""Verdicts and margins as all tables, pages and figures state them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum, StrEnum
+from typing import Final
+
+from rockframe.rocking import kernels
+
+#: Largest share of the ensemble that may overturn if a structure stands, and least share if it
+#: overturns [1].
+STANDS_UP_TO: Final = 0.05
+OVERTURNS_FROM: Final = 0.95
+#: The rule of `SpreadVerdict.kind`. All tables, pages and documents that show verdicts print it.
+VERDICT_RULE: Final = (
+    f"A structure stands if at most {STANDS_UP_TO:.0%} of an ensemble of plausible structures and "
+    f"motions overturn, overturns if at least {OVERTURNS_FROM:.0%} do, and otherwise may overturn, "
+    "with the share that does. Without an ensemble the verdict is nominal: the outcome of the "
+    "structure and the motion exactly as given."
+).replace("%", " %")
+#: Explanation of the margin that tables show beside the verdict.
+MARGIN_LEGEND: Final = (
+    "10 % overturn at: least multiple of the motion at which 10 % of that ensemble overturn."
+)
+#: Explanation of the values in the detail of margins.
+STRIP_LEGEND: Final = (
+    "Critical scale: least multiple of the motion found to overturn the structure as given. 10, "
+    "25, 50 % overturn: the robust margin, the least multiples at which these shares of an "
+    "ensemble of plausible structures overturn."
+)
+
+#: Events after which the model no longer describes a bridge, by the variable of their time.
+MODEL_ENDS: Final = {
+    "gap_closed_time": "gap closes",
+    "lift_exceeded_time": "lift exceeded",
+    "tendon_yield_time": "tendon yields",
+}
+
+
+class Verdict(IntEnum):
+    """Outcome of a response to one motion; the values of the flag variable `verdict`."""
+
+    NO_UPLIFT = kernels.NO_UPLIFT
+    STANDS = kernels.STANDS
+    OVERTURNS = kernels.OVERTURNS
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, format_spec: str) -> str:
+        return format(self.name, format_spec)
+
+    @property
+    def label(self) -> str:
+        """Outcome in words.
+
+        Examples
+        --------
+        >>> [outcome.label for outcome in Verdict]
+        ['no uplift', 'stands', 'overturns']
+        """
+        return self.name.lower().replace("_", " ")
+
+
+class VerdictKind(StrEnum):
+    """Kinds of verdicts, in the order of the share that overturns."""
+
+    NO_UPLIFT = "no_uplift"
+    STANDS = "stands"
+    MAY_OVERTURN = "may_overturn"
+    OVERTURNS = "overturns"
+
+    @property
+    def label(self) -> str:
+        """Kind in words."""
+        return self.value.replace("_", " ")
+
+
+#: Margin from which the colour of a structure that stands is that of safety [1].
+_FAR: Final = 2.0
+
+
+@dataclass(frozen=True)
+class SpreadVerdict:
+    """The verdict on a structure under a motion, from the ensemble if there is one.
+
+    Parameters
+    ----------
+    nominal : Verdict
+        Outcome of the structure and the motion exactly as given.
+    overturning_time : float
+        Time at which the structure as given overturns [s]; NaN if it stands.
+    share_overturned, share_uplifted, share_model_ends : float
+        Shares of the ensemble [1]; NaN without an ensemble, and `share_model_ends` also for
+        structures without such an event.
+    robust_scale : float or None
+        Least multiple of the motion at which 10 % of the ensemble overturn [1]; NaN if fewer do up
+        to `largest_scale`, None if it was not computed.
+    critical_scale : float or None
+        Least multiple of the motion that overturns the structure as given [1]; NaN and None as for
+        `robust_scale`.
+    largest_scale : float
+        Largest multiple that was searched [1].
+    model_ends : mapping of str to float
+        Time of each event of `MODEL_ENDS` for the structure as given [s]; NaN if it does not occur.
+
+    Examples
+    --------
+    >>> SpreadVerdict(Verdict.STANDS, share_overturned=0.02, robust_scale=1.06).sentence
+    'stands; 10 % overturn at 1.06'
+    >>> SpreadVerdict(Verdict.STANDS, share_overturned=0.3125).words
+    'may overturn (31 %)'
+    >>> SpreadVerdict(Verdict.OVERTURNS, overturning_time=36.8).words
+    'overturns 36.8 s'
+    >>> SpreadVerdict(Verdict.STANDS, model_ends={"gap_closed_time": 5.8}).words
+    'stands; gap closes 5.8 s'
+    """
+
+    nominal: Verdict
+    overturning_time: float = math.nan
+    share_overturned: float = math.nan
+    share_uplifted: float = math.nan
+    share_model_ends: float = math.nan
+    robust_scale: float | None = None
+    critical_scale: float | None = None
+    largest_scale: float = math.nan
+    model_ends: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def is_nominal(self) -> bool:
+        """True if there is no ensemble, so that the verdict is the nominal outcome."""
+        return math.isnan(self.share_overturned)
+
+    @property
+    def kind(self) -> VerdictKind:
+        """Kind of the verdict, by `VERDICT_RULE`; no uplift means that no member uplifts."""
+        if self.is_nominal:
+            return VerdictKind(self.nominal.name.lower())
+        if self.share_overturned >= OVERTURNS_FROM:
+            return VerdictKind.OVERTURNS
+        if self.share_overturned > STANDS_UP_TO:
+            return VerdictKind.MAY_OVERTURN
+        return VerdictKind.NO_UPLIFT if self.share_uplifted == 0.0 else VerdictKind.STANDS
+
+    @property
+    def words(self) -> str:
+        """The verdict in words, with the event that ends the model, if there is one."""
+        words = self.kind.label
+        if self.kind is VerdictKind.MAY_OVERTURN:
+            words += f" ({100.0 * self.share_overturned:.0f} %)"
+        if self.is_nominal and math.isfinite(self.overturning_time):
+            words += f" {self.overturning_time:.1f} s"
+        return words + self._end
+
+    @property
+    def margin(self) -> str:
+        """The margin in words; empty if none was computed."""
+        robust = self.robust_scale is not None
+        scale = self.robust_scale if robust else self.critical_scale
+        if scale is None:
+            return ""
+        none = math.isnan(scale)
+        stated = f"> {self.largest_scale:.3g}" if none else f"{scale:.2f}"
+        return f"{'10 % overturn' if robust else 'nominally overturns'} at {stated}"
+
+    @property
+    def sentence(self) -> str:
+        """The verdict and its margin."""
+        return "; ".join(filter(None, (self.words, self.margin)))
+
+    @property
+    def overturns(self) -> bool:
+        """True if the structure as given overturns, so that its peaks only describe the fall."""
+        return self.nominal is Verdict.OVERTURNS
+
+    @property
+    def danger(self) -> float:
+        """Position of the colour from safe, 0, to overturning, 1.
+
+        Half of it is the share that overturns. The other half grows as the margin falls from 2 to
+        1; a margin that is not known counts as 1.5.
+
+        Examples
+        --------
+        >>> [round(SpreadVerdict(Verdict.STANDS, share_overturned=share, robust_scale=scale).danger,
+        ...     2) for share, scale in ((0.0, 3.0), (0.02, 1.06), (0.31, 0.8), (1.0, 0.4))]
+        [0.0, 0.48, 0.66, 1.0]
+        """
+        share = float(self.overturns) if self.is_nominal else self.share_overturned
+        scale = self.critical_scale if self.robust_scale is None else self.robust_scale
+        near = 0.5 if scale is None else (_FAR - scale) / (_FAR - 1.0)
+        near = 0.0 if math.isnan(near) else min(max(near, 0.0), 1.0)
+        return 0.5 * (share + max(near, share))
+
+    @property
+    def _end(self) -> str:
+        """First event that ends the model, with its time or the share of members that reach it."""
+        known = [(time, name) for name, time in self.model_ends.items() if math.isfinite(time)]
+        time, name = min(known, default=(math.nan, ""))
+        event = MODEL_ENDS.get(name, "model ends")
+        if self.share_model_ends > 0.0:
+            return f"; {event} in {100.0 * self.share_model_ends:.0f} %"
+        return f"; {event} {time:.1f} s" if known else ""
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Intervals of the scale that overturn a frame, and its robust margin.
+
+    Parameters
+    ----------
+    overturning : tuple of (float, float)
+        Intervals of scale that were found to overturn the frame [1], increasing.
+    largest_scale : float
+        Largest scale that was searched [1].
+    robust : tuple of float
+        Scales at which 10, 25 and 50 % of the ensemble overturn [1]; NaN if that share never
+        overturns. Empty if robust margins were not requested.
+    """
+
+    overturning: tuple[tuple[float, float], ...]
+    largest_scale: float
+    robust: tuple[float, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """The robust margin and the least scale that overturns the frame as given, in words.
+
+        Examples
+        --------
+        >>> Strip(((0.62, 0.63), (0.9, 10.0)), 10.0, (0.95, 1.021, math.nan)).words
+        '10, 25, 50 % overturn at 0.95, 1.02, > 10; nominally overturns from 0.62'
+        """
+        words = f"nominally stands up to {self.largest_scale:.3g}"
+        if self.overturning:
+            words = f"nominally overturns from {self.overturning[0][0]:.2f}"
+        return "; ".join(filter(None, (self.shares, words)))
+
+    @property
+    def shares(self) -> str:
+        """The robust margin in words; empty if it was not requested."""
+        scales = ", ".join(map(self.in_words, self.robust))
+        return f"10, 25, 50 % overturn at {scales}" if scales else ""
+
+    def in_words(self, scale: float) -> str:
+        """Return a scale as text; the largest scale that was searched if none was found (NaN)."""
+        return f"> {self.largest_scale:.3g}" if math.isnan(scale) else f"{scale:.2f}"
+
+
+def strip_of(
+    critical_scale: float,
+    largest_scale: float,
+    islands: Iterable[tuple[float, float]],
+    robust: tuple[float, ...] = (),
+) -> Strip:
+    """Return the strip of a critical scale (NaN if none was found) and the islands above it.
+
+    Examples
+    --------
+    >>> strip_of(0.5, 10.0, [(0.6, 0.7), (2.0, 10.0)]).overturning
+    ((0.5, 0.6), (0.7, 2.0))
+    """
+    if math.isnan(critical_scale):
+        return Strip((), largest_scale, robust)
+    starts, ends = [critical_scale], []
+    for start, end in islands:
+        ends.append(start)
+        starts.append(end)
+    intervals = zip(starts, [*ends, largest_scale], strict=True)
+    return Strip(tuple((a, b) for a, b in intervals if a < largest_scale), largest_scale, robust)
