@@ -68,7 +68,7 @@ class HorizontalPair:
         if not abs(apart - 90.0) <= _SQUARE:
             raise ParameterError(
                 f"azimuths {one.azimuth:g} and {other.azimuth:g} degrees of {one.record_id!r} and "
-                f"{other.record_id!r}. Must be stated, and 90 degrees apart."
+                f"{other.record_id!r}. A pair has two stated azimuths, 90 degrees apart."
             )
 
     def toward(self, azimuths: Iterable[float], series: Sequence[Float] | None = None) -> Float:
@@ -130,7 +130,7 @@ def pair_horizontals(
     for motion in _motions(records):
         known = [r for r in motion if r.orientation is Orientation.HORIZONTAL]
         unpaired += [
-            _rejected(r, "direction unstated. Must be a horizontal of stated azimuth.")
+            _rejected(r, "direction unstated. Only horizontals of stated azimuth are paired.")
             for r in motion
             if r.orientation is Orientation.UNSTATED
         ]
@@ -237,10 +237,10 @@ def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
     where = f"of station {known[0].station!r}" if known[0].station else "without a stated station"
     if len(known) == 1:
         raise ParameterError(
-            f"{names} is the only horizontal {where} with this event and start time. Must be two."
+            f"{names} is the only horizontal {where} with this event and start time."
         )
     if len(known) > 2:
-        raise ParameterError(f"{len(known)} horizontals {where}: {names}. Must be two.")
+        raise ParameterError(f"{len(known)} horizontals {where}: {names}. A pair has two.")
     if not _fits(*known):
         return HorizontalPair(*known)  # raises an error that states the difference
     verticals = [r for r in motion if r.orientation.upright]
@@ -458,7 +458,7 @@ def rotd(
     4.243 m/s2 toward 45 degrees
     """
     if not len(azimuths):
-        raise ParameterError("no azimuth to sweep. Must be one or more.")
+        raise ParameterError("no azimuth to sweep. State at least one.")
     toward = np.array(azimuths, dtype=np.float64)
     components = [
         record.acceleration

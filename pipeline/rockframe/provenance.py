@@ -65,7 +65,7 @@ def sha256_of(path: Path) -> str:
     check()
     try:
         if not (path.is_file() or path.is_dir()) and path.exists():  # reading a pipe would hang
-            raise InputError(path, "is not a regular file. Must be one.")
+            raise InputError(path, "is not a regular file.")
         with path.open("rb") as stream:  # a network file system states present times when it opens
             found = os.fstat(stream.fileno())
         times = found.st_mtime_ns, found.st_ctime_ns
@@ -274,14 +274,14 @@ def refuse_overwriting(
     --------
     >>> refuse_overwriting([Path("motion.csv")], [Path("./motion.csv")])
     Traceback (most recent call last):
-    rockframe.errors.InputError: motion.csv: is an input of this command. Must be another file.
+    rockframe.errors.InputError: motion.csv: is an input of this command. Choose another file.
     """
     read = {path.resolve() for path in inputs}
     outputs = list(outputs)
     refuse_obstacles(outputs)
     for output in outputs:
         if output.resolve() in read:
-            said = "Must be another file."
+            said = "Choose another file."
             if beside is not None and output != beside:
                 said = f"The table beside {beside.name} would replace it. Choose another name."
             raise InputError(output, f"is an input of this command. {said}")
@@ -393,7 +393,7 @@ def replaced_folder(folder: Path) -> Iterator[Path]:
         If `folder` is a file, or cannot be written.
     """
     if folder.exists() and not folder.is_dir():
-        raise InputError(folder, "is a file. Must be a folder.")
+        raise InputError(folder, "is a file, not a folder.")
     with _partial_folder(folder, folder.parent, f".{folder.name}-", ".partial") as partial:
         new = partial / "new"
         new.mkdir()

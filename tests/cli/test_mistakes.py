@@ -104,7 +104,7 @@ def typed(*words: str | Path) -> tuple[str, ...]:
     ("name", "words"),
     [
         ("motion.csv", "The table beside motion.nc would replace it"),
-        ("motion.nc", "Must be another file"),
+        ("motion.nc", "Choose another file"),
     ],
 )
 def test_ingest_never_replaces_its_input(

@@ -60,7 +60,7 @@ def test_adjoining_pieces_are_whole() -> None:
 
 def test_another_channel() -> None:
     row = measured((0.0, 60.0), channel="BHE")
-    assert row.verdict == "XX.CLC.--.BHE received. Must be XX.CLC.--.HNE alone"
+    assert row.verdict == "XX.CLC.--.BHE received, but XX.CLC.--.HNE alone was requested"
 
 
 def test_sampling_rate_that_changes() -> None:
@@ -98,7 +98,7 @@ def test_damaged_samples_are_refused() -> None:
     body = bytearray(miniseed(waveform("CLC", "HNE", str(START), 60.0)))
     body[600] ^= 0xFF
     body[700] ^= 0xFF
-    with pytest.raises(InputError, match=r"samples cannot be unpacked .* Must be sound miniSEED."):
+    with pytest.raises(InputError, match=r"samples cannot be unpacked \("):
         read_whole("x", bytes(body))
 
 

@@ -112,7 +112,9 @@ def test_another_request_is_refused(request_of: Make, output: Path) -> None:
 
 def test_a_folder_of_something_else_is_refused(request_of: Make, tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("chapter one")
-    with pytest.raises(InputError, match=r"contains files but no request.json. Must be new, empty"):
+    with pytest.raises(
+        InputError, match=r"contains files but no request.json. Choose a new or empty"
+    ):
         fetch(request_of(), tmp_path)
 
 

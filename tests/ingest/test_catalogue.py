@@ -40,7 +40,7 @@ def test_empty_is_unknown(tmp_path: Path) -> None:
         ("event,magnitude\n", r":1: column 'file' missing"),
         (HEADER + ",notes\n", r":1: column 'notes' unknown or repeated"),
         (HEADER + ",file\n", r":1: column 'file' unknown or repeated"),
-        (f"{HEADER}\nA.V1,,,,7.1\n", r":2: 5 columns\. Must be 7"),
+        (f"{HEADER}\nA.V1,,,,7.1\n", r":2: 5 columns, but 7 in the header"),
         (f"{HEADER}\nA.V1,,,,,,\nA.V1,,,,,,\n", r":3: file 'A\.V1' is named twice"),
         (f"{HEADER}\n,,,,,,\n", r":2: file ''\. Must be the name of a file"),
         (f"{HEADER}\n../A.V1,,,,,,\n", r":2: file '\.\./A\.V1'\. Must be the name of a file"),
@@ -52,7 +52,7 @@ def test_empty_is_unknown(tmp_path: Path) -> None:
         (f"{HEADER}\nA.V1,,,,,-3,\n", r":2: epicentral_distance_km '-3'\. Must be from 0 to 20050"),
         ("file,vs30_m_s\nA.V1,76e3\n", r":2: vs30_m_s '76e3'\. Must be from 0 to 10000, or"),
         ("file,lowest_usable_frequency_hz\nA.V1,-1\n", "'-1'. Must be zero or positive, or"),
-        (f'{HEADER}\n"A.V1,,,,,,\n', r"not a table \(.*\)\. Must be CSV in UTF-8"),
+        (f'{HEADER}\n"A.V1,,,,,,\n', r"not a table \(.*\)\. Save it as CSV in UTF-8"),
     ],
 )
 def test_damaged(tmp_path: Path, text: str, message: str) -> None:

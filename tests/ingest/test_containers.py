@@ -151,7 +151,7 @@ def test_members_with_one_name_in_different_folders_keep_their_own(tmp_path: Pat
 )
 def test_an_archive_three_deep_is_refused(third: bytes) -> None:
     [member] = contents(Path("a.zip"), zipped(("b.zip", zipped(("c", third)))))
-    assert member.refusal == "an archive in an archive. Must be a record file."
+    assert member.refusal == "an archive in an archive is not read. Unpack it first."
 
 
 def test_tar_links_devices_and_paths_are_refused() -> None:
@@ -199,7 +199,7 @@ def test_what_lies_beside_the_accelerations_is_unread(shared_records: Path, tmp_
         if isinstance(o, InputOutcome) and o.status == "unread"
     }
     assert unread == {
-        "PEER/RSN88.VT2": "is a velocity time series. Must be an acceleration.",
+        "PEER/RSN88.VT2": "is a velocity time series, not an acceleration.",
         "__MACOSX/._x.csv": "hidden file: not read.",
         "PEER/README.txt": "document: not a record.",
     }

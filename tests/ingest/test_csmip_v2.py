@@ -138,7 +138,7 @@ def test_volume_3_is_named() -> None:
         (PEAK, "0.020", "1.020", r":18: peak stated at 1.02 s, but at 0.02 s in the file"),
         (PEAK, "-2.500", "-2.5.0", r":18: peak '-2\.5\.0'\. Must be a number"),
         (PEAK, "CM/SEC/SEC", "G", r":18: peak in units of 'G'\. Must be cm/sec2"),
-        (PEAK, "PEAK", "PAEK", r":18: .*Must be as in 'Peak acceleration"),
+        (PEAK, "PEAK", "PAEK", r":18: .*a line such as 'Peak acceleration"),
         (15, "3", "4", r":46: 3 samples stated, but 4 in line 16"),
         (
             COUNTS,
@@ -167,10 +167,10 @@ def test_damaged(index: int, old: str, new: str, message: str) -> None:
     ("kept", "message"),
     [
         (1, "unknown format"),
-        (20, ":20: the file ends after 20 lines of a channel's header. Must be 45"),
-        (46, ":46: 3 samples stated, 0 in the file|:47: ''. Must be as in"),
-        (47, ":48: ''. Must be as in '12000 points of veloc data"),
-        (49, ":50: ''. Must be as in '12000 points of displ data"),
+        (20, ":20: the file ends after 20 of the 45 lines of a channel's header"),
+        (46, ":46: 3 samples stated, 0 in the file|:47: '', where a line such as"),
+        (47, ":48: '', where a line such as '12000 points of veloc data"),
+        (49, ":50: '', where a line such as '12000 points of displ data"),
     ],
 )
 def test_truncated(kept: int, message: str) -> None:

@@ -207,7 +207,7 @@ def test_each_file_is_claimed_rightly(shared_records: Path, name: str, known: st
 
 def test_velocity_is_refused(shared_records: Path) -> None:
     path = shared_records / "formats" / "peer_at2" / "RSN88_SFERN_FSD172.VT2"
-    with pytest.raises(InputError, match=r"VT2:3: is a velocity time series\. Must be an accel"):
+    with pytest.raises(InputError, match=r"VT2:3: is a velocity time series, not an accel"):
         read_file(path)
 
 

@@ -97,7 +97,7 @@ def test_catalogues_in_an_archive_apply_to_their_folder(tmp_path: Path, at2: At2
     records, [rejection] = sorted_out(collect([path]))
     assert [(r.station, r.magnitude) for r in records][:2] == [("P", 5.0), ("P", 5.0)]
     assert np.isnan(records[2].magnitude)
-    assert "2 columns. Must be 1." in rejection.reason
+    assert "2 columns, but 1 in the header." in rejection.reason
     records, _ = sorted_out(collect([tmp_path]))
     assert [r.magnitude for r in records] == [6.0, 6.0, 6.0]
 

@@ -117,11 +117,11 @@ def test_no_time_where_samples_were_put_before_the_buffer() -> None:
         (9, "points  12", "points  13", r":10: 13 points stated, but 12 in item 34"),
         (9, "0.22", "2.20", r":10: 2\.20 s stated, but 12 points at 0\.02 s"),
         (10, "0.020", "0.010", r":11: time step 0\.010 s stated, but 0\.02 in the real|0\.02 s in"),
-        (10, "sec intervals", "", r":11: .*Must be as in 'Instrument corrected data at"),
+        (10, "sec intervals", "", r":11: .*such as 'Instrument corrected data at"),
         (12, "S16W", "S17E", r":13: component 'S17E' is 163 degrees, but 196 in item 28"),
         (13, "-41.6", "-42.6", r":14: peak -42\.6 mm/s2 stated, but -41\.6 mm/s2 in the file"),
         (13, "-41.6", "41.6", r":14: peak 41\.6 mm/s2 stated, but -41\.6 mm/s2 in the file"),
-        (13, "mm/s/s", "g", r":14: .*Must be as in 'Acceleration:  peak"),
+        (13, "mm/s/s", "g", r":14: .*such as 'Acceleration:  peak"),
         (19, "      12", "      xx", r":20: item 34 'xx'\. Must be a number"),
         (26, "   -41.6", "     nan", r":27: acceleration 'nan' in characters 9 to 16"),
         (26, "   -41.6", "   -41.6 ", r":27: 81 characters of samples\. Must be 80"),
@@ -157,7 +157,9 @@ def test_raw_readings_in_other_units() -> None:
 
 
 def test_truncated_header() -> None:
-    with pytest.raises(InputError, match=r":20: the file ends after 20 lines of a component's"):
+    with pytest.raises(
+        InputError, match=r":20: the file ends after 20 of the 26 lines of a component's"
+    ):
         read_bytes(PATH, "\n".join(component()[:20]).encode())
 
 

@@ -42,7 +42,9 @@ LIES = [
     Lie(AT2, rb"NPTS=   7818", b"NPTS=   7813", "NPTS 7813 in the header, 7818 samples"),
     Lie(AT2, rb"ACCELERATION", b"VELOCITY", "is a velocity time series"),
     Lie(V1, rb"Chan  1: 360 Deg", b"Chan  1:  90 Deg", "channel '090', but 360 in item 27"),
-    Lie(V1, rb"Chan  2:  Up ", b"Chan  2: 180 ", "channel '180', but 500 in item 27|Must be as in"),
+    Lie(
+        V1, rb"Chan  2:  Up ", b"Chan  2: 180 ", "channel '180', but 500 in item 27|a line such as"
+    ),
     Lie(V1, rb"Chan  2:  Up    ", b"Chan  2: 180 Deg", "channel '180', but 500 in item 27"),
     Lie(V1, rb"units of g \.", b"units of gal", "acceleration units 'gal'"),
     Lie(V1, rb"200 pts/sec", b"100 pts/sec", "100 samples a second stated, but 200"),
@@ -103,9 +105,8 @@ def told(lie: Lie, shared_records: Path) -> bytes:
 
 @pytest.mark.parametrize("lie", LIES, ids=lambda lie: f"{Path(lie.file).suffix}: {lie.words}")
 def test_a_lie_is_refused(lie: Lie, shared_records: Path) -> None:
-    with pytest.raises(InputError, match=lie.words) as caught:
+    with pytest.raises(InputError, match=lie.words):
         read_bytes(Path(lie.file), told(lie, shared_records))
-    assert "Must" in str(caught.value)
 
 
 def swapped(table: str, one: int, other: int) -> str:

@@ -130,13 +130,13 @@ def test_vertical(incidence: float, orientation: Orientation) -> None:
 @pytest.mark.parametrize(
     ("fields", "name", "words"),
     [
-        ({CMPAZ: 0.0}, b"HNE", "component 'HNE', but CMPINC 90 and CMPAZ 0. Must be the same dir"),
+        ({CMPAZ: 0.0}, b"HNE", "component 'HNE', but CMPINC 90 and CMPAZ 0"),
         ({CMPAZ: 95.1}, b"HNE", "component 'HNE', but CMPINC 90 and CMPAZ 95.1"),
         ({CMPAZ: 264.9}, b"HNE", "component 'HNE', but CMPINC 90 and CMPAZ 264.9"),
         ({CMPINC: 0.0}, b"HNN", "component 'HNN', but CMPINC 0 and CMPAZ 90"),
         ({}, b"HNZ", "component 'HNZ', but CMPINC 90 and CMPAZ 90"),
         ({SCALE: 213945.0}, b"HNE", "SCALE 213945. Must be 1 or undefined"),
-        ({DEPMEN: 0.2}, b"HNE", "DEPMEN 0.2 in the header, 0.125 in the samples. Must be equal"),
+        ({DEPMEN: 0.2}, b"HNE", "DEPMEN 0.2 in the header, 0.125 in the samples"),
     ],
 )
 def test_contradictions(fields: dict[int, float], name: bytes, words: str) -> None:
@@ -162,14 +162,14 @@ def test_the_end_of_the_name_may_be_the_component() -> None:
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({NPTS: 4}, r"NPTS 4 in the header, 3 samples in the file\. Must be equal"),
+        ({NPTS: 4}, r"NPTS 4 in the header, 3 samples in the file"),
         ({NPTS: -1}, r"NPTS -1 in the header, 3 samples in the file"),
-        ({NVHDR: 7}, r"SAC header version 7\. Must be 6"),
-        ({IDEP: 7}, r"IDEP 7 is velocity\. Must be an acceleration"),
-        ({IDEP: 6}, r"IDEP 6 is displacement\. Must be an acceleration"),
+        ({NVHDR: 7}, r"SAC header version 7\. Only version 6 is read"),
+        ({IDEP: 7}, r"IDEP 7 is velocity, not an acceleration"),
+        ({IDEP: 6}, r"IDEP 6 is displacement, not an acceleration"),
         ({LEVEN: 0}, r"LEVEN 0, IFTYPE 1\. Must be 1 and 1: an evenly sampled time series"),
         ({IFTYPE: 4}, r"LEVEN 1, IFTYPE 4\. Must be 1 and 1"),
-        ({DEPMAX: 0.75}, r"DEPMAX 0\.75 in the header, 0\.5 in the samples\. Must be equal"),
+        ({DEPMAX: 0.75}, r"DEPMAX 0\.75 in the header, 0\.5 in the samples"),
         ({4 * 6: 0.4}, r"E 0\.4 s in the header, but 3 samples at 0\.02 s from 0 s end at 0\.04 s"),
         ({0: 0.0}, r"time step 0\.0 s\. Must be positive"),
         ({0: math.nan}, r"time step nan s\. Must be positive"),

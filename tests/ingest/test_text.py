@@ -252,7 +252,7 @@ def test_a_column_may_be_chosen(names: str, column: str, values: list[float]) ->
         ("", None, r"3 columns without names\..*--column NAME"),
         ("t,acc_1,acc_2\n", "acc_3", r"no column 'acc_3'\. Must be one of: t, acc_1, acc_2"),
         ("", "4", r"no column '4'\. Must be one of: 1 to 3"),
-        ("t,vel_1,acc_2\n", "vel_1", r"column 'vel_1' is a velocity\. Must be an acceleration"),
+        ("t,vel_1,acc_2\n", "vel_1", r"column 'vel_1' is a velocity, not an acceleration"),
         ("t,NS_g,EW_gal\n", None, r"accelerations in different units \(g, gal\)"),
     ],
 )

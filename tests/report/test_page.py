@@ -264,7 +264,7 @@ def test_a_damaged_page_is_a_fault(
 
 
 def test_no_file_of_the_run_is_written_over(hostile_run: Path) -> None:
-    with pytest.raises(InputError, match="Must be another file"):
+    with pytest.raises(InputError, match="Choose another file"):
         report_stage(hostile_run, hostile_run / "table.csv")
 
 

@@ -139,7 +139,7 @@ PIVOT = "[structure.pivot]\ncompressive_strength_pa = 30.0e6\ndepth_m = 1.2\n"
     [
         (TENDON + "loses_prestress = true\n", "10: key 'structure.tendon.yield_stress_pa' missing"),
         (TENDON.replace("195.0", "-1"), "12: structure.tendon.modulus_pa -1000000000.0. Must"),
-        (TENDON.replace("modulus_pa", "#"), "10: key 'modulus_pa' missing. Must be stated in [s"),
+        (TENDON.replace("modulus_pa", "#"), "10: key 'modulus_pa' missing. State it in [struct"),
         (TENDON.replace("1.0e-3", "0.0"), "11: structure.tendon.area_m2 0.0. Must be positive"),
         (TENDON + "yield_stress_pa = 5.0e7\n",
          "13: structure.tendon.prestress_n 100000.0. Must be zero or above and below its yield"),

@@ -48,7 +48,7 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
     ("old", "new", "words"),
     [
         ("mass_ratio", "mass", r":6: unknown key 'mass'. Must be one of: name, height_m, width_m"),
-        ('name = "bent"', "", r":2: key 'name' missing. Must be stated in each \[\[structure\]\]"),
+        ('name = "bent"', "", r":2: key 'name' missing. State it in each \[\[structure\]\]"),
         ("9.6", '"9.6"', r":4: height_m '9.6'. Must be a number"),
         ("9.6", "true", r":4: height_m True. Must be a number"),
         (
@@ -100,7 +100,7 @@ def test_sound_structures_are_looked_for_in_no_text(
 
 
 def test_a_name_stated_twice_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r":9: name 'bent'. Must not be stated twice"):
+    with pytest.raises(InputError, match=r":9: name 'bent' is stated twice"):
         read_structures(written(tmp_path, GOOD + GOOD))
 
 

@@ -57,7 +57,7 @@ def test_shipped_studies_are_read(path: Path) -> None:
     [
         ("vertical", "verticl", r":6: unknown key 'respond.verticl'. Must be one of: structure, v"),
         ("[respond]", "[response]", r":5: unknown key 'response'. Must be one of: name, .*\[resp"),
-        ('name = "mine"', "", r"key 'name' missing. Must be stated"),
+        ('name = "mine"', "", r"key 'name' missing. State it"),
         ('name = "mine"', 'name = "a b"', r":1: name 'a b'. Must be 1 to 64 letters"),
         ('"g"', '"feet"', r":4: records.units 'feet'. Must be one of: g, gal, cm/s2, mm/s2, m/s2"),
         ("true", "1", r":6: respond.vertical 1. Must be true or false"),

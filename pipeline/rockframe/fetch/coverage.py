@@ -38,8 +38,7 @@ def read_whole(name: str, body: bytes) -> Stream:
     --------
     >>> read_whole("CI.CLC.--.HNE.mseed", b"<html>")
     Traceback (most recent call last):
-    rockframe.errors.InputError: CI.CLC.--.HNE.mseed: no valid miniSEED record at byte 0 of 6. \
-Must be whole records.
+    rockframe.errors.InputError: CI.CLC.--.HNE.mseed: no valid miniSEED record at byte 0 of 6.
     """
     offset = 0
     while offset < len(body):
@@ -47,19 +46,19 @@ Must be whole records.
         if length <= 0:
             raise InputError(
                 name,
-                f"no valid miniSEED record at byte {offset} of {len(body)}. Must be whole records.",
+                f"no valid miniSEED record at byte {offset} of {len(body)}.",
             )
         offset += length
     if offset > len(body):
         message = f"truncated: the last record ends at byte {offset}, the data at {len(body)}."
-        raise InputError(name, f"{message} Must be whole records.")
+        raise InputError(name, message)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", UserWarning)
             return read(BytesIO(body), format="MSEED")
     except (ObsPyException, UserWarning, ValueError, TypeError) as error:
         words = one_line(str(error))
-        message = f"samples cannot be unpacked ({words}). Must be sound miniSEED."
+        message = f"samples cannot be unpacked ({words})."
         raise InputError(name, message) from error
 
 
@@ -236,7 +235,7 @@ def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
             what=what,
             requested_start=str(start),
             requested_end=str(end),
-            reason=f"{', '.join(sorted(ids))} received. Must be {what} alone",
+            reason=f"{', '.join(sorted(ids))} received, but {what} alone was requested",
         )
     first = min(trace.stats.starttime for trace in stream)
     last = max(trace.stats.endtime for trace in stream)

@@ -139,10 +139,9 @@ def read_event(url: str, body: bytes, event_id: str) -> Event:
     --------
     >>> read_event("http://127.0.0.1", b"<html/>", "1")
     Traceback (most recent call last):
-    rockframe.errors.ServiceError: http://127.0.0.1: answer of 7 bytes is no QuakeML. \
-Must be an event.
+    rockframe.errors.ServiceError: http://127.0.0.1: answer of 7 bytes is no QuakeML event.
     """
-    message = f"answer of {len(body)} bytes is no QuakeML. Must be an event."
+    message = f"answer of {len(body)} bytes is no QuakeML event."
     if not _QUAKEML.search(body):  # obspy would raise a bare Exception
         raise ServiceError(url, message)
     try:
@@ -151,7 +150,7 @@ Must be an event.
     except _UNREADABLE:
         raise ServiceError(url, message) from None
     if len(events) != 1:
-        raise ServiceError(url, f"{len(events)} events {event_id!r}. Must be one.")
+        raise ServiceError(url, f"{len(events)} events {event_id!r}, but one was requested.")
     origin = _preferred(events[0].preferred_origin(), events[0].origins)
     magnitude = _preferred(events[0].preferred_magnitude(), events[0].magnitudes)
     if magnitude is not None and magnitude.mag is None:
@@ -196,14 +195,13 @@ def read_stations(url: str, body: bytes) -> Inventory:
     --------
     >>> read_stations("http://127.0.0.1", b"<html/>")
     Traceback (most recent call last):
-    rockframe.errors.ServiceError: http://127.0.0.1: answer of 7 bytes is no StationXML. \
-Must be of stations.
+    rockframe.errors.ServiceError: http://127.0.0.1: answer of 7 bytes is no StationXML.
     """
     try:
         with warnings.catch_warnings(action="ignore"):  # of single entries; stations lack them
             return read_inventory(BytesIO(body), format="STATIONXML")
     except _UNREADABLE:
-        message = f"answer of {len(body)} bytes is no StationXML. Must be of stations."
+        message = f"answer of {len(body)} bytes is no StationXML."
         raise ServiceError(url, message) from None
 
 

@@ -128,10 +128,8 @@ def open_folder(folder: Path, request: dict[str, Any]) -> Ledger:
     try:
         if not path.is_file():
             if folder.exists() and any(folder.iterdir()):
-                message = (
-                    f"contains files but no {REQUEST}. Must be new, empty or an earlier fetch."
-                )
-                raise InputError(folder, message)
+                message = f"contains files but no {REQUEST}. Choose a new or empty folder, or that"
+                raise InputError(folder, f"{message} of an earlier fetch.")
             return Ledger(folder, request)
         document = read_json(path.read_text(encoding="utf-8"))
     except OSError as error:

@@ -120,8 +120,8 @@ def judge(reply: ServiceReply, content: re.Pattern[str]) -> Problem | None:
     if given and not content.fullmatch(given):
         return Problem(
             Kind.DAMAGED,
-            f"answered with content type {given!r} (a page for people, or a login?). "
-            f"Must be {content.pattern.split('|')[0]}: check the address of the service.",
+            f"answered with content type {given!r} (a page for people, or a login?) "
+            f"in place of {content.pattern.split('|')[0]}. Check the address of the service.",
         )
     return None
 
@@ -149,7 +149,7 @@ def _of_status(reply: ServiceReply) -> Problem:
         return Problem(Kind.UNAVAILABLE, reason, passing=True, wait=wait)
     if status == 400:
         return Problem(Kind.MISTAKE, f"answered 400, bad request{said}. Change the request.")
-    return Problem(Kind.MISTAKE, f"answered {status}{said}. Must be 200: check the address.")
+    return Problem(Kind.MISTAKE, f"answered {status}{said}. Check the address.")
 
 
 def unreachable(reason: str) -> Problem:
@@ -285,7 +285,7 @@ def _read(response: HTTPResponse, timeout: float) -> tuple[bytes, Problem | None
     if response.headers.get("Content-Encoding", "identity").lower() != "identity":
         return b"", Problem(
             Kind.DAMAGED,
-            f"answered in {response.headers['Content-Encoding']!r}, not requested. Must be plain.",
+            f"answered in {response.headers['Content-Encoding']!r}, which was not requested.",
         )
     return bytes(body), None
 

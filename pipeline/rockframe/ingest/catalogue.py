@@ -214,7 +214,7 @@ def _comcat(path: Path, data: bytes) -> _Entries:
 
 def _quakeml(path: Path, data: bytes) -> _Entries:
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-        raise InputError(path, "XML with a document type. Must be plain QuakeML.")
+        raise InputError(path, "XML with a document type is not read. Save it as plain QuakeML.")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         from obspy import read_events
@@ -387,7 +387,7 @@ def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, Cat
     except OSError as error:
         raise unreadable(path, error) from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from error
+        raise InputError(path, f"not a table ({error}). Save it as CSV in UTF-8.") from error
     return entries
 
 
@@ -524,7 +524,9 @@ def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
         raise InputError(path, "column 'file' missing.", line=1)
     for line, row in rows:
         if len(row) != len(header):
-            raise InputError(path, f"{len(row)} columns. Must be {len(header)}.", line=line)
+            raise InputError(
+                path, f"{len(row)} columns, but {len(header)} in the header.", line=line
+            )
         yield line, dict(zip(header, map(str.strip, row), strict=True))
 
 

@@ -355,7 +355,7 @@ def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:
         if not is_archive(archive) and not _is_other(archive):
             yield inner
         elif depth == 0 or _is_compressed(archive) or _is_other(archive):
-            yield _refused(inner, "an archive in an archive. Must be a record file.")
+            yield _refused(inner, "an archive in an archive is not read. Unpack it first.")
         else:
             expand = tar_members if _is_tar(archive) else zip_members
             for member in expand(content if compressed else inner, inner.data):

@@ -153,7 +153,7 @@ def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
     for other_file, other in found[1:]:
         if _summary(other) != _summary(channel) or other.response != channel.response:
             message = f"{trace.id} is described differently in {file.name} and {other_file.name}."
-            raise InputError(path, f"{message} Must be one description.")
+            raise InputError(path, f"{message} Keep one.")
     return _response_of(file, channel, trace)
 
 
@@ -183,7 +183,7 @@ def _loaded(file: Path) -> Content:
 @lru_cache(maxsize=8)
 def _inventory(file: Path, content: bytes) -> Any:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
-        raise InputError(file, "XML with a document type. Must be plain StationXML.")
+        raise InputError(file, "XML with a document type is not read. Save it as plain StationXML.")
     with warnings.catch_warnings():
         # obspy warns about unusual but harmless entries; Python warns about obspy's entry points.
         warnings.simplefilter("ignore")
@@ -227,7 +227,7 @@ def _response_of(content: Content, channel: Any, trace: Any) -> ChannelResponse:
     response = channel.response
     sensitivity = response.instrument_sensitivity if response else None
     if sensitivity is None or sensitivity.value is None:
-        raise InputError(file, f"{trace.id} has no sensitivity. Must be stated.")
+        raise InputError(file, f"{trace.id} has no sensitivity.")
     value, units = float(sensitivity.value), str(sensitivity.input_units or "")
     if not (math.isfinite(value) and value > 0.0):
         raise InputError(file, f"sensitivity {value:g} of {trace.id}. Must be positive and finite.")
@@ -255,7 +255,7 @@ def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
     if not found:
         raise InputError(file, f"sensitivity of {name} per {units!r}. Must be per m/s**2.")
     if not (found["square"] or found["per"].startswith("(")):
-        message = f"sensitivity of {name} per {units!r}: a velocity. Must be an acceleration."
+        message = f"sensitivity of {name} per {units!r}, a velocity, not an acceleration."
         raise InputError(file, message)
     return _PREFIXES[found["prefix"].lower()]
 
@@ -272,7 +272,7 @@ def _require_gain(file: Path, name: str, response: Any, counts: float) -> None:
         product = math.prod(gains) / _metres_per_second_squared(file, name, units)
     except InputError:
         message = f"first stage of {name} is per {units!r}, its sensitivity per {stated!r}."
-        raise InputError(file, f"{message} Must be an acceleration, too.") from None
+        raise InputError(file, f"{message} Both must be accelerations.") from None
     if not abs(product - counts) <= _SAME_GAIN * counts:
         message = f"sensitivity of {name} is {counts:.7g} counts per m/s2, but the gains of its "
         message += f"{len(stages)} stages multiply to {product:.7g}."

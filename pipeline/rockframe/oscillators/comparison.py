@@ -88,8 +88,8 @@ class Rivals:
             )
         if self.frame.restrained:
             raise ParameterError(
-                f"Frame {self.frame.name!r} has tendons or dissipaters. Must be without them: they "
-                "belong to the restrained and hybrid models."
+                f"Frame {self.frame.name!r} has tendons or dissipaters. State it without them: "
+                "they belong to the restrained and hybrid models."
             )
 
     @property

@@ -404,7 +404,7 @@ def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[
     for i, entry in enumerate(entries):
         if entry.name in frames:  # not earlier: finding the line reads the whole text
             line = line_of(text, ("structure", i, "name"))
-            raise InputError(path, f"name {entry.name!r}. Must not be stated twice.", line)
+            raise InputError(path, f"name {entry.name!r} is stated twice.", line)
         frame = frames[entry.name] = entry.made()
         if words := unusual(frame.height, frame.mass_ratio, frame.slenderness):
             at = line_of(text, ("structure", i))

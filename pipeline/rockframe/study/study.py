@@ -202,11 +202,11 @@ def _require_records(study: Study, text: str) -> None:
     requested = [stage for stage in REQUESTED if study.options(stage.name) is not None]
     for stage in requested:
         if stage.of_records:
-            message = f"[{stage.name}] without [records]. Must have records."
+            message = f"[{stage.name}] without [records]. State the records in [records]."
             raise InputError(study.path, message, line_of(text, (stage.name,)))
     if not requested:
         alone = "".join(f" nor [{stage.name}]" for stage in REQUESTED if not stage.of_records)
-        raise InputError(study.path, f"neither [records]{alone}. Must have one of them.")
+        raise InputError(study.path, f"neither [records]{alone}. State one of them.")
 
 
 def _require_files(study: Study, text: str) -> None:
@@ -218,7 +218,7 @@ def _require_files(study: Study, text: str) -> None:
     for where, path in named.items():
         if not path.exists():
             key, name = ".".join(where[:2]), os.path.relpath(path, study.path.parent)
-            message = f"{key} {name!r}: no such file or folder. Must exist, beside the study."
+            message = f"{key} {name!r}: no such file or folder beside the study."
             raise InputError(study.path, message, line_of(text, where[:2]))
 
 

@@ -108,7 +108,7 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
             return f"no {whole} table. State at least one.", where[:1]
     elif kind == "missing":
         each = f" in {'each ' if table.startswith('[[') else ''}{table}" if table else ""
-        return f"key {names[-1]!r} missing. Must be stated{each}.", where[:-1]
+        return f"key {names[-1]!r} missing. State it{each}.", where[:-1]
     if kind in {"model_type", "dataclass_type"}:
         return f"{names[-1]} {error['input']!r}. Must be a table, [{'.'.join(names)}].", where
     return of_value

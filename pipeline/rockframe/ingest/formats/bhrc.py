@@ -104,7 +104,7 @@ def _record(
     length = number_of(path, stated["length"], line, "duration")
     if not rate > 0.0 or abs(length * rate - count) > 1.0:
         message = f"{length:g} s at {rate:g} samples a second stated, but {count} samples."
-        raise InputError(path, f"{message} Must agree.", line=line)
+        raise InputError(path, message, line=line)
     about, quake = (lines[top + k].decode("latin-1") for k in (7, 8))
     place, name = _STATION.match(about), stated["component"]
     (depth,), (size,) = numbers_in(_DEPTH, quake), numbers_in(_MAGNITUDE, quake)

@@ -77,7 +77,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("ua0001.dat"), b"065JZC120103153901", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: ua0001.dat:10: ''. Must be as in 'COMP. EW'.
+    rockframe.errors.InputError: ua0001.dat:10: '', where a line such as 'COMP. EW' is ...
     """
     text = text_of(path, data)
     lines = [line.decode("latin-1") for line in text.split(b"\n", _HEADER_LINES)[:_HEADER_LINES]]
@@ -88,7 +88,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     step = settle_time_step(path, number_of(path, found["step"], 12, "interval"), options, 12)
     length = number_of(path, found["length"], 13, "duration")
     if abs(samples.size * step - length) > 1.5 * step + 0.5 * Printed.of(found["length"]).unit:
-        message = f"{length:g} s stated, but {samples.size} samples at {step:g} s. Must agree."
+        message = f"{length:g} s stated, but {samples.size} samples at {step:g} s."
         raise InputError(path, message, line=13)
     ratio = require_printed_peak(
         path, found["peak"], samples, "cm/s2", 13,

@@ -89,7 +89,7 @@ def _time_step(
     step = time_step_of(path, times, lambda: [row[:10] for row in rows], first_line)
     if not abs(step * rate - 1.0) < 1e-6 or times[0] != 0.0:
         message = f"{rate:g} samples a second stated, but {step:g} s between those in the file."
-        raise InputError(path, f"{message} Must agree.", line=header.lines["#SampleRate(Hz)"])
+        raise InputError(path, message, line=header.lines["#SampleRate(Hz)"])
     return settle_time_step(path, 1.0 / rate, options, line)
 
 

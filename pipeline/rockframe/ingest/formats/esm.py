@@ -154,7 +154,7 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
         raise OtherQuantityError(path, error.reason, error.line)
     for key in _NEEDED:
         if key not in values:
-            raise InputError(path, f"no {key} in {count} lines of header. Must be stated.")
+            raise InputError(path, f"no {key} in {count} lines of header.")
     for key, value in (("HEADER_FORMAT", "DYNA 1.2"), ("UNITS", "cm/s^2")):
         if values[key] != value:
             raise header.invalid(key, value)
@@ -176,7 +176,7 @@ def _require_count(header: KeyedHeader, samples: int, step: float) -> None:
     if abs(duration - samples * step) > 1.5 * step + 0.005:
         message = (
             f"DURATION_S {duration:g} in the header, {samples} samples at {step:g} s in the file, "
-            f"that is {samples * step:g} s. Must be equal."
+            f"that is {samples * step:g} s."
         )
         raise InputError(header.path, message, line=header.lines["DURATION_S"])
 

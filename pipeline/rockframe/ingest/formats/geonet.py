@@ -138,7 +138,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("WPWS.V2A"), b"Corrected accelerogram", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: WPWS.V2A:1: the file ends after 1 lines of a component's header...
+    rockframe.errors.InputError: WPWS.V2A:1: the file ends after 1 of the 26 lines of a compone...
     """
     components = _components(path, text_of(path, data).rstrip().split(b"\n"))
     if len(components) != 3:
@@ -219,7 +219,7 @@ def _step(component: _Component) -> float:
     token, step = stated["step"], component.real(_STEP)
     last_place = 10.0 ** -len(token.partition(".")[2])
     if not is_number(token) or abs(float(token) - step) > 0.501 * last_place:
-        message = f"time step {token} s stated, but {step:g} s in the real header. Must be equal."
+        message = f"time step {token} s stated, but {step:g} s in the real header."
         raise component.error(10, message)
     return step
 
@@ -231,21 +231,19 @@ def _samples(component: _Component, step: float) -> Float:
     if int(points["count"]) != counts[0] or counts[0] < 2:
         message = (
             f"{points['count']} points stated, but {counts[0]} in item 34 of the integer header. "
-            "Must be equal, and 2 or more."
+            "Both must be the same, 2 or more."
         )
         raise component.error(9, message)
     duration = float(points["duration"]) if is_number(points["duration"]) else math.nan
     # Durations may be one step shorter, and are rounded to 10 ms.
     if not abs(duration - counts[0] * step) <= 1.5 * step + 0.01:
-        message = (
-            f"{points['duration']} s stated, but {counts[0]} points at {step:g} s. Must agree."
-        )
+        message = f"{points['duration']} s stated, but {counts[0]} points at {step:g} s."
         raise component.error(9, message)
     rows = [-(-max(count, 0) // _COLUMNS.count) for count in counts]
     if len(component.body) != sum(rows):
         message = (
             f"{sum(rows)} lines of samples stated (of {counts[0]}, {counts[1]} and {counts[2]} "
-            f"numbers), {len(component.body)} in the file. Must be equal."
+            f"numbers), {len(component.body)} in the file."
         )
         raise component.error(_INTEGERS + 3, message)
     start, blocks = 0, []
@@ -265,7 +263,7 @@ def _direction(component: _Component) -> tuple[Orientation, float]:
     if orientation is Orientation.HORIZONTAL and turn > 1.0:
         message = (
             f"component {component.name!r} is {azimuth:g} degrees, but {stated} in item "
-            f"{_DIRECTION} of the integer header. Must be equal."
+            f"{_DIRECTION} of the integer header."
         )
         raise component.error(12, message)
     return orientation, azimuth

@@ -159,7 +159,7 @@ def _require_count(header: KeyedHeader, samples: int, rate: int) -> None:
     duration = header.number("Duration Time(s)")
     if samples != round(duration * rate):
         message = f"{duration:g} s at {rate} Hz stated, that is {round(duration * rate)} samples,"
-        message += f" but {samples} in the file. Must be equal."
+        message += f" but {samples} in the file."
         raise InputError(header.path, message, header.lines["Duration Time(s)"])
     if samples < 2:
         raise header.invalid("Duration Time(s)", "2 samples or more")
@@ -179,7 +179,7 @@ def _require_columns(path: Path, body: bytes) -> None:
 
 def _same(path: Path, read: Float, own: Float) -> Float:
     if read.shape != own.shape or not np.array_equal(read, own):
-        message = f"{own.size} samples in the file, read otherwise by obspy. Must be equal."
+        message = f"{own.size} samples in the file, but obspy reads others."
         raise InputError(path, message)
     return read
 

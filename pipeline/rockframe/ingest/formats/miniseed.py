@@ -74,14 +74,15 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("a.mseed"), b"000001D CLC     HNECI" + bytes(43), ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.mseed: no length in the record at byte 0. Must be stated in ...
+    rockframe.errors.InputError: a.mseed: no length in the record at byte 0: blockette 1000 is ...
     """
     places = list(_records(path, data))
     counted, notes = sum(samples for _, samples in places), _header_notes(path, data, places)
     traces = list(read_stream(path, data, "MSEED"))
     decoded = sum(trace.data.size for trace in traces)
     if counted != decoded or not traces:
-        message = f"{counted} samples in the headers, {decoded} decoded. Must be equal, 2 or more."
+        message = f"{counted} samples in the headers, {decoded} decoded. Both must be the same, "
+        message += "2 or more."
         raise InputError(path, message)
     _require_whole(path, traces)
     ids = record_ids(with_ending(path, _ENDINGS), [trace.id for trace in traces])
@@ -103,10 +104,12 @@ def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
         order = ">" if 1900 <= struct.unpack_from(">H", header, 20)[0] <= 2100 else "<"
         length = _length(data, start, order)
         if length is None:
-            message = f"no length in the record at byte {start}. Must be stated in blockette 1000."
+            message = f"no length in the record at byte {start}: blockette 1000 is missing."
             raise InputError(path, message)
         if start + length > len(data):
-            message = f"{len(data) - start} bytes in the record at byte {start}. Must be {length}."
+            message = (
+                f"the record at byte {start} is cut off: {len(data) - start} of {length} bytes."
+            )
             raise InputError(path, message)
         yield start, struct.unpack_from(f"{order}H", header, 30)[0]
         start += length
@@ -148,7 +151,9 @@ def _require_whole(path: Path, traces: list[Any]) -> None:
         if before is not None:
             ends, begins = before.stats.endtime, trace.stats.starttime
             what = "gap" if begins > ends else "overlap"
-            raise InputError(path, f"{what} in {trace.id}: {ends} to {begins}. Must be continuous.")
+            raise InputError(
+                path, f"{what} in {trace.id}: {ends} to {begins}. Only continuous records are read."
+            )
         last[trace.id] = trace
 
 
@@ -159,13 +164,13 @@ def _record(
     counts = _counts(path, trace)
     if stats.channel[1:2] == _SEISMOMETER:
         message = f"channel {stats.channel!r} is a velocity, of a seismometer."
-        raise InputError(path, f"{message} Must be of an accelerometer, such as 'HNE'.")
+        raise InputError(path, f"{message} Channels of accelerometers have codes such as 'HNE'.")
     instrument = find_response(path, trace, options)
     factor_to_si(path, "m/s2", options)
     rate = float(stats.sampling_rate)
     if abs(rate - instrument.sample_rate) > _SAME_RATE * rate:
         message = f"{rate:g} samples a second in the file, {instrument.sample_rate:g} in"
-        raise InputError(path, f"{message} {instrument.source}. Must be equal.")
+        raise InputError(path, f"{message} {instrument.source}.")
     acceleration, step = _converted(path, trace, counts, instrument, options.water_level)
     return Record(
         record_id=record_id,
@@ -186,11 +191,11 @@ def _record(
 def _counts(path: Path, trace: Any) -> Float:
     if trace.data.dtype.kind not in "iuf" or trace.data.size < 2 or not trace.stats.sampling_rate:
         held = f"{trace.data.size} of {trace.data.dtype} at {trace.stats.sampling_rate:g} Hz"
-        message = f"{trace.id} holds {held}. Must be 2 numbers or more, evenly sampled."
+        message = f"{trace.id} contains {held}. Must be 2 numbers or more, evenly sampled."
         raise InputError(path, message)
     counts = trace.data.astype(np.float64)
     if not are_finite(counts):
-        raise InputError(path, f"{trace.id} holds NaN or infinity. Must be finite.")
+        raise InputError(path, f"{trace.id} contains NaN or infinity.")
     return np.asarray(counts, dtype=np.float64)
 
 
@@ -227,7 +232,7 @@ def _response_removed(
     if begins.lower() != instrument.units.lower():
         stated = f"{instrument.units!r} ({instrument.source})"
         message = f"first stage of {trace.id} is per {begins!r}, its sensitivity per {stated}."
-        raise InputError(path, f"{message} Must be equal.")
+        raise InputError(path, message)
     piece = trace.copy()
     piece.data = counts.copy()
     piece.stats.response = instrument.response

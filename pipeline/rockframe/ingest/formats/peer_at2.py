@@ -106,7 +106,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     step = settle_time_step(path, step, options, last)
     samples = parse_numbers(path, rows_below(text, last), last + 1)
     if samples.size != count:
-        message = f"NPTS {count} in the header, {samples.size} samples in the file. Must be equal."
+        message = f"NPTS {count} in the header, {samples.size} samples in the file."
         raise InputError(path, message, last)
     peak_ratio = _peak_ratio(path, header, samples)
     low, high = filter_corners(header)
@@ -197,8 +197,8 @@ def _header(path: Path, text: bytes) -> list[str]:
     for number, line in enumerate(lines[:_LONGEST_HEADER], 1):
         if _sizes(line):
             return lines[:number]
-    must = "Must be stated as 'NPTS= 4000, DT= .0050 SEC' or '4000 0.0050 NPTS, DT'."
-    raise InputError(path, f"no NPTS and DT in the first {_LONGEST_HEADER} lines. {must}")
+    known = "'NPTS= 4000, DT= .0050 SEC' or '4000 0.0050 NPTS, DT'"
+    raise InputError(path, f"no NPTS and DT, as in {known}, in the first {_LONGEST_HEADER} lines.")
 
 
 def _refuse_other_quantities(path: Path, header: list[str]) -> None:
@@ -206,7 +206,7 @@ def _refuse_other_quantities(path: Path, header: list[str]) -> None:
         other = _OTHER_QUANTITY.search(line)
         if other:
             quantity = other["quantity"].lower()
-            message = f"is a {quantity} time series. Must be an acceleration."
+            message = f"is a {quantity} time series, not an acceleration."
             raise OtherQuantityError(path, message, number)
 
 
@@ -219,7 +219,7 @@ def _factor(path: Path, header: list[str], options: ReadOptions) -> float:
                 message = f"acceleration units {stated['units']!r}. Must be g."
                 raise InputError(path, message, number)
             return factor_to_si(path, units, options, number)
-    message = "acceleration units unstated. Must be stated in the header:"
+    message = "acceleration units unstated. The header must state them:"
     raise InputError(path, f"{message} 'ACCELERATION TIME SERIES IN UNITS OF G'.")
 
 

@@ -91,11 +91,11 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("a.sac"), bytes(700), ReadOptions("g"))
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.sac: no header of SAC. Must be version 6, binary or alpha...
+    rockframe.errors.InputError: a.sac: no header of SAC, version 6, binary or alphanumeric.
     """
     order = _byte_order(data)
     if order is None and not _is_alphanumeric(data):
-        raise InputError(path, "no header of SAC. Must be version 6, binary or alphanumeric.")
+        raise InputError(path, "no header of SAC, version 6, binary or alphanumeric.")
     file = _binary(path, data, order) if order else _alphanumeric(path, data)
     _require_acceleration(path, file)
     step = float(file.floats[_DELTA])
@@ -149,7 +149,7 @@ def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[s
         raise InputError(path, message) from error
     if abs(scale - found.counts) > _SAME_SCALE * found.counts:
         message = f"SCALE {scale:.7g}, but {found.counts:.7g} counts per m/s2 in {found.source}."
-        raise InputError(path, f"{message} Must be equal.")
+        raise InputError(path, message)
     factor_to_si(path, "m/s2", options)
     return 1.0 / found.counts, {**found.facts, "processing": (found.division,)}
 
@@ -192,10 +192,10 @@ def _binary(path: Path, data: bytes, order: str) -> _Sac:
     names = data[4 * (_FLOATS + _INTEGERS) : _HEADER_BYTES].decode("latin-1")
     version, count = integers[_VERSION], integers[_COUNT]
     if version != 6:
-        raise InputError(path, f"SAC header version {version}. Must be 6.")
+        raise InputError(path, f"SAC header version {version}. Only version 6 is read.")
     present = (len(data) - _HEADER_BYTES) / 4
     if count != present:
-        message = f"NPTS {count} in the header, {present:g} samples in the file. Must be equal."
+        message = f"NPTS {count} in the header, {present:g} samples in the file."
         raise InputError(path, message)
     return _Sac(floats, integers, names, _doubles(data, order, count, _HEADER_BYTES))
 
@@ -217,7 +217,7 @@ def _alphanumeric(path: Path, data: bytes) -> _Sac:
     samples = parse_numbers(path, body, _HEADER_LINES + 1)
     if integers[_COUNT] != samples.size:
         message = f"NPTS {integers[_COUNT]} in the header, {samples.size} samples in the file."
-        raise InputError(path, f"{message} Must be equal.", line=16)
+        raise InputError(path, message, line=16)
     return _Sac(np.array(floats), integers, names, samples)
 
 
@@ -226,7 +226,7 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
     integers = file.integers
     if integers[_QUANTITY] in _OTHER_QUANTITIES:
         quantity = _OTHER_QUANTITIES[integers[_QUANTITY]]
-        message = f"IDEP {integers[_QUANTITY]} is {quantity}. Must be an acceleration."
+        message = f"IDEP {integers[_QUANTITY]} is {quantity}, not an acceleration."
         raise OtherQuantityError(path, message)
     if integers[_EVEN] != 1 or integers[_FILE_TYPE] not in (_TIME_SERIES, int(_UNDEFINED)):
         message = f"LEVEN {integers[_EVEN]}, IFTYPE {integers[_FILE_TYPE]}."
@@ -246,7 +246,7 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
         stated = file.stated(place)
         if not math.isnan(stated) and abs(stated - found) > slack * max(size, abs(stated)):
             message = f"{name} {stated:.7g} in the header, {found:.7g} in the samples."
-            raise InputError(path, f"{message} Must be equal.")
+            raise InputError(path, message)
 
 
 def _require_end(path: Path, file: _Sac) -> None:
@@ -256,7 +256,7 @@ def _require_end(path: Path, file: _Sac) -> None:
     found = begin + (file.samples.size - 1) * step
     if abs(end - found) > 1.5 * step:
         message = f"E {end:g} s in the header, but {file.samples.size} samples at {step:g} s from"
-        raise InputError(path, f"{message} {begin:g} s end at {found:g} s. Must be equal.")
+        raise InputError(path, f"{message} {begin:g} s end at {found:g} s.")
 
 
 def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, float]:
@@ -271,7 +271,7 @@ def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, flo
     stated = orientation is not Orientation.UNSTATED
     if stated and (orientation.upright != upright or askew > _ASKEW):
         message = f"component {component!r}, but CMPINC {incidence:g} and CMPAZ {azimuth:g}."
-        raise InputError(path, f"{message} Must be the same direction.")
+        raise InputError(path, message)
     if upright:
         return Orientation.DOWNWARD if incidence else Orientation.VERTICAL, math.nan
     # An azimuth beyond 360 stays as stated, for the warning in the passport.

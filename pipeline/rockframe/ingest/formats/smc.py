@@ -115,7 +115,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("0111v.smc"), b"3 VELOCITY", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.OtherQuantityError: 0111v.smc:1: is a velocity file. Must be an accelerogram.
+    rockframe.errors.OtherQuantityError: 0111v.smc:1: is a velocity file, not an accelerogram.
     """
     # Some files are padded with NUL to whole blocks.
     lines = text_of(path, data.rstrip(b"\0\x1a")).split(b"\n")
@@ -137,10 +137,12 @@ def _kind(path: Path, first: str) -> re.Match[str]:
     kind = _TYPE.fullmatch(first)
     if not kind:
         shown = first.strip()[:40]
-        raise InputError(path, f"{shown!r}. Must be as in '2 CORRECTED ACCELEROGRAM'.", line=1)
+        raise InputError(
+            path, f"{shown!r}, where a line such as '2 CORRECTED ACCELEROGRAM' is expected.", line=1
+        )
     if "ACCELEROGRAM" not in kind["quantity"].upper():
         quantity = kind["quantity"].strip().lower()
-        raise OtherQuantityError(path, f"is a {quantity} file. Must be an accelerogram.", line=1)
+        raise OtherQuantityError(path, f"is a {quantity} file, not an accelerogram.", line=1)
     return kind
 
 
@@ -170,7 +172,7 @@ def _comments(header: _Header, lines: list[bytes]) -> int:
     stated = header.integer(16) or 0
     found = sum(1 for _ in takewhile(lambda line: line.startswith(b"|"), lines[_HEADER_LINES:]))
     if stated != found:
-        message = f"{stated} comment lines stated, {found} in the file. Must be equal."
+        message = f"{stated} comment lines stated, {found} in the file."
         raise InputError(header.path, message, _TEXT_LINES + 2)
     return found
 
@@ -244,7 +246,7 @@ def _record(
         and (stated_azimuth - azimuth) % 360.0 != 0.0
     ):
         message = f"component {component} stated, but azimuth {stated_azimuth} in the integer"
-        raise InputError(header.path, f"{message} header. Must be equal.", 6)
+        raise InputError(header.path, f"{message} header.", 6)
     event = _EVENT.fullmatch(header.text[3])
     return Record(
         record_id=record_ids(header.path, [component])[0],

@@ -166,7 +166,7 @@ def _split(path: Path, data: bytes) -> _Layout:
     if names:
         skipped, body = _skip_comments(body.partition(b"\n")[2])
     if not body:
-        raise InputError(path, "no rows of numbers. Must be 2 or more.")
+        raise InputError(path, "no rows of numbers.")
     first_row = body.partition(b"\n")[0]
     separator = b";" if b";" in first_row else b"," if b"," in first_row else None
     if separator == b";":
@@ -242,7 +242,7 @@ def _require_count(path: Path, layout: _Layout, rows: int) -> None:
     for line, comment in enumerate(layout.comments, 1):
         stated = _STATED_COUNT.search(comment)
         if stated and int(stated[1]) != rows:
-            message = f"npts {stated[1]} in the comment, {rows} rows in the file. Must be equal."
+            message = f"npts {stated[1]} in the comment, {rows} rows in the file."
             raise InputError(path, message, line)
 
 
@@ -250,7 +250,7 @@ def _require_units(path: Path, layout: _Layout, factor: float, taken: str) -> No
     for line, comment in enumerate(layout.comments, 1):
         stated = units_in(comment)
         if stated and acceleration_factor(stated) != factor:
-            message = f"acceleration units {stated!r} in the comment, {taken}. Must agree."
+            message = f"acceleration units {stated!r} in the comment, {taken}."
             raise InputError(path, message, line=line)
 
 
@@ -259,7 +259,7 @@ def _require_step(path: Path, layout: _Layout, step: float) -> None:
         stated = _STATED_STEP.search(comment.strip())
         if stated and not math.isclose(float(stated["step"]), step, rel_tol=_SAME_STEP):
             message = f"dt {stated['step']} s in the comment, time step {step:g} s of the samples."
-            raise InputError(path, f"{message} Must be equal.", line)
+            raise InputError(path, message, line)
 
 
 def _time_step(

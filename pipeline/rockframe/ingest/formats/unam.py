@@ -107,7 +107,7 @@ def _record(
     )
     if abs(step * rate - 1.0) > 1e-3 or abs(length - gal.size * step) > 1.5 * step + 0.005:
         message = f"{rate:g} samples a second and {length:g} s stated, but {gal.size} samples at "
-        raise InputError(path, f"{message}{step:g} s. Must agree.", line=lines[_RATE])
+        raise InputError(path, f"{message}{step:g} s.", line=lines[_RATE])
     ratio = require_printed_peak(
         path, stated[_PEAK], gal, f"gal {name}", lines[_PEAK],
         signed=True, time=f"{(at - 1.0) * step:.4f}", time_step=step,

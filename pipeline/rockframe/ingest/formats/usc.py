@@ -84,7 +84,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("a.s0b"), b"CORRECTED ACCELEROGRAM", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.s0b:1: 'CORRECTED ACCELEROGRAM'. Must be as in 'CORRECTED ...
+    rockframe.errors.InputError: a.s0b:1: 'CORRECTED ACCELEROGRAM', where a line such as 'COR...
     """
     lines = text_of(path, data).rstrip().split(b"\n")
     words = [line.decode("latin-1") for line in lines]
@@ -151,7 +151,7 @@ def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions)
     if top < len(lines):
         raise InputError(path, "text after the three blocks.", line=top + 1)
     if len({(rate["rate"], samples.size) for rate, samples in blocks}) != 1:
-        raise InputError(path, "blocks of different rates or lengths. Must be equal.")
+        raise InputError(path, "blocks of different rates or lengths.")
     rate, samples = blocks[0]
     named = re.match(r"\s*(\d{1,3}|UP|DOWN)(?: DEGREES)?\s*$", words[1])
     name = named[1] if named else ""

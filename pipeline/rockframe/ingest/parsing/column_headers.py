@@ -164,7 +164,7 @@ def read_headers(
     {1: 'NS', 2: 'EW'}
     """
     if names and len(names) != columns:
-        message = f"{columns} columns under {len(names)} names ({','.join(names)}). Must be equal."
+        message = f"{columns} columns under {len(names)} names ({','.join(names)})."
         message += f" {_COMMAS}" if columns == 2 * len(names) else ""
         raise InputError(path, message, line=line)
     found = [_column(name) for name in names]
@@ -175,7 +175,7 @@ def read_headers(
         time = times[0] if times else None if names or not place else 0
         stated = found[place] if names else _Column("acceleration")
         if stated.quantity in {"time", "velocity", "displacement"} and not stated.vertical:
-            message = f"column {names[place]!r} is a {stated.quantity}. Must be an acceleration."
+            message = f"column {names[place]!r} is a {stated.quantity}, not an acceleration."
             raise InputError(path, message, line=line)
         return Columns(time, {place: stated.component}, _units(path, [stated], line))
     if not names:
@@ -196,7 +196,7 @@ def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -
     }
     for name, one in zip(names, found, strict=True):
         if one.quantity in {"velocity", "displacement"} and not meant:
-            message = f"column {name!r} is a {one.quantity}. Must be an acceleration."
+            message = f"column {name!r} is a {one.quantity}, not an acceleration."
             raise OtherQuantityError(path, message, line)
     times = [k for k, one in enumerate(found) if one.quantity == "time"]
     shown, components = ",".join(names), [one.component for one in meant.values()]

@@ -335,7 +335,7 @@ class KeyedHeader:
         if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
             raise self.invalid(key, "a whole number of 2 or more")
         if int(stated) != found:
-            message = f"{key} {stated} in the header, {found} {what} in the file. Must be equal."
+            message = f"{key} {stated} in the header, {found} {what} in the file."
             raise InputError(self.path, message, self.lines[key])
 
     def invalid(self, key: str, must: str) -> InputError:
@@ -353,11 +353,11 @@ def header_lines(
     --------
     >>> header_lines(Path("a.smc"), [b"2 CORRECTED ACCELEROGRAM"], 0, 27)
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.smc:1: the file ends after 1 lines of the header. Must be 27 ...
+    rockframe.errors.InputError: a.smc:1: the file ends after 1 of the 27 lines of the header.
     """
     header = [line.decode("latin-1") for line in lines[top : top + count]]
     if len(header) < count:
-        message = f"the file ends after {len(header)} lines of {name}. Must be {count} lines."
+        message = f"the file ends after {len(header)} of the {count} lines of {name}."
         raise InputError(path, message, top + len(header))
     return header
 
@@ -388,12 +388,11 @@ def count_of(path: Path, token: str, line: int, found: int) -> int:
     --------
     >>> count_of(Path("a.dat"), "12", 3, 11)
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.dat:3: 12 samples stated, 11 in the file. Must be equal, 2 or ...
+    rockframe.errors.InputError: a.dat:3: 12 samples stated, 11 in the file. Both must be the sa...
     """
     if not re.fullmatch(r"\s*\d{1,9}\s*", token, re.ASCII) or int(token) != found or found < 2:
-        message = (
-            f"{token.strip()[:20]} samples stated, {found} in the file. Must be equal, 2 or more."
-        )
+        message = f"{token.strip()[:20]} samples stated, {found} in the file. "
+        message += "Both must be the same, 2 or more."
         raise InputError(path, message, line=line)
     return found
 
@@ -442,7 +441,7 @@ def required_line(
     line = lines[index] if index < len(lines) else ""
     found = pattern.match(line)
     if not found:
-        message = f"{line.strip()[:60]!r}. Must be as in {example!r}."
+        message = f"{line.strip()[:60]!r}, where a line such as {example!r} is expected."
         raise InputError(path, message, line=first_line + index)
     return found
 

@@ -192,7 +192,7 @@ def require_layout(
             raise _bad_width(path, row, columns, number)
     present = columns.count * max(len(rows) - 1, 0) - (-len(last) // columns.width)
     if present != count:
-        message = f"{count} samples stated, {present} in the file. Must be equal."
+        message = f"{count} samples stated, {present} in the file."
         raise InputError(path, message, line)
     if len(last) % columns.width or len(last) > columns.line_width:
         raise _bad_width(path, last, columns, line + len(rows))
@@ -333,7 +333,7 @@ def require_peak(
     1.0
     >>> require_peak(Path("a.V2"), np.array([0.1, -0.5]), 0.01, peak, 0.1)
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.V2:8: peak -0.3 g stated, but -0.5 g in the file. Must agree.
+    rockframe.errors.InputError: a.V2:8: peak -0.3 g stated, but -0.5 g in the file.
     """
     sizes = np.abs(samples)
     where = int(sizes.argmax())
@@ -346,12 +346,12 @@ def require_peak(
         right = np.flatnonzero(np.abs(sizes[peaks] - abs(value)) <= slack)
     if not right.size:
         found = f"{samples[where]:.10g} {stated.units} in the file"
-        message = f"peak {value:.10g} {stated.units} stated, but {found}. Must agree."
+        message = f"peak {value:.10g} {stated.units} stated, but {found}."
         raise InputError(path, message, stated.line)
     late = np.abs(peaks * time_step - stated.time.value) if stated.time else np.zeros(1)
     if stated.time and late.min() > time_step * (1.0 + _SINGLE) + stated.time.unit:
         message = f"peak stated at {stated.time.value:.10g} s, but at {where * time_step:.10g} s"
-        raise InputError(path, f"{message} in the file. Must agree.", stated.line)
+        raise InputError(path, f"{message} in the file.", stated.line)
     agreeing = samples[peaks[right]]
     ratio = float(agreeing[np.abs(agreeing).argmax()]) / value if value else math.nan
     return ratio if signed else abs(ratio)
@@ -393,7 +393,7 @@ def require_printed_peak(
     --------
     >>> require_printed_peak(Path("a.ASC"), "0.31", np.array([0.1, -0.4]), "cm/s2", 38)
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.ASC:38: peak 0.31 cm/s2 stated, but -0.4 cm/s2 in the file. ...
+    rockframe.errors.InputError: a.ASC:38: peak 0.31 cm/s2 stated, but -0.4 cm/s2 in the file.
     """
     for token, quantity in ((stated, "peak acceleration"), (time or "0", "time of the peak")):
         if not is_number(token):

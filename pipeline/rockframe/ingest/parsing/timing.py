@@ -175,7 +175,7 @@ def _step(path: Path, fitting: tuple[float, float], places: int, given: float | 
     message = (
         f"time step {given!r} s given, but the times state {_simplest(low, high, places)!r} s."
     )
-    raise InputError(path, f"{message} Must agree.")
+    raise InputError(path, message)
 
 
 def _simplest(low: float, high: float, places: int) -> float:

@@ -150,9 +150,7 @@ def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, .
     code = int(channel.heading["code"])
     if channel.integer(_UNITS) != code:
         message = f"units ({code}) stated, but {channel.integer(_UNITS)} in item {_UNITS} of the"
-        raise InputError(
-            channel.path, f"{message} integer header. Must be equal.", channel.sample_line
-        )
+        raise InputError(channel.path, f"{message} integer header.", channel.sample_line)
     if code == _COUNTS:
         return _factor_of_counts(channel)
     if code not in _UNITS_OF:
@@ -200,7 +198,7 @@ def _require_recorder(channel: Channel, count: float) -> None:
         length, span = min(spans.items(), key=lambda one: abs(one[1] - stated))
         message = f"{count:g} uV a count in item {_VOLTS} of the real header make {span:g} V with "
         message += f"{length} bits, but a full scale of {stated:g} V in item {_RECORDER_SCALE}."
-        raise InputError(channel.path, f"{message} Must agree.", channel.real_line)
+        raise InputError(channel.path, message, channel.real_line)
 
 
 def _require_sensor(channel: Channel, sensitivity: float) -> None:
@@ -208,9 +206,7 @@ def _require_sensor(channel: Channel, sensitivity: float) -> None:
     if output > 0.0 and scale > 0.0 and not _agree(sensitivity * scale, output):
         message = f"{sensitivity:g} V/g in item {_SENSITIVITY} of the real header and {scale:g} g "
         message += f"in item {_SENSOR_SCALE} make {sensitivity * scale:g} V, but {output:g} V in "
-        raise InputError(
-            channel.path, f"{message}item {_SENSOR_OUTPUT}. Must agree.", channel.real_line
-        )
+        raise InputError(channel.path, f"{message}item {_SENSOR_OUTPUT}.", channel.real_line)
 
 
 def _agree(found: float, stated: float) -> bool:
@@ -223,7 +219,7 @@ def _time_step(channel: Channel, stage: int) -> float:
     if stage == _RAW and raw is not None:
         if processed and abs(1e-3 * processed.value - raw.value) > 1e-3 * processed.unit + raw.unit:
             message = f"time step {raw.value:g} s in item {_RAW_STEP} of the real header, but "
-            message += f"{processed.value:g} ms in item {_STEP}. Must be equal."
+            message += f"{processed.value:g} ms in item {_STEP}."
             raise InputError(channel.path, message, channel.real_line)
         return raw.value
     if processed is None:
@@ -237,7 +233,7 @@ def _require_length(channel: Channel, length: float, step: float) -> None:
     stated = channel.real(_LENGTH)
     if stated is not None and abs(stated.value - length) > 2.0 * step + stated.unit:
         message = f"length {stated.value:g} s in item {_LENGTH} of the real header, but "
-        message += f"{length:g} s of samples in the file. Must agree."
+        message += f"{length:g} s of samples in the file."
         raise InputError(channel.path, message, channel.real_line)
 
 

@@ -214,7 +214,7 @@ def _stated(
     text = lines[at].decode("latin-1") if at < len(lines) else ""
     stated = pattern.fullmatch(text) if whole else pattern.match(text)
     if not stated:
-        message = f"{text.strip()[:60]!r} is no heading of a section. Must be as in {example!r}."
+        message = f"{text.strip()[:60]!r} is no heading of a section, such as {example!r}."
         raise InputError(path, message, min(at, len(lines)) + 1)
     return stated
 
@@ -223,7 +223,9 @@ def _values(path: Path, lines: list[bytes], at: int, kind: str) -> tuple[list[st
     example = f"100 {kind}-header values follow on 10 lines, Format= (10I8)"
     stated = _stated(path, lines, at, _VALUES, example, whole=True)
     if stated["kind"].lower() != kind.lower():
-        raise InputError(path, f"{stated['kind']} header. Must be the {kind} header.", line=at + 1)
+        raise InputError(
+            path, f"{stated['kind']} header in the place of the {kind} header.", line=at + 1
+        )
     columns = Layout.of(path, stated["format"], at + 1).columns
     if columns.integers != (kind == "Integer"):
         message = f"format {stated['format']!r} of the {kind} header. Must be of {kind.lower()}s."
@@ -240,7 +242,7 @@ def _values(path: Path, lines: list[bytes], at: int, kind: str) -> tuple[list[st
             fields.append(field.decode("latin-1"))
     if len(fields) != int(stated["count"]) or len(fields) < 100:
         message = f"{stated['count']} values of the {kind.lower()} header stated, {len(fields)} in "
-        raise InputError(path, f"{message}the file. Must be equal, and 100 or more.", at + 1)
+        raise InputError(path, f"{message}the file. Both must be the same, 100 or more.", at + 1)
     return fields, end
 
 
@@ -251,7 +253,7 @@ def _comments(path: Path, lines: list[bytes], at: int) -> tuple[list[str], int]:
         end += 1
     if end - at - 1 != int(stated["count"]):
         found = f"{end - at - 1} in the file"
-        message = f"{stated['count']} comment lines stated, {found}. Must be equal."
+        message = f"{stated['count']} comment lines stated, {found}."
         raise InputError(path, message, at + 1)
     return [line.decode("latin-1").strip().lstrip("|") for line in lines[at + 1 : end]], end
 
@@ -434,7 +436,7 @@ def require_quantity(channel: Channel) -> None:
         word = _QUANTITY_WORD.search(words)
         if word and word[1].lower() not in name:
             message = f"{words!r}, but quantity {stated} in item {QUANTITY} of the integer header."
-            raise InputError(channel.path, f"{message} Must agree.", line)
+            raise InputError(channel.path, message, line)
 
 
 def require_agreement(channel: Channel, samples: Float, step: float, resolution: float) -> None:
@@ -459,10 +461,10 @@ def require_agreement(channel: Channel, samples: Float, step: float, resolution:
     stage = channel.integer(_STAGE)
     if _STAGES.get(word, stage) != stage:
         message = f"{word!r}, but stage {stage} in item {_STAGE} of the integer header."
-        raise InputError(path, f"{message} Must agree.", line=channel.first_line)
+        raise InputError(path, message, line=channel.first_line)
     name, code = channel.heading["units"].strip().lower(), int(channel.heading["code"])
     if code not in _CODES.get(name, {code}):
-        message = f"units {channel.heading['units']!r}, but code {code}. Must agree."
+        message = f"units {channel.heading['units']!r}, but code {code}."
         raise InputError(path, message, line=channel.sample_line)
     _require_corners(channel)
     _require_maximum(channel, samples, step, resolution, raw=stage == 0)
@@ -488,7 +490,7 @@ def direction_of(channel: Channel, component: str) -> tuple[Orientation, float]:
         sense = None if (stated - azimuth) % 360.0 != 0.0 else orientation
     if sense is None:
         message = f"component {component} stated, but {stated} in item {_AZIMUTH} of the integer"
-        raise InputError(channel.path, f"{message} header. Must be equal.", channel.first_line + 8)
+        raise InputError(channel.path, f"{message} header.", channel.first_line + 8)
     return sense, azimuth
 
 
@@ -498,7 +500,7 @@ def _require_corners(channel: Channel) -> None:
         if stated > 0.0 and abs(stated - words) > 0.05 * words:
             message = (
                 f"filter corner {words:g} Hz in words, but {stated:g} Hz in item {item} of "
-                "the real header. Must agree."
+                "the real header."
             )
             raise InputError(channel.path, message, line=channel.first_line + 11)
 

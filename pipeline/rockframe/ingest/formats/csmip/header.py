@@ -163,8 +163,7 @@ class Header:
             sense = None
         if sense is None:
             message = f"channel {self.component!r}, but {stated} in item {_DIRECTION} of the "
-            must = "Must be the same direction."
-            raise self.error(self.volume.name, f"{message}integer header. {must}")
+            raise self.error(self.volume.name, f"{message}integer header.")
         return sense, azimuth
 
     def facts(self) -> dict[str, Any]:
@@ -191,11 +190,11 @@ class Header:
         named = CHANNEL.match(self.lines[self.volume.name])
         if first and named and first["number"] != named["number"]:
             message = f"channel {named['number']}, but channel {first['number']} in line "
-            raise self.error(self.volume.name, f"{message}{self.first_line}. Must be equal.")
+            raise self.error(self.volume.name, f"{message}{self.first_line}.")
         stated = _LENGTH.search(self.lines[index])
         token = stated["length"] if stated else ""
         if is_number(token) and abs(float(token) - length) > 2.0 * step + 0.001:
-            message = f"record length {token} s stated, but {length:g} s of samples. Must agree."
+            message = f"record length {token} s stated, but {length:g} s of samples."
             raise self.error(index, message)
 
     def require_counts(
@@ -208,7 +207,7 @@ class Header:
         stated = {f"item {item} of the integer header": self.item(item) or 0 for item in items}
         for place, other in {**others, **stated}.items():
             if other != count and (place in others or other > 0):
-                message = f"{count} samples stated, but {other} in {place}. Must be equal."
+                message = f"{count} samples stated, but {other} in {place}."
                 raise InputError(self.path, message, line)
         if count < 2:
             raise InputError(self.path, f"{count} samples stated. Must be 2 or more.", line)
@@ -235,7 +234,8 @@ def read_header(path: Path, lines: Sequence[bytes], top: int, volume: Volume) ->
         if not match:
             shown = header[index].strip()[:60]
             message = (
-                f"{shown!r}. Must be as in {example!r}: line {index + 1} of a channel's header."
+                f"{shown!r}, where a line such as {example!r} is expected: line {index + 1} of a "
+                "channel's header."
             )
             raise InputError(path, message, top + 1 + index)
         found[index] = match
@@ -256,9 +256,9 @@ def require_channels(path: Path, stated_in: str, found: int, line: int) -> None:
     --------
     >>> require_channels(Path("CCC.V1"), "s/n 2500  (3 Chns of  3 at Sta)", 2, 5)
     Traceback (most recent call last):
-    rockframe.errors.InputError: CCC.V1:5: 3 channels in the header, 2 in the file. Must be ...
+    rockframe.errors.InputError: CCC.V1:5: 3 channels in the header, 2 in the file. Expected...
     """
     stated = CHANNELS.search(stated_in)
     if stated and 1 != found != int(stated["count"]):
         message = f"{stated['count']} channels in the header, {found} in the file."
-        raise InputError(path, f"{message} Must be equal, or one channel a file.", line)
+        raise InputError(path, f"{message} Expected all of them, or one channel per file.", line)

@@ -94,7 +94,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("a.v1"), b"UNCORRECTED ACCELEROGRAM DATA", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.v1:1: the file ends after 1 lines of a channel's header. ...
+    rockframe.errors.InputError: a.v1:1: the file ends after 1 of the 27 lines of a channel'...
     """
     lines = text_of(path, data).rstrip().split(b"\n")
     tops = [i for i, line in enumerate(lines) if _TOP.match(line.decode("latin-1"))]
@@ -139,7 +139,7 @@ def _record(options: ReadOptions, record_id: str, header: Header, rows: list[byt
     mean_step = float(times[-1] - times[0]) / (times.size - 1)
     if abs(float(stated["length"]) - float(times[-1])) > 1.5 * mean_step + 0.001:
         message = f"length {stated['length']} s stated, but the last time is {times[-1]:g} s."
-        raise InputError(path, f"{message} Must agree.", line)
+        raise InputError(path, message, line)
     ratio = _peak_ratio(header, times, tenths, mean_step)
     header.require_length(10, float(times[-1]) + mean_step, mean_step)
     orientation, azimuth = header.direction()
@@ -187,7 +187,7 @@ def _peak_ratio(header: Header, times: Float, tenths: Float, step: float) -> flo
         unit = 10.0 ** -len(rms["rms"].partition(".")[2])
         if abs(found - float(rms["rms"])) > _SAME_RMS * found + unit:
             stated = f"root mean square {rms['rms']} {rms['units']} stated"
-            raise header.error(12, f"{stated}, {found:.4g} in the file. Must agree.")
+            raise header.error(12, f"{stated}, {found:.4g} in the file.")
     peak = _PEAK.search(header.lines[11])
     if not peak:
         return math.nan
@@ -196,7 +196,7 @@ def _peak_ratio(header: Header, times: Float, tenths: Float, step: float) -> flo
     # The time is counted from the first sample, or from the trigger.
     late = min(float(np.abs(where - first - time).min()) for first in (0.0, _trigger(header)))
     if late > step + 0.002:
-        message = f"peak stated at {time:g} s, but at {where[0]:g} s in the file. Must agree."
+        message = f"peak stated at {time:g} s, but at {where[0]:g} s in the file."
         raise InputError(header.path, message, line=line)
     return require_printed_peak(header.path, peak["peak"], 0.1 * tenths, "g", line, signed=True)
 

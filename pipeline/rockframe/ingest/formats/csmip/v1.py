@@ -102,7 +102,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("CE89146.V1"), b"Corrected accelerogram", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: CE89146.V1:1: 'Corrected accelerogram'. Must be 'Uncorrected ...
+    rockframe.errors.InputError: CE89146.V1:1: 'Corrected accelerogram', where 'Uncorrected ...
     """
     channels = _channels(path, text_of(path, data).split(b"\n"))
     require_channels(path, channels[0][0].lines[4], len(channels), 5)
@@ -126,7 +126,9 @@ def _channels(path: Path, lines: list[bytes]) -> list[tuple[Header, list[bytes]]
     while top < len(lines):
         first = lines[top].decode("latin-1")
         if not _TOP.match(first):
-            message = f"{first.strip()[:40]!r}. Must be 'Uncorrected Accelerogram Data ...', "
+            message = (
+                f"{first.strip()[:40]!r}, where 'Uncorrected Accelerogram Data ...' is expected, "
+            )
             raise InputError(path, f"{message}the first line of a channel.", top + 1)
         header = read_header(path, lines, top, _VOLUME)
         start = top + _VOLUME.lines
@@ -182,7 +184,7 @@ def _count_and_rate(header: Header) -> tuple[int, float]:
     before, rate = (_rate(header, index) for index in (_POINTS_LINE, _SAMPLES_LINE))
     if before != rate:
         place = f"line {header.line(_POINTS_LINE)}"
-        message = f"{rate:g} samples a second stated, but {before:g} in {place}. Must be equal."
+        message = f"{rate:g} samples a second stated, but {before:g} in {place}."
         raise InputError(header.path, message, line)
     return count, rate
 

@@ -151,7 +151,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     lines = text_of(path, data).split(b"\n")
     if _SPECTRA.match(lines[0].decode("latin-1")):
         message = "response and Fourier spectra (CSMIP volume 3)."
-        raise OtherQuantityError(path, f"{message} Must be acceleration (volume 1 or 2).", 1)
+        raise OtherQuantityError(
+            path, f"{message} Only accelerations (volumes 1 and 2) are read.", 1
+        )
     channels = _channels(path, lines)
     require_channels(path, channels[0][0].lines[5], len(channels), 6)
     names = [header.component for header, _ in channels]
@@ -182,7 +184,9 @@ def _block(path: Path, lines: list[bytes], start: int, quantity: str) -> _Block:
     text = lines[start].decode("latin-1") if start < len(lines) else ""
     heading = _BLOCK.match(text)
     if not heading or heading["quantity"].lower() != quantity:
-        message = f"{text.strip()[:60]!r}. Must be as in {_EXAMPLES[quantity]!r}: "
+        message = (
+            f"{text.strip()[:60]!r}, where a line such as {_EXAMPLES[quantity]!r} is expected: "
+        )
         raise InputError(path, f"{message}the heading of the {quantity} block.", start + 1)
     end = start + 1 - (-int(heading["count"]) // _columns(heading).count)
     if end >= len(lines) or not _BOUNDARY.match(lines[end]):
@@ -275,7 +279,7 @@ def _time_step(header: Header, blocks: list[_Block]) -> float:
     for place, other in stated.items():
         if abs(other.value - step.value) > 0.5 * step.unit + 1e-9:
             message = f"interval {step.value:g} s stated, but {other.value:g} s in {place}."
-            raise InputError(header.path, f"{message} Must be equal.", line)
+            raise InputError(header.path, message, line)
     # Three decimals are too few for 1/240 s; the seven digits of the real header almost suffice.
     same = not item or math.isclose(item.value, step.value, rel_tol=1e-6)
     return step.value if same or not item else item.value
