@@ -135,7 +135,7 @@ def test_what_is_written_must_fit_its_name(
     assert len(writing) > 10
     for verb, action in writing:
         assert callable(action.type)
-        with pytest.raises(argparse.ArgumentTypeError, match=r"Must (end in|name a folder)"):
+        with pytest.raises(argparse.ArgumentTypeError, match=r"Must end in|State a folder"):
             action.type("table.txt")
         if action.default is not None:
             assert action.type(str(action.default)) == action.default, verb
@@ -215,7 +215,7 @@ def test_table1_keeps_out_of_the_folder_of_the_records(
 ) -> None:
     words = ("--units", "g", "--time-step", "0.01", "--output", motion.parent)
     assert run("table1", "--records", motion, *words) == 2
-    assert "contains the records. Must be another folder." in capsys.readouterr().err
+    assert "contains the records. Choose another folder." in capsys.readouterr().err
     assert [path.name for path in motion.parent.iterdir()] == ["motion.csv"]
 
 

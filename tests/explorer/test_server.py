@@ -237,7 +237,8 @@ def test_a_port_in_use_is_refused() -> None:
         found = subprocess.run(words, capture_output=True, text=True, check=False)
     assert found.returncode == 2
     assert found.stderr == (
-        f"rockframe: error: Invalid port {port}: {os.strerror(errno.EADDRINUSE)}. Must be free.\n"
+        f"rockframe: error: port {port} cannot be opened: {os.strerror(errno.EADDRINUSE)}. "
+        "Choose another with --port.\n"
     )
 
 

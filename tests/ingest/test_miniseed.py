@@ -281,7 +281,7 @@ def test_records_in_line_are_one_piece(write: Write) -> None:
     ("change", "message"),
     [
         (lambda data: data[:-1], r"record at byte 512 is cut off: 511 of 512 bytes"),
-        (lambda data: data + b"x" * 60, r"no miniSEED header at byte 1024: the file is damaged"),
+        (lambda data: data + b"x" * 60, r"no miniSEED header at byte 1024: the file is corrupted"),
         (lambda data: data[:512] + bytes(512), r"no miniSEED header at byte 512"),
         (lambda data: data[:46] + bytes(2) + data[48:], r"no length in the record at byte 0"),
         (lambda data: data[:30] + b"\0\1" + data[32:], r"obspy's MSEED reader failed|in the head"),

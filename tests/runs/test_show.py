@@ -98,7 +98,8 @@ def test_file_of_several_records_asks_which(
     assert main(["table1", *words]) == 0
     assert main(["show", str(tmp_path), "Ridgecrest2019-CCC.V1"]) == 2
     assert (
-        "a file of 3 records. Must be one of: Ridgecrest2019-CCC-090, " in capsys.readouterr().err
+        "is a file of 3 records. Choose one of them: Ridgecrest2019-CCC-090, "
+        in capsys.readouterr().err
     )
 
 

@@ -91,7 +91,7 @@ def test_significant_duration_wants_shares_in_order() -> None:
 
 @pytest.mark.parametrize("measure", [significant_duration, opening_share])
 def test_stillness_is_no_motion(measure: object) -> None:
-    with pytest.raises(ParameterError, match=r"all 10 samples are zero. Must be a motion"):
+    with pytest.raises(ParameterError, match=r"all 10 samples are zero"):
         measure(np.zeros(10), STEP)  # type: ignore[operator]
 
 

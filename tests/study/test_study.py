@@ -67,7 +67,7 @@ def test_shipped_studies_are_read(path: Path) -> None:
             r"histories 'some'. Must be none, selected or all",
         ),
         ('["motions"]', '"motions"', r":3: records.paths 'motions'. Must be a list"),
-        ('["motions"]', '["motions", "motions"]', r":3: records.paths 'motions'. Must not be stat"),
+        ('["motions"]', '["motions", "motions"]', r":3: records.paths 'motions' is stated twice"),
         ('["motions"]', '["none"]', r":3: records.paths 'none': no such file or folder"),
         ('["motions"]', "[]", r":3: records.paths \[\]. Must be"),
         (
@@ -151,7 +151,7 @@ def test_shipped_studies_are_read(path: Path) -> None:
         (
             "[respond]",
             "[screen]\nazimuths_degree={ from = 0, to = 360, count = 5 }\n[respond]",
-            r":5: azimuths_degree with 0 twice, or 360 apart. Must differ",
+            r":5: azimuths_degree states 0 twice, or 360 apart",
         ),
         (
             "[respond]",

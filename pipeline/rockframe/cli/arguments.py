@@ -92,7 +92,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
 def _batch(text: str) -> tuple[int, int]:
     number, _, count = text.partition("/")
     if not re.fullmatch(r"[0-9]{1,9}/[0-9]{1,9}", text):
-        raise argparse.ArgumentTypeError(f"Invalid batch {text[:30]!r}. Must be like 2/10")
+        raise argparse.ArgumentTypeError(f"Invalid batch {text[:30]!r}. State K/N, such as 2/10")
     return int(number), int(count)
 
 
@@ -156,4 +156,4 @@ def refuse_folder_of_records(options: argparse.Namespace) -> None:
     for source in options.records or []:
         home = source if source.is_dir() else source.parent
         if home.resolve() == options.output.resolve():
-            raise InputError(options.output, "contains the records. Must be another folder.")
+            raise InputError(options.output, "contains the records. Choose another folder.")

@@ -124,7 +124,9 @@ def _listening(host: str, port: int) -> socket.socket:
         return socket.create_server((host, port))
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else str(error)
-        raise ParameterError(f"Invalid port {port}: {reason}. Must be free.") from None
+        raise ParameterError(
+            f"port {port} cannot be opened: {reason}. Choose another with --port."
+        ) from None
 
 
 def _port(text: str) -> int:

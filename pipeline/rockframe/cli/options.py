@@ -191,7 +191,7 @@ class Once(argparse.Action):
 def path(text: str) -> Path:
     """Return the path in a command-line argument, which must not be empty."""
     if not text:
-        raise argparse.ArgumentTypeError("empty path. Must name a file or folder.")
+        raise argparse.ArgumentTypeError("empty path. State a file or folder")
     return Path(text)
 
 
@@ -263,5 +263,5 @@ def folder_to_write(text: str) -> Path:
     'v1.2'
     """
     if path(text).suffix.lower() in _OF_FILES:
-        raise argparse.ArgumentTypeError(f"{text!r}, named like a file. Must name a folder")
+        raise argparse.ArgumentTypeError(f"{text!r} is named like a file. State a folder")
     return Path(text)

@@ -47,7 +47,7 @@ def _entry(run: Run, stated: str) -> Mapping[str, str]:
     if len(found) > 1:
         names = ", ".join(row["record_id"] or f"{row['file']} ({row['reason']})" for row in found)
         raise ParameterError(
-            f"Invalid record {stated!r}: a file of {len(found)} records. Must be one of: {names}."
+            f"{stated!r} is a file of {len(found)} records. Choose one of them: {names}."
         )
     if not found:
         known = ", ".join(row["record_id"] for row in run.entries if row["record_id"])

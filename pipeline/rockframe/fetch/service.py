@@ -65,7 +65,7 @@ class Problem:
 
     Examples
     --------
-    >>> Problem(Kind.NO_DATA, "answered 204: no data. Must be in its archive.").passing
+    >>> Problem(Kind.NO_DATA, "answered 204: no data.").passing
     False
     """
 

@@ -193,8 +193,8 @@ def write_peer_at2(stream: Stream, filename: Source, units: str | None = None, *
     """
     if len(stream) != 1:
         raise ParameterError(
-            f"Invalid stream of {len(stream)} traces for one AT2 file. Must be one: "
-            "write each trace to a file of its own."
+            f"Invalid stream of {len(stream)} traces: an AT2 file has one. "
+            "Write each trace to a file of its own."
         )
     (trace,) = stream
     content = _content(trace, _factor(trace, units))
@@ -212,13 +212,13 @@ def _factor(trace: Trace, units: str | None) -> float:
     if _package_stats(trace).get("units") != "m s-2":
         raise ParameterError(
             f"Trace {trace.id!r} states no acceleration units. "
-            "Must be given: write(..., format='PEERAT2', units='m/s2')."
+            "State them: write(..., format='PEERAT2', units='m/s2')."
         )
     for step in trace.stats.get("processing", ()):
         if _OTHER_QUANTITY.search(step):
             raise ParameterError(
-                f"Trace {trace.id!r} was processed by {step!r}. Must be acceleration; if it is, "
-                "say so: write(..., format='PEERAT2', units='m/s2')."
+                f"Trace {trace.id!r} was processed by {step!r}. If it is an acceleration, "
+                "state its units: write(..., format='PEERAT2', units='m/s2')."
             )
     return 1.0
 
@@ -289,7 +289,6 @@ def _printable(trace: Trace, name: str) -> str:
         line = "\0"
     if line and not line.isprintable():
         raise ParameterError(
-            f"Invalid name {name!r} of trace {trace.id!r}. Must have only Latin letters in "
-            "an AT2 file."
+            f"Invalid name {name!r} of trace {trace.id!r}. An AT2 file has Latin letters only."
         )
     return line

@@ -99,7 +99,7 @@ def factor_to_si(
         raise InputError(path, f"{message}or with --units.", line)
     factor = acceleration_factor(stated or given or "")
     if given is not None and acceleration_factor(given) != factor:
-        message = f"acceleration units {given!r} given, but the file states {stated!r}. Must agree."
+        message = f"acceleration units {given!r} given, but the file states {stated!r}."
         raise InputError(path, message, line)
     return factor
 
@@ -123,6 +123,6 @@ def settle_time_step(
         raise InputError(path, f"time step {stated!r} s. Must be positive and finite.", line=line)
     given = options.time_step
     if given is not None and not math.isclose(given, stated, rel_tol=_SAME_STEP):
-        message = f"time step {given!r} s given, but the file states {stated!r} s. Must agree."
+        message = f"time step {given!r} s given, but the file states {stated!r} s."
         raise InputError(path, message, line)
     return stated

@@ -127,7 +127,7 @@ def explain(error: ErrorDetails, named: Callable[[str], str]) -> str:
     if kind in UNKNOWN:
         return f"unknown option {name!r}."
     if kind == "missing" and not isinstance(error["loc"][-1], int):
-        return f"{name} is missing. Must be stated."
+        return f"{name} is missing."
     return f"{name} {error['input']!r}. Must be {must_be(error)}."
 
 
@@ -290,7 +290,7 @@ def _positive(bounds: tuple[float, float]) -> tuple[float, float]:
 def _unique(texts: tuple[str, ...]) -> tuple[str, ...]:
     for text in texts:
         if texts.count(text) > 1:
-            raise value_error(f"{text!r}. Must not be stated twice")
+            raise value_error(f"{text!r} is stated twice")
     return texts
 
 

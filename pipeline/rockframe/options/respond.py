@@ -218,7 +218,7 @@ class ScreenOptions(Options):
         azimuths = [f"{azimuth % 360.0:g}" for azimuth in self.azimuths_degree or ()]
         for azimuth in azimuths:
             if azimuths.count(azimuth) > 1:
-                message = f"azimuths_degree with {azimuth} twice, or 360 apart. Must differ"
+                message = f"azimuths_degree states {azimuth} twice, or 360 apart"
                 raise rule(message)
         for name in self.pulse_filters():
             if azimuths:
@@ -235,7 +235,7 @@ class ScreenOptions(Options):
             return self
         longitude, latitude = self.hazard_site
         if self.hazard is None:
-            raise rule("hazard_site without hazard. Must be stated with it")
+            raise rule("hazard_site without hazard. State the file of hazard curves")
         if not (-180.0 <= longitude <= 360.0 and -90.0 <= latitude <= 90.0):
             message = f"hazard_site {longitude:g} {latitude:g}. Must be longitude, then latitude"
             raise rule(message)

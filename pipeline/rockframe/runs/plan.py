@@ -402,7 +402,7 @@ def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
     for stated, called in zip(study.records, folder_names(study.records), strict=True):
         if stated.is_dir():
             if folder.resolve().is_relative_to(stated.resolve()):
-                raise InputError(folder, "lies among the records. Must be another folder.")
+                raise InputError(folder, "lies among the records. Choose another folder.")
             yield from _files_within(stated, called)
         else:
             yield stated.name, stated

@@ -225,7 +225,7 @@ def opening_share(acceleration: Float, time_step: float) -> float:
 def _peak_of_motion(acceleration: Float) -> float:
     largest = peak(acceleration)
     if largest == 0.0:
-        raise ParameterError(f"all {acceleration.size} samples are zero. Must be a motion.")
+        raise ParameterError(f"all {acceleration.size} samples are zero.")
     return largest
 
 

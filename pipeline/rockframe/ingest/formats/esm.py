@@ -224,13 +224,13 @@ def read_older(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read_older(Path("1.cor.acc"), b"Event Date & Time", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: 1.cor.acc:10: ''. Must be 'Accelaration time series in m/s/s'.
+    rockframe.errors.InputError: 1.cor.acc:10: '', where 'Accelaration time series in m/...
     """
     lines = text_of(path, data).rstrip().split(b"\n")
     words = [line.decode("latin-1") for line in lines[:_OLDER_LINES]]
     above = words[-1] if len(words) == _OLDER_LINES else ""
     if not _ABOVE.match(above):
-        message = f"{above.strip()[:60]!r}. Must be 'Accelaration time series in m/s/s'."
+        message = f"{above.strip()[:60]!r}, where 'Accelaration time series in m/s/s' is expected."
         raise InputError(path, message, line=_OLDER_LINES)
     header = keyed_header(path, words[:-1])
     stated = {key: header.required(key) for key in (_STEP, _COUNT, _PEAK)}

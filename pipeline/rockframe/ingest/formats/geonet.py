@@ -156,7 +156,9 @@ def _components(path: Path, lines: list[bytes]) -> list[_Component]:
     tops = [i for i, line in enumerate(lines) if _TOP.match(line[:40].decode("latin-1"))]
     if not tops or tops[0] != 0:
         shown = lines[0].decode("latin-1").strip()[:40]
-        raise InputError(path, f"{shown!r}. Must be '(Un)corrected accelerogram ...'.", line=1)
+        raise InputError(
+            path, f"{shown!r}, where '(Un)corrected accelerogram ...' is expected.", line=1
+        )
     components = []
     for top, end in zip(tops, [*tops[1:], len(lines)], strict=True):
         header = header_lines(path, lines[:end], top, _HEADER_LINES, "a component's header")

@@ -84,7 +84,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     --------
     >>> read(Path("AOM017.EW"), b"Origin Time       2008/06/14 08:43:00", ReadOptions())
     Traceback (most recent call last):
-    rockframe.errors.InputError: AOM017.EW:2: ''. Must be 'Lat.' and its value: line 2 of the ...
+    rockframe.errors.InputError: AOM017.EW:2: '', where 'Lat.' and its value are expected: line 2...
     """
     text = text_of(path, data)
     header = _header(path, text)
@@ -131,7 +131,7 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
         line = lines[number - 1] if number <= len(lines) else ""
         value = line.removeprefix(key).strip()
         if not line.startswith(key) or not (value or key == "Memo."):
-            message = f"{line.strip()[:40]!r}. Must be {key!r} and its value:"
+            message = f"{line.strip()[:40]!r}, where {key!r} and its value are expected:"
             raise InputError(path, f"{message} line {number} of the header.", number)
         values[key] = value
     return KeyedHeader(path, values, _LINES, len(_KEYS))

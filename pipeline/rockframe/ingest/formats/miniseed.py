@@ -100,7 +100,7 @@ def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
         if not sniff(header) or not (
             header[8:20].isascii() and header[8:20].decode().isprintable()
         ):
-            raise InputError(path, f"no miniSEED header at byte {start}: the file is damaged.")
+            raise InputError(path, f"no miniSEED header at byte {start}: the file is corrupted.")
         order = ">" if 1900 <= struct.unpack_from(">H", header, 20)[0] <= 2100 else "<"
         length = _length(data, start, order)
         if length is None:

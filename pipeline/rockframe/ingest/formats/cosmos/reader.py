@@ -223,7 +223,7 @@ def _time_step(channel: Channel, stage: int) -> float:
             raise InputError(channel.path, message, channel.real_line)
         return raw.value
     if processed is None:
-        message = f"time step unknown. Must be in item {_STEP} of the real header [ms]."
+        message = f"no time step [ms] in item {_STEP} of the real header."
         raise InputError(channel.path, message, channel.real_line)
     return processed.value / 1e3
 

@@ -82,7 +82,7 @@ class Layout:
         """
         stated = _FORMAT.fullmatch(text)
         if not stated:
-            message = f"format {text[:40]!r}. Must be as in '(8F10.5)' or '(10I8)'."
+            message = f"format {text[:40]!r}. Only formats such as '(8F10.5)' or '(10I8)' are read."
             raise InputError(path, message, line)
         kind = stated["kind"].upper()
         columns = Columns(int(stated["count"]), int(stated["width"]), integers=kind == "I")

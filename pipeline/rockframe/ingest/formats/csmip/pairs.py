@@ -99,7 +99,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     lines = text_of(path, data).rstrip().split(b"\n")
     tops = [i for i, line in enumerate(lines) if _TOP.match(line.decode("latin-1"))]
     if tops[:1] != [0]:
-        raise InputError(path, "no heading. Must be 'UNCORRECTED ACCELEROGRAM DATA'.", line=1)
+        raise InputError(path, "no heading 'UNCORRECTED ACCELEROGRAM DATA'.", line=1)
     channels = [
         (_header(path, lines, top), lines[top + _VOLUME.lines : end])
         for top, end in zip(tops, [*tops[1:], len(lines)], strict=True)
