@@ -54,6 +54,15 @@ def test_overlap() -> None:
     assert row.verdict == f"overlap of 10.01 s at {START + 20.0}"
 
 
+@pytest.mark.parametrize(
+    ("begin", "verdict"),
+    [(30.01, "complete"), (30.02, "gap of 0.01 s before"), (30.0, "overlap of 0.01 s at")],
+)
+def test_one_sample_that_is_lost_or_received_twice_is_named(begin: float, verdict: str) -> None:
+    """At 100 Hz the sample after that of 30 s is that of 30.01 s."""
+    assert measured((0.0, 30.0), (begin, 60.0 - begin)).verdict.startswith(verdict)
+
+
 def test_adjoining_pieces_are_whole() -> None:
     assert measured((0.0, 29.99), (30.0, 30.0)).complete
 

@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.conftest import SHARED
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, ParameterError
 from rockframe.risk import LognormalFragility, overturning_rate, read_hazard
 from rockframe.units import GRAVITY
 
@@ -49,6 +49,15 @@ def test_lognormal_fragility_under_a_power_law_has_a_closed_form(tmp_path: Path)
     expected = k * median**-a * math.exp(0.5 * (a * beta) ** 2)
     assert_allclose(found.rate, expected, rtol=1e-6)
     assert_allclose(found.low, found.rate, rtol=1e-12)
+
+
+@pytest.mark.parametrize("value", [-0.1, 0.0, math.inf, math.nan])
+def test_median_and_beta_of_a_lognormal_fragility_are_positive(value: float) -> None:
+    """With a negative beta a frame would stand better the stronger the motion."""
+    with pytest.raises(ParameterError, match=f"Invalid median {value}"):
+        LognormalFragility(value, 0.4)
+    with pytest.raises(ParameterError, match=f"Invalid beta {value}"):
+        LognormalFragility(2.0, value)
 
 
 @needs_sample
