@@ -174,27 +174,17 @@ def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
     return found
 
 
-def motion_of(record: Record) -> Hashable:
-    """Return the key that all components of one motion share.
-
-    Parameters
-    ----------
-    record : Record
-        Any component.
-
-    Examples
-    --------
-    >>> one = Record(record_id="a", acceleration=[0.0, 1.0], time_step=0.1, station="CCC")
-    >>> motion_of(one) == motion_of(replace(one, record_id="b", component="090"))
-    True
-    """
-    return motion_key(*(getattr(record, name) for name in MOTION_FIELDS))
-
-
 def motion_key(
     event: str, network: str, station: str, start_time: str, source_format: str, record_id: str
 ) -> Hashable:
-    """Return the key of a motion from the `MOTION_FIELDS` of one of its records."""
+    """Return the key of a motion from the `MOTION_FIELDS` of one of its records.
+
+    Examples
+    --------
+    >>> along, across = (("", "CE", "89146", "", "cosmos-v1", name) for name in ("90", "360"))
+    >>> motion_key(*along) == motion_key(*across)
+    True
+    """
     # A record without a station has a key of its own: it cannot be matched. The format is part of
     # the key because a raw and a corrected file of one record are two motions.
     return event, network, station, start_time, source_format, "" if station else record_id
@@ -207,7 +197,7 @@ def _rejected(record: Record, reason: str) -> InputOutcome:
 def _motions(records: Iterable[Record]) -> list[list[Record]]:
     motions: defaultdict[Hashable, list[Record]] = defaultdict(list)
     for record in records:
-        motions[motion_of(record)].append(record)
+        motions[motion_key(*(getattr(record, name) for name in MOTION_FIELDS))].append(record)
     return list(motions.values())
 
 

@@ -20,7 +20,7 @@ from tests.recorded.shapes import shapes
 import rockframe
 from rockframe.cli.main import parser
 from rockframe.ingest import FORMATS
-from rockframe.paper.pulses import paper_record_of
+from rockframe.paper.pulses import find_paper_record
 from rockframe.wavelets.pulse import Pulse
 
 #: Options for a quick run when only the records matter.
@@ -307,8 +307,8 @@ def test_uncorrected_text_is_corrected_when_it_is_said_to_be(motion: Path) -> No
 
 
 def test_only_the_papers_own_names_are_the_papers() -> None:
-    assert paper_record_of("RSN77_SFERN_PUL164.AT2") == paper_record_of("PUL164.AT2")
-    assert paper_record_of("my_own_PUL164.AT2") is None
+    assert find_paper_record("RSN77_SFERN_PUL164.AT2") == find_paper_record("PUL164.AT2")
+    assert find_paper_record("my_own_PUL164.AT2") is None
 
 
 def test_facts_from_the_file_are_kept_and_missing_ones_borrowed(

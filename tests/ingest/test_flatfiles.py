@@ -12,7 +12,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import collect, read_catalogue, sorted_out
-from rockframe.ingest.catalogue import facts_of
+from rockframe.ingest.catalogue import facts_for_record
 from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 
@@ -145,8 +145,10 @@ def test_nga_west2_flatfile(catalogues: Path) -> None:
     # Other databases name the files without the record number.
     assert entries["A-HMC180.AT2"].magnitude == 6.0
     record = Record(record_id="a", acceleration=np.zeros(2), time_step=0.01)
-    assert facts_of(entries, record, ["RSN1_HELENA.A_A-HMC180.AT2"])["distance_rrup"] == 2.86
-    assert facts_of(entries, record, ["RSN999_X.AT2"]) == {}
+    assert (
+        facts_for_record(entries, record, ["RSN1_HELENA.A_A-HMC180.AT2"])["distance_rrup"] == 2.86
+    )
+    assert facts_for_record(entries, record, ["RSN999_X.AT2"]) == {}
 
 
 def test_esm_flatfile_by_station_and_time(catalogues: Path) -> None:
@@ -155,10 +157,12 @@ def test_esm_flatfile_by_station_and_time(catalogues: Path) -> None:
         record_id="a", acceleration=np.zeros(2), time_step=0.01,
         network="AC", station="FIER", start_time="2014-01-20T14:40:41.5Z",
     )  # fmt: skip
-    facts = facts_of(entries, record, ["a.asc"])
+    facts = facts_for_record(entries, record, ["a.asc"])
     assert (facts["magnitude"], facts["epicentral_distance"], facts["vs30"]) == (4.07, 65.3, 374.0)
-    assert facts_of(entries, replace(record, station="KKS2"), ["a.asc"]) == {}
-    assert facts_of(entries, replace(record, start_time="2014-01-21T14:40:41Z"), ["a"]) == {}
+    assert facts_for_record(entries, replace(record, station="KKS2"), ["a.asc"]) == {}
+    assert (
+        facts_for_record(entries, replace(record, start_time="2014-01-21T14:40:41Z"), ["a"]) == {}
+    )
 
 
 QUAKEML = """<?xml version="1.0"?>
@@ -182,11 +186,13 @@ def test_an_event_applies_to_the_records_of_its_time(
     entries = read_catalogue(path)
     record = Record(record_id="a", acceleration=np.zeros(2), time_step=0.01)
     during = replace(record, start_time="2019-07-06T03:19:40.04Z")
-    facts = facts_of(entries, during, ["a"])
+    facts = facts_for_record(entries, during, ["a"])
     assert facts["magnitude"] == 7.1
     assert "Ridgecrest" in facts["event"]
-    assert facts_of(entries, record, ["a"]) == {}
-    assert facts_of(entries, replace(record, start_time="2019-07-06T02:19:40Z"), ["a"]) == {}
+    assert facts_for_record(entries, record, ["a"]) == {}
+    assert (
+        facts_for_record(entries, replace(record, start_time="2019-07-06T02:19:40Z"), ["a"]) == {}
+    )
 
 
 COMCAT = """{"type": "Feature", "id": "a", "properties": {"mag": 7.1, "place": "",

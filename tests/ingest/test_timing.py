@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.timing import time_step_of
+from rockframe.ingest.parsing.timing import even_time_step
 
 PATH = Path("shake.csv")
 
 
 def step_of(printed: list[str], given_step: float | None = None) -> float:
     tokens = [token.encode() for token in printed]
-    return time_step_of(PATH, np.array(tokens, dtype=np.float64), lambda: tokens, 2, given_step)
+    return even_time_step(PATH, np.array(tokens, dtype=np.float64), lambda: tokens, 2, given_step)
 
 
 @given(

@@ -10,7 +10,7 @@ import pytest
 from rockframe.errors import ParameterError
 from rockframe.matching.match import match_pulse, match_pulses
 from rockframe.matching.search import crest
-from rockframe.matching.signal import Weighting, prepared, velocity_of
+from rockframe.matching.signal import Weighting, integrate_velocity, prepared
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import RICKERS, WAVELETS
 from rockframe.wavelets.pulse import Pulse
@@ -58,7 +58,7 @@ def test_both_unbiased_weightings_find_what_was_planted(
 def test_velocity_weighting_is_the_integrated_wavelet_with_the_root_of_the_period() -> None:
     """int v psi(t/s) dt = -s int a Psi(t/s) dt, with Psi' = psi."""
     record = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=0.9, time=14.0).acceleration(TIME)
-    velocity = velocity_of(record, 0.01)
+    velocity = integrate_velocity(record, 0.01)
     mother = RICKERS["antisymmetric_ricker"]
     for period in (0.7, 1.5):
         tau = (TIME - 15.0) / period

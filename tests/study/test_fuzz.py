@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import InputError
 from rockframe.matching.signal import Weighting
-from rockframe.options.model import Wavelet, fields_of, options_within
+from rockframe.options.model import Wavelet, option_fields, options_within
 from rockframe.options.pulse import PulseOptions
 from rockframe.study.study import StudyTables, schema
 from rockframe.study.toml import parse
@@ -43,7 +43,7 @@ VALUES = st.one_of(SCALARS, LISTS, TABLES, LISTS.map(lambda inner: f"[{inner}]")
 
 def keys_of(model: type, before: str = "") -> list[str]:
     keys = []
-    for name, field in fields_of(model).items():
+    for name, field in option_fields(model).items():
         inner = options_within(field.annotation)
         keys += [f"{before}{name}"] + (keys_of(inner, f"{before}{name}.") if inner else [])
     return keys

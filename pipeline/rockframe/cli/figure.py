@@ -95,10 +95,10 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 def run_figure(options: argparse.Namespace) -> int:
     """Draw and write the figure, and print its caption."""
     from rockframe.cli.shown import Asked
-    from rockframe.figures.captioned import caption_file_of, save_captioned
+    from rockframe.figures.captioned import caption_path, save_captioned
 
     output: Path = options.output
-    refuse_obstacles([output, caption_file_of(output)])
+    refuse_obstacles([output, caption_path(output)])
     asked = Asked(
         records=partial(arguments.stated_records, options),
         record=tuple(options.record or ()),
@@ -180,7 +180,7 @@ FIGURES: Final[Mapping[str, Drawing]] = {
         "friction demand and vertical forces", "joints.draw_joints", "one_record", _OF_JOINTS
     ),
     "rocking-spectrum": Drawing(
-        "peak rotation and rate over 2 pi / p", "spectra.draw_spectrum_of", "one_record"
+        "peak rotation and rate over 2 pi / p", "spectra.draw_record_spectrum", "one_record"
     ),
     "stability-map": Drawing(
         "verdict over size and scale", "margins.draw_stability_map", "one_record", ("grid",)
@@ -271,10 +271,10 @@ def _write_page(
     claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[Row], folder: Path
 ) -> None:
     from rockframe.paper.claims import checked_page
-    from rockframe.paper.pulses import paper_record_of, paper_records
+    from rockframe.paper.pulses import find_paper_record, paper_records
     from rockframe.provenance import whole_file
 
-    own = {row["record_id"] for row in rows if paper_record_of(row["source_file"])}
+    own = {row["record_id"] for row in rows if find_paper_record(row["source_file"])}
     records = f"{len(own)} of the paper's {len(paper_records())} records were found by name"
     if not own:
         records += ": claims about its records are not checked, and figures show other records"

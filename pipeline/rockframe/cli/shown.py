@@ -16,7 +16,7 @@ from rockframe.matching.match import PulseMatch, best_ricker, match_pulses
 from rockframe.matching.record_pulses import likeness
 from rockframe.options.pulse import PulseOptions
 from rockframe.outcome import InputOutcome
-from rockframe.paper.pulses import paper_record_of
+from rockframe.paper.pulses import find_paper_record
 from rockframe.record import Record
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.rocking import Verdict, respond
@@ -202,7 +202,7 @@ def _rickers(record: Record, options: PulseOptions) -> dict[str, PulseMatch]:
 
 def _default(records: list[Record], matches: list[dict[str, PulseMatch]]) -> list[tuple[int, str]]:
     """Return the paper's two records if available, otherwise the best record for each wavelet."""
-    printed = [paper_record_of(record.source_file) for record in records]
+    printed = [find_paper_record(record.source_file) for record in records]
     named = {paper.record: i for i, paper in enumerate(printed) if paper is not None}
     if all(name in named for name in _PAPER):
         return [(named[name], wavelet) for name, wavelet in _PAPER.items()]
@@ -214,7 +214,7 @@ def _default(records: list[Record], matches: list[dict[str, PulseMatch]]) -> lis
 
 def _title(record: Record) -> str:
     """Return the names of event and record in two lines."""
-    printed = paper_record_of(record.source_file)
+    printed = find_paper_record(record.source_file)
     if printed is not None:
         return f"{printed.event}\n{printed.record}"
     place = "/".join(part for part in (record.station, record.component) if part)

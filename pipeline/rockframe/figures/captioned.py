@@ -79,21 +79,21 @@ def save_captioned(drawn: Captioned, path: Path) -> Path:
     metadata = {**_METADATA[kind], "Title": drawn.title, _CAPTION_KEY[kind]: drawn.caption}
     with styled(), whole_file(path) as partial:
         drawn.figure.savefig(partial, format=kind[1:], dpi=_PRINT, metadata=metadata)
-    beside = caption_file_of(path)
+    beside = caption_path(path)
     with whole_file(beside) as partial:
         partial.write_text(f"{drawn.title}. {drawn.caption}\n", encoding="utf-8")
     return beside
 
 
-def caption_file_of(path: Path) -> Path:
+def caption_path(figure: Path) -> Path:
     """Return the file of the caption beside a figure.
 
     Examples
     --------
-    >>> caption_file_of(Path("figure.png")).name
+    >>> caption_path(Path("figure.png")).name
     'figure.caption.txt'
     """
-    return path.with_suffix(".caption.txt")
+    return figure.with_suffix(".caption.txt")
 
 
 def require_format(path: Path) -> None:
@@ -136,10 +136,12 @@ def of_record(record: Record, response: Response, ground: GroundAcceleration) ->
     if math.isfinite(end):
         fate = f"{impacts}it overturns at {end:.2f} s"
     upwards = "without" if ground.vertical is None else "with"
-    return f"Record {record.record_id}, {upwards} its vertical motion ({pga_of(record)}): {fate}."
+    return (
+        f"Record {record.record_id}, {upwards} its vertical motion ({printed_pga(record)}): {fate}."
+    )
 
 
-def pga_of(record: Record) -> str:
+def printed_pga(record: Record) -> str:
     """Return the peak ground acceleration as captions print it."""
     return f"PGA {peak(record.acceleration) / GRAVITY:.2f} g"
 

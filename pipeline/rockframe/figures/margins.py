@@ -19,8 +19,8 @@ from rockframe.figures.captioned import (
     PRINT_WIDTH,
     Captioned,
     of_structure,
-    pga_of,
     plain_ticks,
+    printed_pga,
     styled,
 )
 from rockframe.frame import RockingFrame
@@ -202,7 +202,7 @@ def draw_stability_map(
         figure.legend(handles=[*handles, cross], loc="outside lower center", ncols=2, fontsize=7)
     caption = (
         f"Verdict of frames of all sizes under multiples of record {record.record_id} "
-        f"({pga_of(record)}): columns from {heights[0]:.3g} to "
+        f"({printed_pga(record)}): columns from {heights[0]:.3g} to "
         f"{heights[-1]:.3g} m ({heights.size} heights), scales from {scales[0]:.3g} to "
         f"{scales[-1]:.3g} ({scales.size}), slenderness and mass ratio as the structure's; the "
         f"cross is the structure under the motion itself. {of_structure(frame)}"

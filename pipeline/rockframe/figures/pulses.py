@@ -15,8 +15,8 @@ from rockframe.figures.captioned import (
     LINES,
     PRINT_WIDTH,
     Captioned,
-    pga_of,
     plain_ticks,
+    printed_pga,
     styled,
     time_limits,
     wavelet_words,
@@ -143,7 +143,7 @@ def draw_scalogram(record: Record, options: PulseOptions) -> Captioned:
         "time: the energy-normalised coefficient divided by the root of the record's energy. "
         f"Cross: the best match, a_p = {best.pulse.a_p / GRAVITY:.3f} g, T_p = {period:.3f} s at "
         f"{centre:.2f} s, {_tested(tested)}, match index {best.match_index:.3f}. "
-        f"Record {record.record_id} ({pga_of(record)})."
+        f"Record {record.record_id} ({printed_pga(record)})."
     )
     return Captioned(figure, "Wavelet transform", caption)
 
@@ -236,5 +236,5 @@ def _words(record: Record, match: PulseMatch, found: Likeness) -> str:
     return (
         f"{record.record_id}: {wavelet_words(pulse.wavelet)}, a_p = {pulse.a_p / GRAVITY:.3f} g, "
         f"T_p = {pulse.T_p:.3f} s, match index {match.match_index:.3f}, {_tested(found)}, "
-        f"{pga_of(record)}."
+        f"{printed_pga(record)}."
     )

@@ -181,7 +181,7 @@ _ROCKING: Final = (6.0, 10.0, 14.0, 20.0)
 _PERIODS: Final = (2.0, 15.0, 261)
 
 
-def draw_spectrum_of(
+def draw_record_spectrum(
     record: Record, frame: RockingFrame, motion: GroundAcceleration | None = None
 ) -> Captioned:
     """Draw the rocking spectra of a record, for the mass ratio of a frame.

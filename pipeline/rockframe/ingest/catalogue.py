@@ -19,7 +19,7 @@ from typing import Any, Final, TextIO
 from rockframe.cells import decimal, read_rows, write_rows
 from rockframe.errors import InputError
 from rockframe.ingest.identify import site_of_depth
-from rockframe.ingest.parsing.lines import HEAD, head_of, unreadable
+from rockframe.ingest.parsing.lines import HEAD, read_head, unreadable
 from rockframe.provenance import read_json, whole_file
 from rockframe.record import Record, SiteType
 
@@ -104,12 +104,12 @@ class CatalogueEntry:
     source: str = ""
 
 
-def kind_of(name: str, head: bytes) -> str:
+def archive_catalogue(name: str, head: bytes) -> str:
     """Return the kind of an archive's catalogue from its name and first bytes; "" for other files.
 
     Examples
     --------
-    >>> kind_of("_SearchResults.csv", b""), kind_of("notes.csv", b"a,b")
+    >>> archive_catalogue("_SearchResults.csv", b""), archive_catalogue("notes.csv", b"a,b")
     ('PEER search results', '')
     """
     text = head.decode("utf-8-sig", "replace")
@@ -126,7 +126,7 @@ def kind_of(name: str, head: bytes) -> str:
 
 
 def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry]:
-    r"""Return the entries of a catalogue of an archive, of a kind that `kind_of` returns.
+    r"""Return the entries of a catalogue of an archive, of a kind that `archive_catalogue` returns.
 
     Keys are names of record files, ``RSN`` with the record number, or other unique texts.
 
@@ -395,7 +395,7 @@ def catalogue_kind(path: Path, head: bytes | None = None) -> str:
     """Return the kind of an archive's catalogue from its name and first bytes; else ""."""
     if path.suffix.lower() not in {".csv", ".json", ".geojson", ".xml", ".quakeml"}:
         return ""
-    return kind_of(path.name, head_of(path) if head is None else head[:HEAD])
+    return archive_catalogue(path.name, read_head(path) if head is None else head[:HEAD])
 
 
 def is_catalogue(path: Path) -> bool:
@@ -455,7 +455,7 @@ def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
     }
 
 
-def facts_of(
+def facts_for_record(
     catalogue: Mapping[str, CatalogueEntry],
     record: Record,
     names: Iterable[str],
@@ -480,7 +480,7 @@ def facts_of(
     Examples
     --------
     >>> record = Record(record_id="a", acceleration=[0.0, 1.0], time_step=0.01)
-    >>> facts_of({"RSN77": CatalogueEntry(file="", magnitude=6.6)}, record, ["RSN77_A.AT2"])
+    >>> facts_for_record({"RSN77": CatalogueEntry(file="", magnitude=6.6)}, record, ["RSN77_A.AT2"])
     {'magnitude': 6.6}
     """
     facts: dict[str, Any] = {}

@@ -12,7 +12,7 @@ from typing import Any, Final
 from rockframe.engines.engine import cores, in_order
 from rockframe.engines.pool import Limits, WorkerDiedError, WorkerPool, awaited
 from rockframe.errors import ParameterError
-from rockframe.ingest.catalogue import facts_of
+from rockframe.ingest.catalogue import facts_for_record
 from rockframe.ingest.containers import printable
 from rockframe.ingest.files import Catalogue, Reading, Source, read_outcomes, sources_of
 from rockframe.ingest.identify import other_ids
@@ -274,9 +274,9 @@ def _finished(reading: Reading, record_id: str, source: Source) -> Reading:
             "record_id": record_id,
             "source_file": _display_name(facts["source_file"], source),
             "instrument_file": instrument,
-            **facts_of(source.others, record, names, facts),
+            **facts_for_record(source.others, record, names, facts),
             **reading.own,
-            **facts_of(source.catalogue, record, names, facts),
+            **facts_for_record(source.catalogue, record, names, facts),
         },
     )
 

@@ -15,7 +15,7 @@ from rockframe.ingest.catalogue import (
     CATALOGUE,
     CatalogueEntry,
     catalogue_kind,
-    facts_of,
+    facts_for_record,
     is_catalogue,
     read_catalogue,
 )
@@ -29,7 +29,7 @@ from rockframe.ingest.containers import (
     printable,
 )
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.parsing.lines import head_of, unreadable
+from rockframe.ingest.parsing.lines import read_head, unreadable
 from rockframe.ingest.registry import Format, read_as_stated
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.outcome import InputOutcome
@@ -223,7 +223,7 @@ def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]
         return _OUTPUT, ""
     if is_catalogue(path):
         return _CATALOGUE, ""
-    if path.suffix == ".csv" and _TABLE.match(head_of(path)):
+    if path.suffix == ".csv" and _TABLE.match(read_head(path)):
         return _DOCUMENT, ""
     return note_on(Path(path.name)) or (_STATION_XML if is_station_xml(path) else ""), ""
 
@@ -544,8 +544,8 @@ def _outcome(
     return [
         Reading(
             one.record,
-            {**one.facts, **facts_of(others, one.record, names)},
-            facts_of(own, one.record, names),
+            {**one.facts, **facts_for_record(others, one.record, names)},
+            facts_for_record(own, one.record, names),
         )
         for one in readings
     ]

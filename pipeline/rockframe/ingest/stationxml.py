@@ -16,7 +16,7 @@ from rockframe.errors import InputError
 from rockframe.ingest.containers import Content, printable
 from rockframe.ingest.identify import site_of_depth
 from rockframe.ingest.options import ReadOptions
-from rockframe.ingest.parsing.lines import HEAD, head_of, unreadable
+from rockframe.ingest.parsing.lines import HEAD, read_head, unreadable
 from rockframe.record import Orientation, SiteType
 
 #: Text that identifies a StationXML file.
@@ -104,7 +104,7 @@ def is_station_xml(path: Path, head: bytes | None = None) -> bool:
     False
     """
     return path.suffix.lower() == ".xml" and _MARK in (
-        head_of(path) if head is None else head[:HEAD]
+        read_head(path) if head is None else head[:HEAD]
     )
 
 
@@ -154,7 +154,7 @@ def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
         if _summary(other) != _summary(channel) or other.response != channel.response:
             message = f"{trace.id} is described differently in {file.name} and {other_file.name}."
             raise InputError(path, f"{message} Keep one.")
-    return _response_of(file, channel, trace)
+    return _channel_response(file, channel, trace)
 
 
 def _files(path: Path, station: str, options: ReadOptions) -> list[Content]:
@@ -222,7 +222,7 @@ def _summary(channel: Any) -> tuple[object, ...]:
     return channel.azimuth, channel.dip, channel.sample_rate
 
 
-def _response_of(content: Content, channel: Any, trace: Any) -> ChannelResponse:
+def _channel_response(content: Content, channel: Any, trace: Any) -> ChannelResponse:
     file = content.where
     response = channel.response
     sensitivity = response.instrument_sensitivity if response else None

@@ -182,7 +182,7 @@ def _best(
     best = refine(signal, open_ones, periods, (1.0, options.most_half_cycles))
     number = best.half_cycles
     ends = (best.period / periods[0] - 1.0, 1.0 - best.period / periods[1])
-    pulse = pulse_of(best, Weighting(options.weighting))
+    pulse = matched_pulse(best, Weighting(options.weighting))
     return PulseMatch(
         pulse=pulse,
         match_index=min(1.0, math.sqrt(best.explained / signal.energy)),
@@ -193,7 +193,7 @@ def _best(
     )
 
 
-def pulse_of(refined: Refined, weighting: Weighting) -> Pulse:
+def matched_pulse(refined: Refined, weighting: Weighting) -> Pulse:
     """Return the pulse that belongs to a maximum of the transform."""
     # factors of velocities have the unit of a_p T_p
     scale = 1.0 / refined.period if weighting.of_velocity else 1.0

@@ -19,10 +19,10 @@ from rockframe.matching.search import ladder, search
 from rockframe.matching.signal import (
     Samples,
     Weighting,
+    integrate_velocity,
     period_range,
     prepared,
     require_record,
-    velocity_of,
 )
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
@@ -343,7 +343,7 @@ def find_pulses(
     samples = np.asarray(acceleration if record is None else record.acceleration)
     step = time_step or (record.time_step if record else 0.0)
     name = record.record_id if record else ""
-    return _pulses_of(samples, step, options or PulseOptions(), name)
+    return _find_pulses(samples, step, options or PulseOptions(), name)
 
 
 def pulses_or_reasons(
@@ -368,7 +368,7 @@ def pulses_or_reasons(
     return found
 
 
-def _pulses_of(
+def _find_pulses(
     acceleration: Float, time_step: float, options: PulseOptions, record_id: str
 ) -> RecordPulses:
     matches = match_pulses(acceleration, time_step, options)
@@ -461,9 +461,9 @@ def velocity_pulse(acceleration: Float, time_step: float, options: PulseOptions)
     chosen = options.replaced(wavelet=tuple(RICKERS), pulse_wavelet=None, weighting="velocity")
     matches = match_pulses(acceleration, time_step, chosen)
     pulse = matches[best_ricker(matches)].pulse
-    whole = velocity_of(acceleration, time_step)
+    whole = integrate_velocity(acceleration, time_step)
     time = time_step * np.arange(acceleration.size)
-    rest = velocity_of(acceleration - pulse.acceleration(time), time_step)
+    rest = integrate_velocity(acceleration - pulse.acceleration(time), time_step)
     peak_ratio = float(np.abs(rest).max() / np.abs(whole).max())
     energy_ratio = float((rest @ rest) / (whole @ whole))
     constant, of_peak, of_energy = _INDICATOR

@@ -361,7 +361,7 @@ def _climbed(
     for _ in range(_MOST_MOVES):
         x = _variables(here)
         move, before, latest = _newton_move(here, step, bounds, bend, before)
-        there = _uphill_of(here, move, bounds)
+        there = _step_uphill(here, move, bounds)
         if there is None:
             if step == _LAST_STEP and bend is None:
                 break
@@ -380,7 +380,7 @@ def _climbed(
     return here, latest
 
 
-def _uphill_of(here: Refined, move: Float, bounds: tuple[Float, Float]) -> Refined | None:
+def _step_uphill(here: Refined, move: Float, bounds: tuple[Float, Float]) -> Refined | None:
     """Return the point after a step, shortened until it leads uphill; None if it never does."""
     x = _variables(here)
     for _ in range(_MOST_CUTS):

@@ -134,7 +134,7 @@ class Signal:
         return float(np.dot(self.samples, self.samples)) * self.time_step
 
 
-def signal_of(
+def transform_record(
     acceleration: Samples, time_step: float, weighting: Weighting, longest_reach: float
 ) -> Signal:
     """Pad and transform a record.
@@ -155,7 +155,7 @@ def signal_of(
     ParameterError
         If velocities are compared and the record's velocity is zero throughout.
     """
-    samples = velocity_of(acceleration, time_step) if weighting.of_velocity else acceleration
+    samples = integrate_velocity(acceleration, time_step) if weighting.of_velocity else acceleration
     if weighting.of_velocity and not samples.any():  # samples that alternate in sign
         raise ParameterError("Invalid acceleration: its velocity is zero at all samples.")
     padded = padded_size(samples.shape[-1] + math.ceil(longest_reach / time_step))
@@ -170,12 +170,12 @@ def padded_signal(
     return Signal(samples, time_step, weighting, padded, spectrum, start)
 
 
-def velocity_of(acceleration: Samples, time_step: float) -> Float:
+def integrate_velocity(acceleration: Samples, time_step: float) -> Float:
     """Return the velocity of a record that starts at rest [m s-1], by the trapezoidal rule.
 
     Examples
     --------
-    >>> velocity_of(np.array([0.0, 1.0, 2.0]), 0.5).tolist()
+    >>> integrate_velocity(np.array([0.0, 1.0, 2.0]), 0.5).tolist()
     [0.0, 0.25, 1.0]
     """
     areas = 0.5 * time_step * (acceleration[..., 1:] + acceleration[..., :-1])
@@ -294,7 +294,7 @@ def prepared(
         part for name in options.wavelet for part in WAVELETS[name].parts(options.most_half_cycles)
     ]
     reach = max(part.reach for part in parts) * longest_period
-    return signal_of(samples, time_step, Weighting(options.weighting), reach)
+    return transform_record(samples, time_step, Weighting(options.weighting), reach)
 
 
 #: Factor of the least energy, for safety: at the coarse times of the search, a few thousandths of a

@@ -149,7 +149,7 @@ def must_be(error: ErrorDetails) -> str:
 
 
 @cache
-def fields_of(table: type) -> dict[str, FieldInfo]:
+def option_fields(table: type) -> dict[str, FieldInfo]:
     """Return the fields of a model, or of a dataclass that is a table, by their key in files."""
     if issubclass(table, BaseModel):
         fields = table.model_fields

@@ -82,7 +82,7 @@ def _drift_and_lift() -> Check:
 def _block_restitution() -> float:
     slendernesses = np.radians(np.linspace(1.0, 54.0, 54))
     return max(
-        abs(_frame_of(alpha, 0.0).restitution - (1.0 - 1.5 * math.sin(alpha) ** 2))
+        abs(_slender_frame(alpha, 0.0).restitution - (1.0 - 1.5 * math.sin(alpha) ** 2))
         for alpha in slendernesses
     )
 
@@ -99,7 +99,7 @@ def _size_forms() -> float:
 
 def _least_loss() -> float:
     return min(
-        _frame_of(alpha, 0.0).restitution - _frame_of(alpha, gamma).restitution
+        _slender_frame(alpha, 0.0).restitution - _slender_frame(alpha, gamma).restitution
         for alpha in np.radians(np.arange(1.0, 45.0))
         for gamma in (0.01, *_MASS_RATIOS[1:])
     )
@@ -116,7 +116,7 @@ def _uplift_ratios() -> str:
     return ", ".join(ratios)
 
 
-def _frame_of(slenderness: float, mass_ratio: float) -> RockingFrame:
+def _slender_frame(slenderness: float, mass_ratio: float) -> RockingFrame:
     return RockingFrame(height=5.0, width=5.0 * math.tan(slenderness), mass_ratio=mass_ratio)
 
 

@@ -80,14 +80,14 @@ def _paper_record(row: Mapping[str, Any]) -> PaperRecord:
     return PaperRecord(**{**row, **values, "files": tuple(row["files"]), "printed": printed})
 
 
-def paper_record_of(source_file: str) -> PaperRecord | None:
+def find_paper_record(source_file: str) -> PaperRecord | None:
     """Return the paper's row for a file, found by the archive's name of the record.
 
     Examples
     --------
-    >>> paper_record_of("RSN77_SFERN_PUL164.AT2").record
+    >>> find_paper_record("RSN77_SFERN_PUL164.AT2").record
     'Pacoima Dam/164'
-    >>> paper_record_of("my_own_PUL164.csv") is None
+    >>> find_paper_record("my_own_PUL164.csv") is None
     True
     """
     stem = re.sub(r"^RSN\d+_[A-Z0-9.-]+_", "", Path(source_file).stem.upper())
@@ -99,7 +99,7 @@ def paper_record_of(source_file: str) -> PaperRecord | None:
 
 def with_paper_facts(row: Row) -> Row:
     """Fill in unknown metadata of the paper's records, and add Table 1 to the sources."""
-    paper = paper_record_of(row["source_file"])
+    paper = find_paper_record(row["source_file"])
     if paper is None:
         return row
     borrowed = {name: getattr(paper, name) for name in _LENT if math.isnan(row[name])}
@@ -133,7 +133,7 @@ def compare(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> li
     others = {pulse["record_id"]: pulse for pulse in pulses if pulse["wavelet"] == _OF_SECTION_6}
     comparisons: list[Row] = []
     for row in {row["record_id"]: row for row in rows}.values():
-        paper = paper_record_of(row["source_file"])
+        paper = find_paper_record(row["source_file"])
         if paper is None:
             continue
         comparisons += _compared(paper, row, row)
@@ -169,7 +169,7 @@ def bridge_rows(rows: Sequence[Row]) -> list[Row]:
 
 
 def _is_the_papers(row: Row) -> bool:
-    paper = paper_record_of(row["source_file"])
+    paper = find_paper_record(row["source_file"])
     return paper is not None and not any(c["remark"] for c in _compared(paper, row, row))
 
 
@@ -351,7 +351,7 @@ def paper_pulses(
     """
     found: list[dict[str, Any]] = []
     for record, options in records:
-        printed = paper_record_of(record.source_file)
+        printed = find_paper_record(record.source_file)
         if printed is not None:
             for weighting in weightings:
                 found += _matched(record, printed, options.replaced(weighting=weighting))

@@ -373,7 +373,7 @@ def read_structures(path: str | Path = SHIPPED_STRUCTURES) -> list[RockingFrame]
     """
     path = Path(path)
     text = read_text(path)
-    return frames_of(path, text, parse(path, text, _StructuresFile).structure)
+    return build_frames(path, text, parse(path, text, _StructuresFile).structure)
 
 
 def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
@@ -386,11 +386,11 @@ def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
     """
     text = read_text(path)
     content = parse(path, text, _StructuresFile)
-    frames_of(path, text, content.structure)  # rejects a name stated twice
+    build_frames(path, text, content.structure)  # rejects a name stated twice
     return content.structure, content.compare
 
 
-def frames_of(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:
+def build_frames(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:
     """Return the frames that the ``[[structure]]`` tables of a file describe.
 
     An unusual height, slenderness or mass ratio raises a warning.

@@ -24,7 +24,7 @@ from rockframe.options.model import (
     Options,
     ReportOptions,
     Texts,
-    fields_of,
+    option_fields,
     options_within,
 )
 from rockframe.options.pulse import PulseOptions
@@ -32,8 +32,8 @@ from rockframe.options.respond import RespondOptions
 from rockframe.study.structures import (
     SHIPPED_STRUCTURES,
     StructureEntry,
+    build_frames,
     bundled_records,
-    frames_of,
     read_structures,
 )
 from rockframe.study.toml import line_of, parse, read_text
@@ -186,7 +186,7 @@ def read_study(path: Path) -> Study:
         if tables.structures is not None:
             message = "structures and [[structure]] tables both stated. State only one of them."
             raise InputError(path, message, line_of(text, ("structures",)))
-        frames_of(path, text, tables.structure)
+        build_frames(path, text, tables.structure)
     _require_records(study, text)
     _require_files(study, text)
     if not tables.structure:
@@ -279,7 +279,7 @@ def commented_study(name: str) -> str:
         if table is None or key == "structure":
             continue
         keys = _keys(table)
-        for inner, nested in fields_of(table).items():
+        for inner, nested in option_fields(table).items():
             below = options_within(nested.annotation)
             if below is not None:
                 keys += ["", *_comment(below.__doc__ or ""), f"[{key}.{inner}]", *_keys(below)]
@@ -304,7 +304,7 @@ def schema() -> str:
 
 def _keys(table: type, skip: tuple[str, ...] = ()) -> list[str]:
     lines: list[str] = []
-    for key, field in fields_of(table).items():
+    for key, field in option_fields(table).items():
         if key in skip or options_within(field.annotation) is not None:
             continue
         lines += _comment(field.description or "")

@@ -20,7 +20,7 @@ from rockframe.options.model import (
     VALUE,
     Options,
     explain,
-    fields_of,
+    option_fields,
     options_within,
 )
 
@@ -98,8 +98,8 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
         return of_value
     table, owner = _owner(model, names[:-1])
     if kind in UNKNOWN:
-        known = [_written(owner, key, table) for key in fields_of(owner)]
-        hint = meant(names[-1], fields_of(owner))
+        known = [_written(owner, key, table) for key in option_fields(owner)]
+        hint = meant(names[-1], option_fields(owner))
         key = _dotted(model, names)
         return f"unknown key {key!r}. Must be one of: {', '.join(known)}.{hint}", where
     whole = _written(owner, names[-1], table)
@@ -133,7 +133,7 @@ def _keys(model: type, quantity: str) -> tuple[str, ...]:
 
     A quantity of a certain table is preceded by its name, as in ``fixed.modulus``.
     """
-    for name, field in fields_of(model).items():
+    for name, field in option_fields(model).items():
         inner = options_within(field.annotation)
         below = () if inner is None else _keys(inner, quantity.removeprefix(f"{name}."))
         if below or (quantity and re.fullmatch(f"{re.escape(quantity)}{_UNIT}", name)):
@@ -145,7 +145,7 @@ def _owner(model: type, names: tuple[str, ...]) -> tuple[str, type]:
     """Return the header of the table at this path, as written in the file, and its model."""
     written = ""
     for name in names:
-        inner = options_within(fields_of(model)[name].annotation)
+        inner = options_within(option_fields(model)[name].annotation)
         if inner is None:
             break
         written = _written(model, name, written)
@@ -155,9 +155,9 @@ def _owner(model: type, names: tuple[str, ...]) -> tuple[str, type]:
 
 def _written(model: type, key: str, table: str) -> str:
     """Return a key as written in the file; a table is in brackets."""
-    if key not in fields_of(model):
+    if key not in option_fields(model):
         return key
-    annotation = fields_of(model)[key].annotation
+    annotation = option_fields(model)[key].annotation
     if options_within(annotation) is None:
         return key
     if table:

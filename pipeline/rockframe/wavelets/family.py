@@ -446,7 +446,7 @@ SHAPES: Final[Mapping[str, Family]] = MappingProxyType(
 
 
 @lru_cache(maxsize=1024)
-def mother_of(name: str, phase: float, half_cycles: float | None) -> MotherWavelet:
+def mother_wavelet(name: str, phase: float, half_cycles: float | None) -> MotherWavelet:
     """Return the wavelet of a phase and number of half cycles, scaled to a peak of 1.
 
     Raises

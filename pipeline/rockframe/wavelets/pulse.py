@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError, require_known
-from rockframe.wavelets.family import SHAPES, MotherWavelet, mother_of
+from rockframe.wavelets.family import SHAPES, MotherWavelet, mother_wavelet
 
 Float = NDArray[np.float64]
 
@@ -92,7 +92,7 @@ class Pulse:
     @property
     def mother(self) -> MotherWavelet:
         """The wavelet of this phase and number of half cycles, with a peak of 1."""
-        return mother_of(self.wavelet, self.phase, self.half_cycles)
+        return mother_wavelet(self.wavelet, self.phase, self.half_cycles)
 
     @property
     def length_scale(self) -> float:

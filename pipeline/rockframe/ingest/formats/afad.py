@@ -16,11 +16,11 @@ from rockframe.ingest.parsing.lines import (
     keyed_header,
     numbers_in,
     parse_numbers,
+    plain_text,
     rows_below,
-    text_of,
 )
 from rockframe.ingest.parsing.samples import require_printed_peak
-from rockframe.ingest.parsing.timing import utc_of
+from rockframe.ingest.parsing.timing import parse_utc
 from rockframe.record import Record
 
 DESCRIPTION = "AFAD (Turkish network), raw, three columns in gal"
@@ -61,7 +61,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: 0921.txt: no line 'N-S E-W U-D' above the samples in the ...
     """
-    text = text_of(path, data)
+    text = plain_text(path, data)
     header = _header(path, text)
     factor = factor_to_si(path, "gal", options, header.lines.get(_PEAK))
     table = _table(header, text)
@@ -140,4 +140,4 @@ def _peak_ratios(header: KeyedHeader, table: Float) -> list[float]:
 def _start_time(stated: str) -> str:
     """Return the start time (ISO 8601, UTC), or an empty string unless it is stated in GMT."""
     found = re.fullmatch(r"([^(]*)\.(\d{1,6}) \(GMT\)", stated)
-    return utc_of(found[1], "%d/%m/%Y %H:%M:%S", f".{found[2]:0<6}") if found else ""
+    return parse_utc(found[1], "%d/%m/%Y %H:%M:%S", f".{found[2]:0<6}") if found else ""

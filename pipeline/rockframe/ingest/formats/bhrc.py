@@ -15,12 +15,12 @@ from rockframe.errors import InputError
 from rockframe.ingest.identify import directed, distances, distinct_records, place_in
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import (
-    count_of,
     first_line,
-    number_of,
     numbers_in,
+    parse_number,
+    plain_text,
+    require_sample_count,
     required_lines,
-    text_of,
 )
 from rockframe.ingest.parsing.samples import Columns, count_columns, read_columns
 from rockframe.record import Record
@@ -72,7 +72,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: 5520-1.V1: 0 ends of data (/&). Must be 3: one per component.
     """
-    lines = text_of(path, data).rstrip().split(b"\n")
+    lines = plain_text(path, data).rstrip().split(b"\n")
     ends = [number for number, line in enumerate(lines) if line.startswith(b"/&")]
     if len(ends) != 3 or ends[-1] != len(lines) - 1:
         raise InputError(path, f"{len(ends)} ends of data (/&). Must be 3: one per component.")
@@ -98,10 +98,10 @@ def _record(
     line = top + 11
     factor = factor_to_si(path, "g", options, line + 1)
     rows = lines[top + _HEADER_LINES : end]
-    count = count_of(path, stated["count"], line, count_columns(rows, _COLUMNS))
+    count = require_sample_count(path, stated["count"], line, count_columns(rows, _COLUMNS))
     tenths = read_columns(path, rows, _COLUMNS, count, top + _HEADER_LINES)
-    rate = number_of(path, stated["rate"], top + 22, "rate")
-    length = number_of(path, stated["length"], line, "duration")
+    rate = parse_number(path, stated["rate"], top + 22, "rate")
+    length = parse_number(path, stated["length"], line, "duration")
     if not rate > 0.0 or abs(length * rate - count) > 1.0:
         message = f"{length:g} s at {rate:g} samples a second stated, but {count} samples."
         raise InputError(path, message, line=line)

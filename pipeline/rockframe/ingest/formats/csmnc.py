@@ -10,14 +10,14 @@ from rockframe.errors import InputError
 from rockframe.ingest.identify import directed, distances, place_in, record_ids, site_of_location
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import (
-    count_of,
     head_lines,
-    number_of,
     numbers_in,
+    parse_number,
     parse_numbers,
+    plain_text,
+    require_sample_count,
     required_lines,
     rows_below,
-    text_of,
 )
 from rockframe.ingest.parsing.samples import Printed, require_printed_peak
 from rockframe.record import Record
@@ -79,14 +79,14 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: ua0001.dat:10: '', where a line such as 'COMP. EW' is ...
     """
-    text = text_of(path, data)
+    text = plain_text(path, data)
     lines = [line.decode("latin-1") for line in text.split(b"\n", _HEADER_LINES)[:_HEADER_LINES]]
     found = required_lines(path, lines, _LINES)
     factor = factor_to_si(path, "cm/s2", options, 11)
     samples = parse_numbers(path, rows_below(text, _HEADER_LINES), _HEADER_LINES + 1)
-    count_of(path, found["count"], 12, samples.size)
-    step = settle_time_step(path, number_of(path, found["step"], 12, "interval"), options, 12)
-    length = number_of(path, found["length"], 13, "duration")
+    require_sample_count(path, found["count"], 12, samples.size)
+    step = settle_time_step(path, parse_number(path, found["step"], 12, "interval"), options, 12)
+    length = parse_number(path, found["length"], 13, "duration")
     if abs(samples.size * step - length) > 1.5 * step + 0.5 * Printed.of(found["length"]).unit:
         message = f"{length:g} s stated, but {samples.size} samples at {step:g} s."
         raise InputError(path, message, line=13)

@@ -12,9 +12,15 @@ from rockframe.errors import InputError
 from rockframe.ingest.identify import directed, distances, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.lines import KeyedHeader, count_of, head_lines, keyed_header, text_of
+from rockframe.ingest.parsing.lines import (
+    KeyedHeader,
+    head_lines,
+    keyed_header,
+    plain_text,
+    require_sample_count,
+)
 from rockframe.ingest.parsing.samples import Columns, read_columns, require_printed_peak
-from rockframe.ingest.parsing.timing import time_step_of, utc_of
+from rockframe.ingest.parsing.timing import even_time_step, parse_utc
 from rockframe.record import Record
 
 DESCRIPTION = "CWA (Taiwan), three columns in gal"
@@ -51,7 +57,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: 2-EDH.dat: no '#Data' in the header.
     """
-    lines = text_of(path, data).rstrip().split(b"\n")
+    lines = plain_text(path, data).rstrip().split(b"\n")
     end = next((i for i, line in enumerate(lines) if not line.startswith(b"#") and line.strip()), 0)
     header = keyed_header(path, [line.decode("latin-1") for line in lines[:end]])
     if header.required(_LAST) != "4F10.3":
@@ -85,8 +91,8 @@ def _time_step(
         header.required_number(key) for key in ("#RecordLength(sec)", "#SampleRate(Hz)")
     )
     line = header.lines["#RecordLength(sec)"]
-    count_of(path, f"{length * rate:.0f}", line, times.size)
-    step = time_step_of(path, times, lambda: [row[:10] for row in rows], first_line)
+    require_sample_count(path, f"{length * rate:.0f}", line, times.size)
+    step = even_time_step(path, times, lambda: [row[:10] for row in rows], first_line)
     if not abs(step * rate - 1.0) < 1e-6 or times[0] != 0.0:
         message = f"{rate:g} samples a second stated, but {step:g} s between those in the file."
         raise InputError(path, message, line=header.lines["#SampleRate(Hz)"])
@@ -135,4 +141,4 @@ def _utc(stated: str) -> str:
     """Convert a time of Taiwan to UTC (ISO 8601); empty if it is not a time."""
     found = re.fullmatch(r"(\d+/\d+/\d+-\d+:\d+:\d+)(\.\d{1,6})?", stated, re.ASCII)
     form = "%Y/%m/%d-%H:%M:%S"
-    return utc_of(found[1], form, found[2] or "", hours_ahead=8) if found else ""
+    return parse_utc(found[1], form, found[2] or "", hours_ahead=8) if found else ""

@@ -17,14 +17,14 @@ from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import (
     KeyedHeader,
-    count_of,
     first_line,
     head_lines,
     keyed_header,
-    number_of,
+    parse_number,
     parse_numbers,
+    plain_text,
+    require_sample_count,
     rows_below,
-    text_of,
 )
 from rockframe.ingest.parsing.samples import (
     Columns,
@@ -32,7 +32,7 @@ from rockframe.ingest.parsing.samples import (
     read_columns,
     require_printed_peak,
 )
-from rockframe.ingest.parsing.timing import utc_of
+from rockframe.ingest.parsing.timing import parse_utc
 from rockframe.record import Record
 
 OLDER = "ITACA, older form, in m/s2"
@@ -92,7 +92,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.OtherQuantityError: a.VEL.ASC:2: DATA_TYPE 'VELOCITY'. Must be ACCELERATION.
     """
-    text = text_of(path, data)
+    text = plain_text(path, data)
     header = _header(path, text)
     factor = factor_to_si(path, "cm/s2", options, header.lines["UNITS"])
     step = settle_time_step(
@@ -198,7 +198,7 @@ def _start_time(stated: str) -> str:
     """Return the start time (ISO 8601, UTC) with the stated decimals; empty if unstated."""
     day, _, time = stated.partition(".")
     fraction = f".{time}" if re.fullmatch(r"\d{1,6}", time, re.ASCII) else ""
-    return utc_of(day, "%Y%m%d_%H%M%S", fraction)
+    return parse_utc(day, "%Y%m%d_%H%M%S", fraction)
 
 
 def sniff_older(head: bytes) -> bool:
@@ -226,7 +226,7 @@ def read_older(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: 1.cor.acc:10: '', where 'Accelaration time series in m/...
     """
-    lines = text_of(path, data).rstrip().split(b"\n")
+    lines = plain_text(path, data).rstrip().split(b"\n")
     words = [line.decode("latin-1") for line in lines[:_OLDER_LINES]]
     above = words[-1] if len(words) == _OLDER_LINES else ""
     if not _ABOVE.match(above):
@@ -236,16 +236,16 @@ def read_older(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     stated = {key: header.required(key) for key in (_STEP, _COUNT, _PEAK)}
     rows = lines[_OLDER_LINES:]
     present = count_columns(rows, _COLUMNS)
-    count = count_of(path, stated[_COUNT], header.lines[_COUNT], present)
+    count = require_sample_count(path, stated[_COUNT], header.lines[_COUNT], present)
     samples = read_columns(path, rows, _COLUMNS, count, _OLDER_LINES)
     ratio = require_printed_peak(path, stated[_PEAK], samples, "m/s2", header.lines[_PEAK])
-    step = number_of(path, stated[_STEP], header.lines[_STEP], "time step")
+    step = parse_number(path, stated[_STEP], header.lines[_STEP], "time step")
     name = header.get("Orientation")
     filtered = re.match(
         r"(\d*\.?\d+)\s*-\s*(\d*\.?\d+)\s*$", header.get("Filter Cut-off Frequency (Hz)")
     )
     low, high = (
-        number_of(path, token, 6, "filter corner") if token else float("nan")
+        parse_number(path, token, 6, "filter corner") if token else float("nan")
         for token in (filtered.groups() if filtered else ("", ""))
     )
     factor = factor_to_si(path, "m/s2", options, _OLDER_LINES)

@@ -23,8 +23,8 @@ from rockframe.ingest.parsing.lines import (
     header_lines,
     is_number,
     numbers_in,
+    plain_text,
     required_line,
-    text_of,
 )
 from rockframe.ingest.parsing.samples import (
     Columns,
@@ -140,7 +140,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: WPWS.V2A:1: the file ends after 1 of the 26 lines of a compone...
     """
-    components = _components(path, text_of(path, data).rstrip().split(b"\n"))
+    components = _components(path, plain_text(path, data).rstrip().split(b"\n"))
     if len(components) != 3:
         message = f"{len(components)} components. Must be 3."
         raise InputError(path, message, line=components[-1].first_line)

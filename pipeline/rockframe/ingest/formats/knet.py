@@ -21,7 +21,7 @@ from rockframe.ingest.parsing.lines import (
     first_line,
     is_number,
     parse_numbers,
-    text_of,
+    plain_text,
 )
 from rockframe.ingest.parsing.obspy_reader import read_stream
 from rockframe.ingest.parsing.samples import require_printed_peak
@@ -86,7 +86,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: AOM017.EW:2: '', where 'Lat.' and its value are expected: line 2...
     """
-    text = text_of(path, data)
+    text = plain_text(path, data)
     header = _header(path, text)
     rate = int(_matched(header, "Sampling Freq(Hz)", _RATE, "100Hz")["rate"])
     gal = factor_to_si(path, "gal", options, header.lines["Scale Factor"])

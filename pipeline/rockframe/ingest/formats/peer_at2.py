@@ -17,7 +17,13 @@ from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.identify import directed, record_ids, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.lines import head_lines, is_number, parse_numbers, rows_below, text_of
+from rockframe.ingest.parsing.lines import (
+    head_lines,
+    is_number,
+    parse_numbers,
+    plain_text,
+    rows_below,
+)
 from rockframe.ingest.parsing.samples import require_printed_peak
 from rockframe.record import Record
 
@@ -97,7 +103,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     >>> record.record_id, record.time_step, record.acceleration
     ('RSN1', 0.01, array([ 0.981,  1.962, -2.943]))
     """
-    text = text_of(path, data)
+    text = plain_text(path, data)
     header = _header(path, text)
     last = len(header)
     _refuse_other_quantities(path, header)

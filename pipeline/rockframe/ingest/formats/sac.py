@@ -19,7 +19,13 @@ from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.identify import direction, record_ids, seed_letter, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.lines import are_finite, head_lines, is_number, parse_numbers, text_of
+from rockframe.ingest.parsing.lines import (
+    are_finite,
+    head_lines,
+    is_number,
+    parse_numbers,
+    plain_text,
+)
 from rockframe.ingest.stationxml import find_response
 from rockframe.record import Orientation, Record
 from rockframe.units import acceleration_factor
@@ -207,7 +213,7 @@ def _doubles(data: bytes, order: str, count: int, start: int) -> Float:
 
 
 def _alphanumeric(path: Path, data: bytes) -> _Sac:
-    lines = text_of(path, data).split(b"\n", _HEADER_LINES)
+    lines = plain_text(path, data).split(b"\n", _HEADER_LINES)
     header = [line.decode("latin-1") for line in lines[:_HEADER_LINES]]
     floats = [value for line in header[:14] for value in _fields(line, 15) or []]
     integers = tuple(int(value) for line in header[14:22] for value in _fields(line, 10) or [])

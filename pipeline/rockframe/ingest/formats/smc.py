@@ -21,7 +21,7 @@ from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.identify import direction, record_ids, site_of_smc
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.lines import bad_number, first_line, header_lines, text_of
+from rockframe.ingest.parsing.lines import bad_number, first_line, header_lines, plain_text
 from rockframe.ingest.parsing.samples import (
     Columns,
     Printed,
@@ -30,7 +30,7 @@ from rockframe.ingest.parsing.samples import (
     read_columns,
     require_peak,
 )
-from rockframe.ingest.parsing.timing import time_step_of, utc_time
+from rockframe.ingest.parsing.timing import even_time_step, utc_time
 from rockframe.record import Orientation, Record
 
 DESCRIPTION = "USGS SMC, acceleration in cm/s2, evenly sampled or time-acceleration pairs"
@@ -118,7 +118,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rockframe.errors.OtherQuantityError: 0111v.smc:1: is a velocity file, not an accelerogram.
     """
     # Some files are padded with NUL to whole blocks.
-    lines = text_of(path, data.rstrip(b"\0\x1a")).split(b"\n")
+    lines = plain_text(path, data.rstrip(b"\0\x1a")).split(b"\n")
     kind = _kind(path, lines[0].decode("latin-1"))
     header = _header(path, lines)
     line = _HEADER_LINES + _comments(header, lines)
@@ -205,9 +205,9 @@ def _pairs(
     text = b"".join(row.rstrip() for row in rows)
     printed = [text[k : k + columns.width] for k in range(0, len(text), 2 * columns.width)]
     try:
-        step = time_step_of(header.path, numbers[::2], lambda: printed, 0, options.time_step)
+        step = even_time_step(header.path, numbers[::2], lambda: printed, 0, options.time_step)
     except InputError as error:
-        # `time_step_of` counts one time per line; here a line holds several.
+        # `even_time_step` counts one time per line; here a line holds several.
         where = None if error.line is None else line + 1 + error.line // (columns.count // 2)
         raise InputError(header.path, error.reason, line=where) from None
     return numbers[1::2], step

@@ -23,10 +23,10 @@ from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.column_headers import (
     Columns,
     column_names,
-    fields_of,
     is_known,
     is_row,
     read_headers,
+    split_fields,
     units_in,
 )
 from rockframe.ingest.parsing.lines import (
@@ -37,10 +37,10 @@ from rockframe.ingest.parsing.lines import (
     head_lines,
     is_number,
     parse_numbers,
+    plain_text,
     require_whole_end,
-    text_of,
 )
-from rockframe.ingest.parsing.timing import time_step_of
+from rockframe.ingest.parsing.timing import even_time_step
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
@@ -99,12 +99,12 @@ def sniff(head: bytes) -> bool:
     if not names:
         numeric = [is_row(row) for row in rows]
         # Three or four columns below comments may be another format, such as CWA.
-        count = len(fields_of(rows[0]))
+        count = len(split_fields(rows[0]))
         few = count <= (2 if start else 4) or count in _SERIES
         return numeric[0] and few and 2 * sum(numeric) > len(rows)
     # twice the columns between commas are numbers with decimal commas, which `read` reports
     return (len(names) <= 2 or any(map(is_known, names))) and any(
-        is_row(row) and len(fields_of(row)) in (len(names), 2 * len(names) * ("," in row))
+        is_row(row) and len(split_fields(row)) in (len(names), 2 * len(names) * ("," in row))
         for row in rows[1:4]
     )
 
@@ -159,7 +159,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 
 def _split(path: Path, data: bytes) -> _Layout:
-    comments, body = _skip_comments(text_of(path, data).rstrip())
+    comments, body = _skip_comments(plain_text(path, data).rstrip())
     names = column_names(decoded(body.partition(b"\n")[0]))
     names_line = len(comments) + 1 if names else 0
     skipped: list[str] = []
@@ -270,7 +270,7 @@ def _time_step(
         def printed() -> list[bytes]:
             return [row.split(layout.separator)[time] for row in layout.rows]
 
-        return time_step_of(path, table[:, time], printed, layout.first_line, options.time_step)
+        return even_time_step(path, table[:, time], printed, layout.first_line, options.time_step)
     if options.time_step is None:
         message = "time step unstated. State it with --time-step-s, or add a column of times"
         raise InputError(path, f"{message} before the acceleration.")

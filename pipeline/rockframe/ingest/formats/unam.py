@@ -13,12 +13,12 @@ from rockframe.ingest.identify import directed, distances, place_in, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import (
     KeyedHeader,
-    count_of,
     head_lines,
     keyed_header,
-    number_of,
     numbers_in,
-    text_of,
+    parse_number,
+    plain_text,
+    require_sample_count,
 )
 from rockframe.ingest.parsing.samples import Columns, read_columns, require_printed_peak
 from rockframe.record import Record
@@ -63,7 +63,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: CANA1709.191: no line '---------+' above and below the names of ...
     """
-    lines = text_of(path, data).rstrip().split(b"\n")
+    lines = plain_text(path, data).rstrip().split(b"\n")
     words = [line.decode("latin-1") for line in lines[:_LONGEST_HEADER]]
     rules = [number for number, line in enumerate(words) if line.startswith(_RULE)]
     if len(rules) != 2:
@@ -101,9 +101,10 @@ def _record(
         for key in (_STEP, _RATE, _COUNT, _LENGTH, _PEAK, _PEAK_AT)
     }
     lines = header.lines
-    count_of(path, stated[_COUNT], lines[_COUNT], gal.size)
+    require_sample_count(path, stated[_COUNT], lines[_COUNT], gal.size)
     step, rate, length, at = (
-        number_of(path, stated[key], lines[key], key) for key in (_STEP, _RATE, _LENGTH, _PEAK_AT)
+        parse_number(path, stated[key], lines[key], key)
+        for key in (_STEP, _RATE, _LENGTH, _PEAK_AT)
     )
     if abs(step * rate - 1.0) > 1e-3 or abs(length - gal.size * step) > 1.5 * step + 0.005:
         message = f"{rate:g} samples a second and {length:g} s stated, but {gal.size} samples at "

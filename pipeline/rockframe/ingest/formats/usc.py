@@ -16,12 +16,12 @@ from rockframe.errors import InputError
 from rockframe.ingest.identify import directed, record_ids, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import (
-    count_of,
     head_lines,
-    number_of,
     numbers_in,
+    parse_number,
+    plain_text,
+    require_sample_count,
     required_line,
-    text_of,
 )
 from rockframe.ingest.parsing.samples import (
     Columns,
@@ -86,7 +86,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: a.s0b:1: 'CORRECTED ACCELEROGRAM', where a line such as 'COR...
     """
-    lines = text_of(path, data).rstrip().split(b"\n")
+    lines = plain_text(path, data).rstrip().split(b"\n")
     words = [line.decode("latin-1") for line in lines]
     if len(words) > 5 and _RATE.match(words[5]):
         return [_usc(path, lines, words, options)]
@@ -102,13 +102,13 @@ def _caltech(path: Path, lines: list[bytes], words: list[str], options: ReadOpti
     line = _HEADING_LINE + 1
     columns = Columns(8, 10)
     rows = lines[line:]
-    count = count_of(path, heading["count"], line, count_columns(rows, columns))
+    count = require_sample_count(path, heading["count"], line, count_columns(rows, columns))
     above = re.match(r"\s*(\d+)\s+INSTRUMENT AND BASELINE", words[15])
-    count_of(path, above[1] if above else "", 16, count)
+    require_sample_count(path, above[1] if above else "", 16, count)
     samples = read_columns(path, rows, columns, count, line)
-    step = number_of(path, heading["step"], line, "interval")
+    step = parse_number(path, heading["step"], line, "interval")
     spaced = re.match(r"AT EQUALLY-SPACED INTERVALS OF\s+([\d.]+)", words[16])
-    if number_of(path, spaced[1] if spaced else "", 17, "interval") != step:
+    if parse_number(path, spaced[1] if spaced else "", 17, "interval") != step:
         raise InputError(path, f"interval {step:g} s, but another in line 17.", line=line)
     ratio = require_printed_peak(
         path, peak["peak"], samples, "cm/s2", 18, time=peak["time"], time_step=step
@@ -143,7 +143,7 @@ def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions)
         start, size = top + _BLOCK_HEADER, int(points["count"][:9])
         end = start - (-size // columns.count)
         rows = lines[start:end]
-        count_of(path, points["count"], top + 7, count_columns(rows, columns))
+        require_sample_count(path, points["count"], top + 7, count_columns(rows, columns))
         blocks.append((rate, read_columns(path, rows, columns, size, start)))
         top = end
         while top < len(lines) and not lines[top].strip():
@@ -155,7 +155,7 @@ def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions)
     rate, samples = blocks[0]
     named = re.match(r"\s*(\d{1,3}|UP|DOWN)(?: DEGREES)?\s*$", words[1])
     name = named[1] if named else ""
-    hertz = number_of(path, rate["rate"], 6, "samples a second")
+    hertz = parse_number(path, rate["rate"], 6, "samples a second")
     factor = factor_to_si(path, "cm/s2", options, 7)
     return Record(
         record_id=record_ids(path, [name])[0],

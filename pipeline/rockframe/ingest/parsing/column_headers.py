@@ -45,14 +45,14 @@ _COMMAS: Final = "If commas are decimal commas, separate the columns with semico
 _CHOOSE: Final = "Choose one with --column NAME."
 
 
-def fields_of(line: str) -> list[str]:
+def split_fields(line: str) -> list[str]:
     """Return the fields of a line, separated by semicolons, commas or blanks, in this order.
 
     Commas in fields between semicolons are decimal commas.
 
     Examples
     --------
-    >>> fields_of("0.01, 0.2"), fields_of(" 0.01 0.2"), fields_of("0,01; 0,2")
+    >>> split_fields("0.01, 0.2"), split_fields(" 0.01 0.2"), split_fields("0,01; 0,2")
     (['0.01', ' 0.2'], ['0.01', '0.2'], ['0.01', ' 0.2'])
     """
     if ";" in line:
@@ -69,7 +69,7 @@ def is_row(line: str) -> bool:
     (True, False)
     """
     try:
-        return bool([float(field) for field in fields_of(line)])
+        return bool([float(field) for field in split_fields(line)])
     except ValueError:
         return False
 
@@ -86,7 +86,7 @@ def column_names(line: str) -> list[str]:
         return []
     # A bracket belongs to the preceding word.
     joined = re.sub(r"\s+(?=[\[(])", "", line)
-    return [name.strip().strip('"') for name in fields_of(joined)]
+    return [name.strip().strip('"') for name in split_fields(joined)]
 
 
 def is_known(name: str) -> bool:

@@ -36,12 +36,12 @@ def unreadable(path: Path, error: OSError) -> InputError:
     return InputError(path, f"cannot be opened: {reason}.")
 
 
-def head_of(path: Path) -> bytes:
+def read_head(path: Path) -> bytes:
     """Return the first `HEAD` bytes of a file; empty if it cannot be read.
 
     Examples
     --------
-    >>> head_of(Path("lost.xml"))
+    >>> read_head(Path("lost.xml"))
     b''
     """
     try:
@@ -78,7 +78,7 @@ def unify_line_ends(data: bytes) -> bytes:
     return data
 
 
-def text_of(path: Path, data: bytes) -> bytes:
+def plain_text(path: Path, data: bytes) -> bytes:
     r"""Return the text of a file with LF line ends, without the end-of-file marks of DOS.
 
     Raises
@@ -88,7 +88,7 @@ def text_of(path: Path, data: bytes) -> bytes:
 
     Examples
     --------
-    >>> text_of(Path("motion.csv"), b"time_s,acc_g\r\n0.00,0.1\r\n")
+    >>> plain_text(Path("motion.csv"), b"time_s,acc_g\r\n0.00,0.1\r\n")
     b'time_s,acc_g\n0.00,0.1\n'
     """
     if is_utf16(data):
@@ -362,7 +362,7 @@ def header_lines(
     return header
 
 
-def number_of(path: Path, token: str, line: int, quantity: str) -> float:
+def parse_number(path: Path, token: str, line: int, quantity: str) -> float:
     """Return the number in a token of a header.
 
     Raises
@@ -372,7 +372,7 @@ def number_of(path: Path, token: str, line: int, quantity: str) -> float:
 
     Examples
     --------
-    >>> number_of(Path("a.dat"), " 0.005", 12, "interval")
+    >>> parse_number(Path("a.dat"), " 0.005", 12, "interval")
     0.005
     """
     printed = token.strip().encode("latin-1", "replace")
@@ -381,12 +381,12 @@ def number_of(path: Path, token: str, line: int, quantity: str) -> float:
     return float(printed)
 
 
-def count_of(path: Path, token: str, line: int, found: int) -> int:
+def require_sample_count(path: Path, token: str, line: int, found: int) -> int:
     """Return the number of samples that a header states; another number in the file is an error.
 
     Examples
     --------
-    >>> count_of(Path("a.dat"), "12", 3, 11)
+    >>> require_sample_count(Path("a.dat"), "12", 3, 11)
     Traceback (most recent call last):
     rockframe.errors.InputError: a.dat:3: 12 samples stated, 11 in the file. Both must be the sa...
     """

@@ -60,7 +60,7 @@ def utc_time(date: tuple[int, int, int], hour: int, minute: int, second: str) ->
     return f"{start:%Y-%m-%dT%H:%M:%S}{point}{rest}Z"
 
 
-def utc_of(text: str, form: str, fraction: str = "", hours_ahead: int = 0) -> str:
+def parse_utc(text: str, form: str, fraction: str = "", hours_ahead: int = 0) -> str:
     """Return a time (ISO 8601, UTC); empty if the text does not have the form.
 
     Parameters
@@ -74,7 +74,7 @@ def utc_of(text: str, form: str, fraction: str = "", hours_ahead: int = 0) -> st
 
     Examples
     --------
-    >>> utc_of("2018/02/06-23:50:42", "%Y/%m/%d-%H:%M:%S", ".5", hours_ahead=8)
+    >>> parse_utc("2018/02/06-23:50:42", "%Y/%m/%d-%H:%M:%S", ".5", hours_ahead=8)
     '2018-02-06T15:50:42.5Z'
     """
     try:
@@ -84,7 +84,7 @@ def utc_of(text: str, form: str, fraction: str = "", hours_ahead: int = 0) -> st
     return f"{moment:%Y-%m-%dT%H:%M:%S}{fraction}Z"
 
 
-def time_step_of(
+def even_time_step(
     path: Path,
     times: Float,
     printed: Callable[[], list[bytes]],
@@ -119,7 +119,7 @@ def time_step_of(
     --------
     >>> printed = [f"{i / 240:.4f}".encode() for i in range(4000)]
     >>> times = np.array(printed, dtype=float)
-    >>> time_step_of(Path("motion.csv"), times, lambda: printed, 2) == 1 / 240
+    >>> even_time_step(Path("motion.csv"), times, lambda: printed, 2) == 1 / 240
     True
     """
     _require_increase(path, times, first_line)
@@ -246,7 +246,7 @@ def even_samples(
     unit = 0.001
     if drift.max() <= unit or (np.abs(steps - np.median(steps)) > 0.5 * unit).sum() < _FEW:
         tokens = [f"{time:.3f}".encode() for time in times]
-        return time_step_of(path, times, lambda: tokens, first_line, given), samples, ""
+        return even_time_step(path, times, lambda: tokens, first_line, given), samples, ""
     if steps.max() > _LONGEST_GAP * mean:
         where = int(steps.argmax()) + 1
         raise _uneven(path, times, where, float(times[where - 1] + mean), first_line)

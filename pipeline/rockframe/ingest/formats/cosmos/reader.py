@@ -16,11 +16,11 @@ import numpy as np
 
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.formats.cosmos import sections
-from rockframe.ingest.formats.cosmos.sections import TOP, Channel, channels_of
+from rockframe.ingest.formats.cosmos.sections import TOP, Channel, split_channels
 from rockframe.ingest.identify import distinct_records, site_of_cosmos
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.lines import first_line, text_of
+from rockframe.ingest.parsing.lines import first_line, plain_text
 from rockframe.ingest.parsing.samples import StatedPeak, read_columns, require_layout, require_peak
 from rockframe.record import Record
 from rockframe.units import GRAVITY
@@ -77,7 +77,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration' is no heading of a ...
     """
-    found = channels_of(path, text_of(path, data).split(b"\n"))
+    found = split_channels(path, plain_text(path, data).split(b"\n"))
     for one in found:
         sections.require_quantity(one)
     channels = [one for one in found if one.integer(sections.QUANTITY) == _ACCELERATION]
@@ -115,10 +115,10 @@ def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
     resolution = _resolution(channel, samples)
     sections.require_agreement(channel, samples, step, resolution)
     peak_ratio = _peak_ratio(channel, samples, step, resolution, signed=stage != _RAW)
-    named = sections.station_of(channel.text[4]) or sections.seed_name(channel.comments)
+    named = sections.parse_station(channel.text[4]) or sections.seed_name(channel.comments)
     component = _component(channel)
-    orientation, azimuth = sections.direction_of(channel, component)
-    low, high = sections.corners_of(channel.text)
+    orientation, azimuth = sections.parse_direction(channel, component)
+    low, high = sections.parse_corners(channel.text)
     return Record(
         record_id=record_id,
         acceleration=factor * samples,
@@ -132,16 +132,16 @@ def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
             channel.text[4],
             channel.integer(_STATION_TYPE),
         ),
-        event=sections.event_of(channel.text[1]),
+        event=sections.parse_event(channel.text[1]),
         station=named.station,
         network=named.network,
-        start_time=sections.start_time_of(channel.text[7]),
+        start_time=sections.parse_start_time(channel.text[7]),
         magnitude=channel.number(_MAGNITUDE),
         epicentral_distance=channel.number(_DISTANCE),
         peak_ratio=peak_ratio,
         filter_low=low,
         filter_high=high,
-        processing=sections.filters_of(channel.text) + converted,
+        processing=sections.filter_note(channel.text) + converted,
     )
 
 
@@ -264,4 +264,4 @@ def _peak_ratio(
 
 
 def _component(channel: Channel) -> str:
-    return sections.component_of(channel.text[8], sections.seed_name(channel.comments))
+    return sections.parse_component(channel.text[8], sections.seed_name(channel.comments))

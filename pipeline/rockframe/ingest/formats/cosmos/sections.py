@@ -149,7 +149,7 @@ class Channel:
         return known.value if known else math.nan
 
 
-def channels_of(path: Path, lines: list[bytes]) -> list[Channel]:
+def split_channels(path: Path, lines: list[bytes]) -> list[Channel]:
     """Return the channels of a file; the number of lines in each section is checked.
 
     Raises
@@ -159,7 +159,7 @@ def channels_of(path: Path, lines: list[bytes]) -> list[Channel]:
 
     Examples
     --------
-    >>> channels_of(Path("a.v2c"), [b"Corrected acceleration"])
+    >>> split_channels(Path("a.v2c"), [b"Corrected acceleration"])
     Traceback (most recent call last):
     rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration' is no heading of a ...
     """
@@ -318,12 +318,12 @@ class Name:
     channel: str = ""
 
 
-def station_of(line: str) -> Name | None:
+def parse_station(line: str) -> Name | None:
     """Return the codes in the station line, or None.
 
     Examples
     --------
-    >>> station_of("Statn No: 37-000011 Code:AK-BMR     UAF  Bremner River, AK, USA")
+    >>> parse_station("Statn No: 37-000011 Code:AK-BMR     UAF  Bremner River, AK, USA")
     Name(network='AK', station='BMR', channel='')
     """
     named = _STATION.search(line)
@@ -345,14 +345,14 @@ def seed_name(comments: Sequence[str]) -> Name:
     return Name()
 
 
-def component_of(line: str, seed: Name) -> str:
+def parse_component(line: str, seed: Name) -> str:
     """Return the component: three-digit azimuth, name of the vertical, SEED channel, or raw label.
 
     Examples
     --------
-    >>> component_of("Sta Chan   ?: 90 Deg (Rcrdr Chan  ?) Location:Ground", Name())
+    >>> parse_component("Sta Chan   ?: 90 Deg (Rcrdr Chan  ?) Location:Ground", Name())
     '090'
-    >>> component_of("Sta Chan   ?:Other   (Rcrdr Chan  ?) Location:", Name("AK", "BMR", "BNZ"))
+    >>> parse_component("Sta Chan   ?:Other   (Rcrdr Chan  ?) Location:", Name("AK", "BMR", "BNZ"))
     'BNZ'
     """
     named = _COMPONENT.match(line)
@@ -365,24 +365,24 @@ def component_of(line: str, seed: Name) -> str:
     return seed.channel or label
 
 
-def event_of(line: str) -> str:
+def parse_event(line: str) -> str:
     """Return the event named in the second line.
 
     Examples
     --------
-    >>> event_of("Record of Point MacKenzie Earthquake of Fri Nov 30, 2018 17:29 UTC")
+    >>> parse_event("Record of Point MacKenzie Earthquake of Fri Nov 30, 2018 17:29 UTC")
     'Point MacKenzie Earthquake'
     """
     named = _EVENT.match(line)
     return named["event"] if named else ""
 
 
-def start_time_of(line: str) -> str:
+def parse_start_time(line: str) -> str:
     """Return the start time (ISO 8601, UTC), or an empty string unless it is stated in UTC.
 
     Examples
     --------
-    >>> start_time_of("Rcrd start time: 2018/11/30 17:29:39.137 UTC (Q=5) RcrdId: (see comment)")
+    >>> parse_start_time("Rcrd start time: 2018/11/30 17:29:39.137 UTC (Q=5) RcrdId: (see comment)")
     '2018-11-30T17:29:39.137Z'
     """
     stated = _START.search(line)
@@ -392,12 +392,12 @@ def start_time_of(line: str) -> str:
     return utc_time((year, month, day), hour, minute, stated[6])
 
 
-def corners_of(lines: Sequence[str]) -> tuple[float, float]:
+def parse_corners(lines: Sequence[str]) -> tuple[float, float]:
     """Return the corners of the archive's filter [Hz]; NaN if unstated.
 
     Examples
     --------
-    >>> corners_of(["Record filtered below  0.03 Hz (periods over 33 secs), and above 20.0 Hz"])
+    >>> parse_corners(["Record filtered below  0.03 Hz (periods over 33 secs), and above 20.0 Hz"])
     (0.03, 20.0)
     """
     for line in lines:
@@ -407,15 +407,15 @@ def corners_of(lines: Sequence[str]) -> tuple[float, float]:
     return math.nan, math.nan
 
 
-def filters_of(lines: Sequence[str]) -> tuple[str, ...]:
+def filter_note(lines: Sequence[str]) -> tuple[str, ...]:
     """Return the note for `processing` about the archive's filter, if one is stated.
 
     Examples
     --------
-    >>> filters_of(["Record filtered below  0.03 Hz (periods over 33 secs), and above 20.0 Hz"])
+    >>> filter_note(["Record filtered below  0.03 Hz (periods over 33 secs), and above 20.0 Hz"])
     ('archive: band-pass 0.03 to 20 Hz',)
     """
-    low, high = corners_of(lines)
+    low, high = parse_corners(lines)
     return () if math.isnan(low) else (f"archive: band-pass {low:g} to {high:g} Hz",)
 
 
@@ -470,7 +470,7 @@ def require_agreement(channel: Channel, samples: Float, step: float, resolution:
     _require_maximum(channel, samples, step, resolution, raw=stage == 0)
 
 
-def direction_of(channel: Channel, component: str) -> tuple[Orientation, float]:
+def parse_direction(channel: Channel, component: str) -> tuple[Orientation, float]:
     """Return orientation and azimuth [degree] of a channel from its name and the integer header.
 
     Raises
@@ -495,7 +495,7 @@ def direction_of(channel: Channel, component: str) -> tuple[Orientation, float]:
 
 
 def _require_corners(channel: Channel) -> None:
-    for item, words in zip(_CORNERS, corners_of(channel.text), strict=True):
+    for item, words in zip(_CORNERS, parse_corners(channel.text), strict=True):
         stated = channel.number(item)
         if stated > 0.0 and abs(stated - words) > 0.05 * words:
             message = (

@@ -23,12 +23,12 @@ from rockframe.ingest.identify import distances, distinct_records, place_in, sit
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import (
-    count_of,
     head_lines,
-    number_of,
     numbers_in,
+    parse_number,
+    plain_text,
+    require_sample_count,
     required_line,
-    text_of,
 )
 from rockframe.ingest.parsing.samples import (
     Columns,
@@ -96,7 +96,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: a.v1:1: the file ends after 1 of the 27 lines of a channel'...
     """
-    lines = text_of(path, data).rstrip().split(b"\n")
+    lines = plain_text(path, data).rstrip().split(b"\n")
     tops = [i for i, line in enumerate(lines) if _TOP.match(line.decode("latin-1"))]
     if tops[:1] != [0]:
         raise InputError(path, "no heading 'UNCORRECTED ACCELEROGRAM DATA'.", line=1)
@@ -132,7 +132,7 @@ def _record(options: ReadOptions, record_id: str, header: Header, rows: list[byt
     times, tenths = _pairs(header, rows)
     stated = header.found[10]
     header.require_counts(times.size, {}, (28,), line)
-    count_of(path, stated["count"], line, times.size)
+    require_sample_count(path, stated["count"], line, times.size)
     step, samples, note = even_samples(
         path, times, tenths, header.line(_VOLUME.lines), options.time_step
     )
@@ -191,7 +191,7 @@ def _peak_ratio(header: Header, times: Float, tenths: Float, step: float) -> flo
     peak = _PEAK.search(header.lines[11])
     if not peak:
         return math.nan
-    line, time = header.line(11), number_of(header.path, peak["time"], header.line(11), "time")
+    line, time = header.line(11), parse_number(header.path, peak["time"], header.line(11), "time")
     where = times[np.abs(tenths) >= np.abs(tenths).max() - 1e-9]
     # The time is counted from the first sample, or from the trigger.
     late = min(float(np.abs(where - first - time).min()) for first in (0.0, _trigger(header)))

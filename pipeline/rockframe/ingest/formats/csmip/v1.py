@@ -23,7 +23,7 @@ from rockframe.ingest.formats.csmip.header import (
 )
 from rockframe.ingest.identify import distinct_records
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
+from rockframe.ingest.parsing.lines import head_lines, is_number, plain_text
 from rockframe.ingest.parsing.samples import (
     Columns,
     Printed,
@@ -104,7 +104,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: CE89146.V1:1: 'Corrected accelerogram', where 'Uncorrected ...
     """
-    channels = _channels(path, text_of(path, data).split(b"\n"))
+    channels = _channels(path, plain_text(path, data).split(b"\n"))
     require_channels(path, channels[0][0].lines[4], len(channels), 5)
     names = [header.component for header, _ in channels]
     return distinct_records(path, names, channels, partial(_record, options))

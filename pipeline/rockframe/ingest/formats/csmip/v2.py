@@ -27,7 +27,7 @@ from rockframe.ingest.formats.csmip.header import (
 )
 from rockframe.ingest.identify import distinct_records
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
-from rockframe.ingest.parsing.lines import head_lines, is_number, text_of
+from rockframe.ingest.parsing.lines import head_lines, is_number, plain_text
 from rockframe.ingest.parsing.samples import (
     Columns,
     Printed,
@@ -148,7 +148,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.OtherQuantityError: CE89146.V3:1: response and Fourier spectra (CSMIP ...
     """
-    lines = text_of(path, data).split(b"\n")
+    lines = plain_text(path, data).split(b"\n")
     if _SPECTRA.match(lines[0].decode("latin-1")):
         message = "response and Fourier spectra (CSMIP volume 3)."
         raise OtherQuantityError(
