@@ -15,7 +15,7 @@ import pytest
 
 from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
-from rockframe.cli.shown import Asked
+from rockframe.cli.shown import FigureRequest
 from rockframe.errors import ParameterError
 from rockframe.figures.captioned import Captioned
 from rockframe.record import Record
@@ -208,9 +208,9 @@ def test_numbers_of_figures_have_bounds(invalid: dict[str, Any]) -> None:
         raise AssertionError
 
     for allowed in (2, 4000):
-        assert Asked(records=no_records, grid=allowed).friction == 0.5
+        assert FigureRequest(records=no_records, grid=allowed).friction == 0.5
     with pytest.raises(ParameterError, match=f"Invalid {next(iter(invalid))} "):
-        Asked(records=no_records, **invalid)
+        FigureRequest(records=no_records, **invalid)
 
 
 def test_a_map_of_one_point_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

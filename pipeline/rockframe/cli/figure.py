@@ -20,7 +20,7 @@ from rockframe.options.respond import RespondOptions
 from rockframe.provenance import refuse_obstacles
 
 if TYPE_CHECKING:
-    from rockframe.cli.shown import Asked
+    from rockframe.cli.shown import FigureRequest
     from rockframe.figures.captioned import Captioned
     from rockframe.paper.claim import Claim
     from rockframe.results.tables.rows import Row
@@ -94,18 +94,18 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 
 def run_figure(options: argparse.Namespace) -> int:
     """Draw and write the figure, and print its caption."""
-    from rockframe.cli.shown import Asked
+    from rockframe.cli.shown import FigureRequest
     from rockframe.figures.captioned import caption_path, save_captioned
 
     output: Path = options.output
     refuse_obstacles([output, caption_path(output)])
-    asked = Asked(
+    request = FigureRequest(
         records=partial(arguments.stated_records, options),
         record=tuple(options.record or ()),
         structures=arguments.chosen_structures(options),
         **{name: getattr(options, name) for name in ("structure", "vertical", "grid", *_OF_JOINTS)},
     )
-    drawn, status = FIGURES[options.figure].draw(asked)
+    drawn, status = FIGURES[options.figure].draw(request)
     caption_file = save_captioned(drawn, output)
     if options.json:
         console.show_json(
@@ -136,7 +136,7 @@ class Drawing:
     shows : str
         Function of `rockframe.cli.shown` that returns its positional arguments.
     options : tuple of str
-        Fields of `Asked` that it takes as keywords.
+        Fields of `FigureRequest` that it takes as keywords.
     """
 
     summary: str
@@ -144,14 +144,14 @@ class Drawing:
     shows: str = "nothing"
     options: tuple[str, ...] = ()
 
-    def draw(self, asked: Asked) -> tuple[Captioned, int]:
+    def draw(self, request: FigureRequest) -> tuple[Captioned, int]:
         """Return the figure and the exit status."""
         from rockframe.cli import shown
 
         module, _, function = self.place.partition(".")
         draw = getattr(import_module(f"rockframe.figures.{module}"), function)
-        values, status = getattr(shown, self.shows)(asked)
-        return draw(*values, **{name: getattr(asked, name) for name in self.options}), status
+        values, status = getattr(shown, self.shows)(request)
+        return draw(*values, **{name: getattr(request, name) for name in self.options}), status
 
 
 _OF_JOINTS: Final = ("friction", "spacing", "beam_centre")
@@ -250,18 +250,18 @@ def _respond_for_paper(
 
 def _draw_all(folder: Path, grid: int) -> dict[str, str]:
     """Draw all figures of `rockframe figure`; return the title and caption of each by its path."""
-    from rockframe.cli.shown import Asked
+    from rockframe.cli.shown import FigureRequest
     from rockframe.figures.captioned import save_captioned
 
     records = folder / "records.nc"
     # the dimensions of the bridge bent are assumed: the paper states neither
-    asked = Asked(
+    request = FigureRequest(
         records=lambda: nullcontext((records, 0)), grid=grid, spacing=12.0, beam_centre=1.0
     )
     captions = {}
     for name, entry in FIGURES.items():
         path = folder / "figures" / f"figure-{name}.png"
-        drawn, _ = entry.draw(asked)
+        drawn, _ = entry.draw(request)
         save_captioned(drawn, path)
         captions[path.relative_to(folder).as_posix()] = f"{drawn.title}. {drawn.caption}"
     return captions

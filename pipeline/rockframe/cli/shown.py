@@ -1,4 +1,4 @@
-"""Records, structures and pulses that figures show: those asked for, or the default ones."""
+"""Records, structures and pulses that figures show: the requested or the default ones."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _PAPER: Final = {"Erzincan/EW": "symmetric_ricker", "Pacoima Dam/164": "antisymm
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class FigureRequest:
     """The records and the structure of a figure, and the numbers with which it is drawn.
 
     Parameters
@@ -100,19 +100,19 @@ class Asked:
             )
 
 
-def nothing(_asked: Asked) -> Shown:
+def nothing(_request: FigureRequest) -> Shown:
     """Return no arguments, for figures without records."""
     return (), 0
 
 
-def one_record(asked: Asked) -> Shown:
+def one_record(request: FigureRequest) -> Shown:
     """Return a record, the structure, and the motion with the vertical component if requested."""
-    frame = asked.frame
-    asked.require_at_most(1)
-    with asked.records() as (path, status), open_records(path) as file:
-        record = _largest_rotation(file, asked.chosen(file), frame)
-        beside = vertical_beside(file) if asked.vertical else {}
-    return (record, frame, with_vertical(record, beside) if asked.vertical else None), status
+    frame = request.frame
+    request.require_at_most(1)
+    with request.records() as (path, status), open_records(path) as file:
+        record = _largest_rotation(file, request.chosen(file), frame)
+        beside = vertical_beside(file) if request.vertical else {}
+    return (record, frame, with_vertical(record, beside) if request.vertical else None), status
 
 
 def _largest_rotation(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
@@ -126,21 +126,21 @@ def _largest_rotation(file: RecordsFile, names: list[str], frame: RockingFrame) 
     return best
 
 
-def responses(asked: Asked) -> Shown:
+def responses(request: FigureRequest) -> Shown:
     """Return records, the responses of the structure, and titles."""
-    frame = asked.frame
+    frame = request.frame
     found, rejected = [], []
-    with asked.records() as (path, status), open_records(path) as file:
-        names = asked.chosen(file)
+    with request.records() as (path, status), open_records(path) as file:
+        names = request.chosen(file)
         if len(names) > _MOST_HISTORIES:
             raise ParameterError(
                 f"Invalid number of records, {len(names)}. Must be at most {_MOST_HISTORIES}: "
                 "choose with --record."
             )
-        beside = vertical_beside(file) if asked.vertical else {}
+        beside = vertical_beside(file) if request.vertical else {}
         for record in map(file.read, names):
             try:
-                motion = with_vertical(record, beside) if asked.vertical else record
+                motion = with_vertical(record, beside) if request.vertical else record
                 found.append((record, respond(frame, motion)))
             except ParameterError as error:
                 rejected.append(InputOutcome(record.record_id, str(error)))
@@ -151,10 +151,10 @@ def responses(asked: Asked) -> Shown:
     return shown, console.show_rejections(rejected) or status
 
 
-def best_matched(asked: Asked) -> Shown:
+def best_matched(request: FigureRequest) -> Shown:
     """Return the requested record; by default the record that a Ricker wavelet matches best."""
-    asked.require_at_most(1)
-    records, status = _searchable(asked)
+    request.require_at_most(1)
+    records, status = _searchable(request)
 
     def index(pair: tuple[Record, PulseOptions]) -> float:
         matches = _rickers(*pair)
@@ -163,16 +163,16 @@ def best_matched(asked: Asked) -> Shown:
     return max(records, key=index) if len(records) > 1 else records[0], status
 
 
-def pulses(asked: Asked) -> Shown:
+def pulses(request: FigureRequest) -> Shown:
     """Return the requested records with their pulses, titles, and how many are left out.
 
     By default the records are the paper's two, or the best match of each of its wavelets.
     """
-    asked.require_at_most(_MOST_PULSES)
-    records, status = _searchable(asked)
+    request.require_at_most(_MOST_PULSES)
+    records, status = _searchable(request)
     matches = [_rickers(*pair) for pair in records]
     chosen = [(i, best_ricker(found)) for i, found in enumerate(matches)]
-    if not asked.record:
+    if not request.record:
         chosen = _default([record for record, _ in records], matches)
     tested, titles = [], []
     for i, wavelet in chosen:
@@ -188,10 +188,10 @@ def pulses(asked: Asked) -> Shown:
     return (tested, titles, remark), status
 
 
-def _searchable(asked: Asked) -> tuple[list[tuple[Record, PulseOptions]], int]:
+def _searchable(request: FigureRequest) -> tuple[list[tuple[Record, PulseOptions]], int]:
     """Return the requested records with their usable options, and the exit status."""
-    with asked.records() as (path, status), open_records(path) as file:
-        names = asked.chosen(file)
+    with request.records() as (path, status), open_records(path) as file:
+        names = request.chosen(file)
         return [(file.read(name), usable(name, file, PulseOptions())) for name in names], status
 
 

@@ -43,7 +43,7 @@ class Kind(Enum):
     NO_DATA = auto()
     WITHHELD = auto()
     TOO_MUCH = auto()
-    DAMAGED = auto()
+    CORRUPTED = auto()
     MISTAKE = auto()
     UNAVAILABLE = auto()
 
@@ -119,7 +119,7 @@ def judge(reply: ServiceReply, content: re.Pattern[str]) -> Problem | None:
     given = reply.headers.get_content_type() if "Content-Type" in reply.headers else ""
     if given and not content.fullmatch(given):
         return Problem(
-            Kind.DAMAGED,
+            Kind.CORRUPTED,
             f"answered with content type {given!r} (a page for people, or a login?) "
             f"in place of {content.pattern.split('|')[0]}. Check the address of the service.",
         )
@@ -284,7 +284,7 @@ def _read(response: HTTPResponse, timeout: float) -> tuple[bytes, Problem | None
         return b"", _cut_off(len(body), stated)
     if response.headers.get("Content-Encoding", "identity").lower() != "identity":
         return b"", Problem(
-            Kind.DAMAGED,
+            Kind.CORRUPTED,
             f"answered in {response.headers['Content-Encoding']!r}, which was not requested.",
         )
     return bytes(body), None
@@ -292,7 +292,7 @@ def _read(response: HTTPResponse, timeout: float) -> tuple[bytes, Problem | None
 
 def _cut_off(received: int, stated: str) -> Problem:
     return Problem(
-        Kind.DAMAGED,
+        Kind.CORRUPTED,
         f"answer truncated: {received} of {stated} bytes received. Try again.",
         passing=True,
     )

@@ -136,7 +136,7 @@ def decompressed(content: Content) -> Content:
                     message = f"{kind} of {compressed} bytes that expands to more than {cap}."
                     raise InputError(path, f"{message} {_must(cap)}")
     except _DAMAGE as error:
-        raise _damaged(path, kind, error) from None
+        raise _corrupted(path, kind, error) from None
     name = re.sub(r"\.(gz|bz2)$", "", content.path.name, flags=re.I)
     return _member(content, name, b"".join(pieces))
 
@@ -146,7 +146,7 @@ def zip_members(outer: Content, data: bytes) -> Iterator[Content]:
     try:
         archive = zipfile.ZipFile(BytesIO(data))
     except _DAMAGE as error:
-        raise _damaged(outer.where, "ZIP", error) from None
+        raise _corrupted(outer.where, "ZIP", error) from None
     with archive:
         members = [member for member in archive.infolist() if not _is_folder(member)]
         total = sum(member.file_size for member in members)
@@ -180,7 +180,7 @@ def _zip_member(outer: Content, archive: zipfile.ZipFile, member: zipfile.ZipInf
         with archive.open(member) as stream:
             return _member(outer, name, stream.read(member.file_size + 1))
     except _DAMAGE as error:
-        return _member(outer, name, refusal=_damaged(outer.where, "member", error).reason)
+        return _member(outer, name, refusal=_corrupted(outer.where, "member", error).reason)
 
 
 def tar_members(outer: Content, data: bytes) -> Iterator[Content]:
@@ -197,7 +197,7 @@ def tar_members(outer: Content, data: bytes) -> Iterator[Content]:
             for entry in members:
                 yield _tar_member(outer, archive, entry)
     except _DAMAGE as error:
-        raise _damaged(outer.where, "tar", error) from None
+        raise _corrupted(outer.where, "tar", error) from None
 
 
 def _tar_member(outer: Content, archive: tarfile.TarFile, member: tarfile.TarInfo) -> Content:
@@ -254,7 +254,7 @@ def _must(cap: int) -> str:
     return f"Must be at most {cap}: {LARGEST_RATIO} times the packed size, and at most {LARGEST}."
 
 
-def _damaged(path: Path, what: str, error: Exception) -> InputError:
+def _corrupted(path: Path, what: str, error: Exception) -> InputError:
     reason = printable(str(error)).rstrip(".") or type(error).__name__
     return InputError(path, f"corrupted {what}: {reason}.")
 

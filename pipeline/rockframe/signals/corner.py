@@ -47,8 +47,8 @@ class CornerSource(IntEnum):
     DEFAULT = 4
 
 
-#: What is said of a corner, by its source.
-_SAID: Final = {
+#: Words of each source of a corner.
+_WORDS: Final = {
     CornerSource.NOT_CORRECTED: "not corrected here",
     CornerSource.STATED: "as stated",
     CornerSource.SIGNAL_TO_NOISE: "chosen from the signal-to-noise ratio",
@@ -78,7 +78,7 @@ class Corner:
     source: CornerSource
 
     def __str__(self) -> str:
-        return f"lower corner: {self.frequency:g} Hz, {_SAID[self.source]}"
+        return f"lower corner: {self.frequency:g} Hz, {_WORDS[self.source]}"
 
 
 #: The corner of records that this package does not correct.
