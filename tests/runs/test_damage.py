@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import pytest
 from tests.runs.small import FEW, contents, make_study, run
 
 from rockframe.cli.main import main
-from rockframe.errors import ParameterError
+from rockframe.errors import InputError, ParameterError
 from rockframe.provenance import sealed
 from rockframe.runs.performing import Work, perform, perform_apart
 from rockframe.runs.plan import Step
@@ -277,6 +278,20 @@ def test_a_run_on_nfs_is_seen(home: Path, monkeypatch: pytest.MonkeyPatch) -> No
     with locked(home / "run"):
         assert is_locked(home / "run")
     assert not is_locked(home / "run")
+
+
+@pytest.mark.parametrize(("readers", "runs"), [(0, True), (4, True), (5, False)])
+def test_a_run_starts_although_its_status_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, readers: int, runs: bool
+) -> None:
+    """Each reader holds the lock for a moment; another run holds it longer than five attempts."""
+    free = iter([False] * readers + [True])
+    pauses: list[float] = []
+    monkeypatch.setattr("rockframe.runs.state.lock_descriptor", lambda *_, **__: next(free))
+    monkeypatch.setattr("rockframe.runs.state.time.sleep", pauses.append)
+    with nullcontext() if runs else pytest.raises(InputError, match="in use"), locked(tmp_path):
+        assert runs
+    assert len(pauses) == readers
 
 
 def test_file_system_without_locks_is_no_other_run(
