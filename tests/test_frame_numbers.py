@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -107,6 +108,18 @@ def test_mass_ratio_must_be_between_none_and_the_limit(value: float) -> None:
         RockingFrame(height=9.6, width=1.6, mass_ratio=value, name="bent")
     assert f"Invalid mass_ratio {value!r} of frame 'bent'" in str(error.value)
     assert "Must be between 0 and 1e+15." in str(error.value)
+
+
+@pytest.mark.parametrize("value", [1.056, 2.0, 0.0, -0.1, math.nan, math.inf])
+def test_an_impact_keeps_some_of_the_speed_but_not_all(value: float) -> None:
+    """(43) keeps 911/962 of it, so a factor of 962/911 would keep all."""
+    bent = partial(RockingFrame, height=9.6, width=1.6, mass_ratio=4.0, name="bent")
+    with pytest.raises(ParameterError) as error:
+        bent(restitution_factor=value)
+    assert f"Invalid restitution_factor {value!r} of frame 'bent'" in str(error.value)
+    assert "below 1.05598: it is a factor of the velocity ratio 0.947" in str(error.value)
+    elastic = bent(restitution_factor=1.0559)
+    assert elastic.restitution == pytest.approx(1.0559 * 911.0 / 962.0, rel=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -79,8 +79,8 @@ class RockingFrame:
         centre of gravity [1]; 4/3 for a rectangle. `inertia_ratio_of` returns it for other
         sections.
     restitution_factor : float
-        Factor of the velocity ratio of eq (43) [1]; 1 is the smallest possible loss of rigid
-        bodies.
+        Factor of the velocity ratio of eq (43) [1]. Of rigid bodies that touch at their edges, 1
+        is the smallest possible loss; measured losses can be smaller or larger.
     top_width : float, optional
         Width on which the beam rests [m]; by default the width of the base.
     centre_of_gravity : float, optional
@@ -103,9 +103,9 @@ class RockingFrame:
     ParameterError
         If a dimension is not between 1 mm and 1 km, the centre of gravity is not within the height,
         the inertia ratio is not above 1 and at most 100, the mass ratio is not between 0 and 1e15,
-        or the restitution factor is not above 0 and at most 1; if the restitution of eq (43) is not
-        positive, because so stocky a frame does not rock; or if there is a restraint without the
-        mass of a column.
+        or the restitution factor makes the velocity ratio of impacts 0 or less, or 1 or more; if
+        the restitution of eq (43) is not positive, because so stocky a frame does not rock; or if
+        there is a restraint without the mass of a column.
 
     Notes
     -----
@@ -150,8 +150,6 @@ class RockingFrame:
             )
         if not 0.0 <= self.mass_ratio <= _HEAVIEST:
             raise self._invalid("mass_ratio", f"between 0 and {_HEAVIEST:g}")
-        if not 0.0 < self.restitution_factor <= 1.0:
-            raise self._invalid("restitution_factor", "above 0 and at most 1")
         if self.centre_height >= self.height:
             raise self._invalid("centre_of_gravity", f"below the height, {self.height:g} m")
         if self.column_mass is None and self.restrained:
@@ -159,14 +157,25 @@ class RockingFrame:
         if self.column_mass is not None and not 0.0 < self.column_mass < math.inf:
             raise self._invalid("column_mass", "positive")
         self._fill_in_length()
-        if self.restitution <= 0.0:
+        self._require_loss()
+
+    def _require_loss(self) -> None:
+        """Require that impacts take some of the speed, but not all of it."""
+        rigid = self._rigid_restitution
+        if rigid <= 0.0:
             limit = f"below {math.degrees(self.slenderness_limit):.2f} degrees"
             raise ParameterError(
                 f"Invalid slenderness {math.degrees(self.slenderness):.2f} degrees of frame "
                 f"{self.name!r} (height {self.height:g} m, width {self.width:g} m). Must be "
                 f"{limit if self.prismatic else 'less'} for mass_ratio {self.mass_ratio:g}: the "
-                f"restitution (eq 43) would be {self.restitution:.3f}, and a frame that loses all "
+                f"restitution (eq 43) would be {rigid:.3f}, and a frame that loses all "
                 "speed at an impact does not rock."
+            )
+        if not 0.0 < self.restitution < 1.0:
+            raise self._invalid(
+                "restitution_factor",
+                f"above 0 and below {1.0 / rigid:.6g}: it is a factor of the velocity ratio "
+                f"{rigid:.4g} of eq (43), and no impact keeps all speed, a ratio of 1, or more",
             )
 
     def _require_numbers(self) -> None:
@@ -278,12 +287,17 @@ class RockingFrame:
 
         It is sqrt(r) of eq (43) times the restitution factor.
         """
+        return self.restitution_factor * self._rigid_restitution
+
+    @property
+    def _rigid_restitution(self) -> float:
+        """Velocity ratio sqrt(r) of eq (43), of rigid bodies that touch at their edges [1]."""
         gamma = self.mass_ratio
         if not self.prismatic:
             kept = self._inertia - 0.5 * self.width**2 - 2.0 * gamma * self._reach**2
-            return self.restitution_factor * kept / self._inertia
+            return kept / self._inertia
         loss = 2.0 * math.sin(self.slenderness) ** 2 * (1.0 + 4.0 * gamma)
-        return self.restitution_factor * (1.0 - loss / (self.inertia_ratio + 4.0 * gamma))
+        return 1.0 - loss / (self.inertia_ratio + 4.0 * gamma)
 
     @property
     def uplift_acceleration(self) -> float:

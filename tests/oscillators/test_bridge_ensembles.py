@@ -34,7 +34,8 @@ PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.3 * GRAVITY, T_p=1.5)
 SMALL = BridgeEnsemble(members=16, seed=4)
 SAME = BridgeEnsemble(
     members=16,
-    **dict.fromkeys(("height", "width", "restitution", "amplitude", "friction"), 0.0),
+    **dict.fromkeys(("height", "width", "amplitude", "friction"), 0.0),
+    impact_loss=1.0,
     **dict.fromkeys(("isolator_strength", "isolator_stiffness", "cracked_stiffness"), 0.0),
     yield_strength=0.0,
 )

@@ -36,6 +36,7 @@ FRAMES = (
     RockingFrame(height=0.3, width=0.1, mass_ratio=1.0),
     RockingFrame(height=20.0, width=2.0, restitution_factor=0.8),
     RockingFrame(height=2.0, width=1.5),
+    RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, restitution_factor=1.03),
     RockingFrame(height=4.0, width=0.6, inertia_ratio=inertia_ratio_of("circular", 4.0, 0.6)),
 )
 COUNT = 10_000

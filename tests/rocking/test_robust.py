@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +30,7 @@ from .motions import BENT, SLENDER, STOCKY, noise
 
 PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
 ROUGH = GroundAcceleration.from_samples(noise(4, 1500, 0.6), 0.02)
-SAME = Ensemble(height=0.0, width=0.0, restitution=0.0, amplitude=0.0)
+SAME = Ensemble(height=0.0, width=0.0, impact_loss=1.0, amplitude=0.0)
 
 
 def test_an_ensemble_of_one_structure_overturns_at_its_critical_scale() -> None:
@@ -132,10 +133,10 @@ def test_a_vertical_acceleration_ends_the_search() -> None:
 
 
 def test_draws_are_within_their_spreads_and_stratified() -> None:
-    drawn = draws(Ensemble(members=100, height=0.1, width=0.2, restitution=0.3, amplitude=0.4))
-    assert_allclose(drawn.min(axis=0), [0.9, 0.8, 0.7, 0.6], rtol=0, atol=0.009)
-    assert_allclose(drawn.max(axis=0), [1.1, 1.2, 1.0, 1.4], rtol=0, atol=0.009)
-    strata = np.sort(np.floor((drawn[:, 2] - 0.7) / 0.003).astype(int))
+    drawn = draws(Ensemble(members=100, height=0.1, width=0.2, impact_loss=3.0, amplitude=0.4))
+    assert_allclose(drawn.min(axis=0), [0.9, 0.8, 1.0 / 3.0, 0.6], rtol=0, atol=0.009)
+    assert_allclose(drawn.max(axis=0), [1.1, 1.2, 3.0, 1.4], rtol=0, atol=0.07)
+    strata = np.sort(np.floor(50.0 * (1.0 + np.log(drawn[:, 2]) / math.log(3.0))).astype(int))
     assert_array_equal(strata, np.arange(100))
 
 
@@ -143,7 +144,8 @@ def test_draws_are_within_their_spreads_and_stratified() -> None:
     ("stated", "words"),
     [
         ({"height": -0.01}, r"height -0\.01\. Must be zero or positive\."),
-        ({"restitution": 1.0}, r"restitution 1\.0\. Must be below 1\."),
+        ({"impact_loss": 0.9}, r"impact_loss 0\.9\. Must be at least 1\."),
+        ({"impact_loss": 11.0}, r"impact_loss 11\.0\. Must be at most 10\."),
         ({"amplitude": float("nan")}, r"amplitude nan\. Must be below 1\."),
         ({"seed": -1}, r"seed -1\. Must be zero or positive\."),
     ],
@@ -157,4 +159,4 @@ def test_spreads_that_leave_no_rocking_frame() -> None:
     stocky = RockingFrame(height=1.0, width=1.35, name="stocky")
     words = r"Invalid spread width 0\.2 of the ensemble of frame 'stocky': .* Must"
     with pytest.raises(ParameterError, match=words):
-        robust_margins([PULSE], [stocky], Ensemble(width=0.2))
+        robust_margins([PULSE], [stocky], Ensemble(width=0.2, impact_loss=1.0))

@@ -99,7 +99,7 @@ def test_the_command_says_it(
     out = capsys.readouterr().out
     lines = {line.split()[0]: line for line in out.splitlines() if line.strip()}
     near, fallen, weak = (lines[name] for name in ("near", "fallen", "weak"))
-    assert near.split()[-6:] == ["1.01", "0.97", "0.99", "1.01", "undecided,", "stands"]
+    assert near.split()[-6:] == ["1.01", "0.97", "0.98", "1.01", "undecided,", "stands"]
     assert VERDICT_RULE in " ".join(out.split())
     assert "overturned" in fallen
     assert "no uplift" in weak

@@ -39,12 +39,14 @@ QUANTILES: Final = (0.16, 0.50, 0.84)
 #: Least number of members of an ensemble.
 LEAST_MEMBERS: Final = 16
 _Spread = Annotated[float, Field(ge=0.0, lt=1.0)]
+_Factor = Annotated[float, Field(ge=1.0, le=10.0)]
 
 
 class Ensemble(Options):
     """Plausible structures and motions close to the stated ones.
 
-    The members are drawn uniformly within the spreads, stratified in each (a Latin hypercube).
+    The members are drawn uniformly within the spreads, and uniformly in the logarithm of factors,
+    stratified in each (a Latin hypercube).
 
     Examples
     --------
@@ -58,8 +60,9 @@ class Ensemble(Options):
     """Largest deviation of the columns' height, as a fraction of the height."""
     width: _Spread = 0.01
     """Largest deviation of the columns' width, as a fraction of the width."""
-    restitution: _Spread = 0.03
-    """Largest reduction of the velocity ratio of impacts, as a fraction of the stated ratio."""
+    impact_loss: _Factor = 2.0
+    """Largest factor, up or down, on the velocity that an impact loses; 1 switches the spread off.
+    Default: between half and twice the loss, because measurements lie on both sides of eq (43)."""
     amplitude: _Spread = 0.01
     """Largest deviation of the motion's amplitude, as a fraction of the amplitude."""
     seed: Seed = 0
@@ -69,7 +72,7 @@ class Ensemble(Options):
 class BridgeEnsemble(Ensemble):
     """Plausible bridges and motions close to the stated ones, for comparisons.
 
-    Rocking bridges have the spreads of height, width and restitution; all bridges that of the
+    Rocking bridges have the spreads of height, width and impact loss; all bridges that of the
     amplitude.
 
     Examples

@@ -255,7 +255,7 @@ _STRUCTURE: Final = """\
 # width_m = 1.6
 # mass_ratio = 4.0   # mass of the beam over that of all columns; 0: a column alone
 # Columns of other shapes: section, top_width_m, inner_width_m, depth_m, inner_depth_m,
-# inertia_ratio, centre_of_gravity_m, beam_depth_m. Impacts with a lower restitution:
+# inertia_ratio, centre_of_gravity_m, beam_depth_m. Impacts with another restitution:
 # restitution_factor. Restraints need column_mass_kg or density_kg_m3, and are tables of their own:
 # structure.tendon and structure.dissipater with the keys of compare.restrained and compare.hybrid,
 # structure.pivot with compressive_strength_pa and depth_m, structure.abutment with gap_m and
