@@ -83,7 +83,7 @@ def test_datasets_are_the_arrays(things: dict[str, Any]) -> None:
     response = things["response"]
     dataset = response.to_xarray()
     assert_array_equal(dataset["theta"].sel(time=6.0, method="nearest"), response.theta[600])
-    assert (dataset.attrs["verdict"], dataset["u"].attrs["units"]) == ("SAFE", "m")
+    assert (dataset.attrs["verdict"], dataset["u"].attrs["units"]) == ("STANDS", "m")
     assert_array_equal(RECORD.to_xarray().values, RECORD.acceleration)
     assert things["rocking spectrum"].to_xarray()["peak_velocity"].dims[-1] == "column_period"
     least = things["overturning spectrum"].to_xarray()
@@ -99,8 +99,8 @@ def test_datasets_are_the_arrays(things: dict[str, Any]) -> None:
 
 
 def test_a_verdict_prints_its_name() -> None:
-    assert str(Verdict.STANDS) == f"{Verdict.STANDS}" == "SAFE"
-    assert f"{Verdict.OVERTURNS:>12}" == "  OVERTURNED"
+    assert str(Verdict.STANDS) == f"{Verdict.STANDS}" == "STANDS"
+    assert f"{Verdict.OVERTURNS:>12}" == "   OVERTURNS"
     assert int(Verdict.STANDS) == 1
 
 

@@ -30,8 +30,10 @@ def test_a_title_longer_than_its_table_is_one_line(capsys: pytest.CaptureFixture
 
 def test_headings_are_broken_before_names_and_numbers(capsys: pytest.CaptureFixture[str]) -> None:
     columns = ["record", *(f"a-long heading-{i}>" for i in range(4)), "verdict"]
-    lines = printed(capsys, columns, [NAME, *["0.306"] * 4, "undecided, overturned"])
-    assert f"{NAME} 0.306 0.306 0.306 0.306 undecided," in [" ".join(s.split()) for s in lines]
+    lines = printed(capsys, columns, [NAME, *["0.306"] * 4, "may overturn (31 %), gap closes"])
+    assert f"{NAME} 0.306 0.306 0.306 0.306 may overturn (31 %)," in [
+        " ".join(s.split()) for s in lines
+    ]
 
 
 def test_where_nothing_else_helps_a_name_is_folded_and_no_number_is_lost(
@@ -77,9 +79,9 @@ def test_columns_that_do_not_fit_are_named_and_identifiers_and_the_verdict_stay(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "40")
-    lines = printed(capsys, RESPONSE, [NAME, "slender-frame", "0.12", "–", "> 10", "overturned"])
+    lines = printed(capsys, RESPONSE, [NAME, "slender-frame", "0.12", "–", "> 10", "overturns"])
     assert lines[1].split()[:2] == ["record", "structure"]
-    assert "overturned" in "\n".join(lines)
+    assert "overturns" in "\n".join(lines)
     assert max(map(len, lines[:-2])) <= 40
     assert lines[-2] == (
         "2 of 6 columns left out: θ/α, critical scale. A wider terminal or --json shows them."

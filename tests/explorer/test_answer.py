@@ -14,6 +14,7 @@ from rockframe import Ensemble, GroundAcceleration, ParameterError, RockingFrame
 from rockframe.explorer.answer import Motion, _places, answer, margin, read_settings
 from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
+from rockframe.rocking import ensemble_responses, with_envelope
 
 BENT = {
     "height": "9.6",
@@ -66,7 +67,25 @@ def test_the_margin_is_that_of_margins(bundled: list[Motion]) -> None:
     [[expected]] = margins([bundled[0].record], [column], ensemble=Ensemble())
     assert f"<title>{expected.strip.words}</title>" in found["strip"]
     assert found["strip"].count("strip-falls") == len(expected.strip.overturning)
-    assert (found["kind"] == "undecided") == bool(expected.undecided_by)
+    [[share]] = ensemble_responses([bundled[0].record], [column])
+    assert found["bands"] == share.facts()
+    assert expected.robust is not None
+    assert found["words"].endswith(f"10 % overturn at {expected.robust.s10:.2f}")
+
+
+def test_the_envelope_on_the_page_contains_that_of_all_samples(bundled: list[Motion]) -> None:
+    """Each interval of time has the lowest and the highest of its samples."""
+    held = {motion.record.record_id: motion for motion in bundled}
+    settings = read_settings({"record": bundled[0].record.record_id, **BENT})
+    envelope = margin(held, settings)["envelope"]
+    across = replace(bundled[0].ground, vertical=None)
+    full = with_envelope(respond(settings.frame, across), across)
+    place = np.searchsorted(envelope["time"], full.time, side="right") - 1
+    assert (np.array(envelope["low"])[place] <= np.asarray(full.theta_low) + 1e-6).all()
+    assert (np.array(envelope["high"])[place] >= np.asarray(full.theta_high) - 1e-6).all()
+    assert max(envelope["high"]) == pytest.approx(
+        float(np.asarray(full.theta_high).max()), abs=1e-6
+    )
 
 
 def test_vertical_motion_counts_where_there_is_one(bundled: list[Motion]) -> None:
@@ -104,7 +123,7 @@ def test_the_section_counts(bundled: list[Motion]) -> None:
 
 def test_a_long_record_keeps_its_extremes(long: Motion) -> None:
     found = asked([long], scale="0.6")
-    assert found.response.verdict.name == "SAFE"
+    assert found.response.verdict.name == "STANDS"
     places, response = found.places, found.response
     assert response.theta.size == 60_000
     assert places.size <= 12_000
@@ -126,7 +145,7 @@ def test_a_long_fall_ends_where_it_falls(long: Motion) -> None:
     found = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
     theta = found.response.theta
     standing = int(np.isfinite(theta).sum())
-    assert found.response.verdict.name == "OVERTURNED"
+    assert found.response.verdict.name == "OVERTURNS"
     assert {standing - 1, standing} <= set(found.places)
 
 

@@ -123,7 +123,7 @@ def test_of_many_results_those_to_look_at_first_are_listed_and_all_are_counted(
     page = Parsed(html)
     assert "These are 1 of 3 results" in html
     assert "1 record on 3 structures" in html
-    assert [a["data-verdict"] for _, a in page.tags if "data-verdict" in a] == ["safe"]
+    assert [a["data-verdict"] for _, a in page.tags if "data-verdict" in a] == ["stands"]
     counts = html.split("Verdicts on each structure")[1].split("</table>")[0]
     cells = [re.sub(r"<.*?>", " ", row).split() for row in counts.split("<tr>")[2:]]
     assert cells == [["bent", "1", "0", "0"], ["thin", "0", "1", "0"], ["squat", "0", "0", "1"]]
@@ -171,7 +171,7 @@ def test_what_is_left_out_is_said(hostile_run: Path, capsys: pytest.CaptureFixtu
     said = json.loads(capsys.readouterr().out)
     assert (said["histories"], said["left_out"]) == (1, 2)
     (kept,) = json.loads(page.texts["facts"])["pairs"]
-    assert kept["kind"] == "safe"  # those that stand come first
+    assert kept["words"].startswith("stands")  # those that stand come first
     assert any("Of 3 histories this page holds 1" in word for word in page.words)
     assert sum(attributes.get("data-history") is not None for _, attributes in page.tags) == 1
 
@@ -182,7 +182,7 @@ def test_what_is_left_out_is_said(hostile_run: Path, capsys: pytest.CaptureFixtu
 def test_a_critical_scale_is_shown_where_the_table_has_one(
     critical: str, cell: str, order: str
 ) -> None:
-    row = {"record": "A", "verdict": "safe", "critical_scale": critical, "largest_scale": "10.0"}
+    row = {"record": "A", "verdict": "stands", "critical_scale": critical, "largest_scale": "10.0"}
     (column,) = (column for column in shown([row]) if column.head == "Critical scale")
     assert (column.cell(row), column.order(row)) == (cell, order)
 

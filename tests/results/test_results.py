@@ -180,7 +180,7 @@ def test_every_variable_explains_itself(response_path: Path) -> None:
         assert bare["row_size"].attrs["sample_dimension"] == "obs"
         assert bare["record_id"].attrs["cf_role"] == "timeseries_id"
         meanings = bare["verdict"].attrs["flag_meanings"].split()
-        assert meanings == ["no_uplift", "safe", "overturned", "undecided"]
+        assert meanings == ["no_uplift", "stands", "overturns"]
 
 
 def test_every_variable_is_compressed_and_checksummed(response_path: Path) -> None:

@@ -283,7 +283,7 @@ def test_a_verdict_names_the_event_that_ends_the_model(records: Path, tmp_path: 
                "--output", compared) == 0  # fmt: skip
     (row,) = response_rows(response)
     free = comparison_rows(compared)[0]
-    assert (row["verdict"], free["validity"]) == ("safe", "gap_closes")
+    assert (row["verdict"], free["validity"]) == ("stands", "gap_closes")
     assert row["gap_closed_time_s"] == free["valid_until_s"]
     assert row["critical_scale"] > 1.0
     assert row["verdict_words"] == f"stands; gap closes {row['gap_closed_time_s']:.1f} s"

@@ -78,7 +78,7 @@ def test_response_file_holds_the_second_opinion(stages: Path, tmp_path: Path) ->
     with xr.open_dataset(output) as dataset:
         np.testing.assert_allclose(dataset["surrogate_error"], 0.0, atol=2e-3)
         assert (dataset["verdict_to_pulse"] == dataset["verdict"]).all()
-    assert next(response_rows(output))["verdict_to_pulse"] == "safe"
+    assert next(response_rows(output))["verdict_to_pulse"] == "stands"
 
 
 def test_without_pulses_there_is_none(stages: Path, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,15 @@ from rockframe.record import Orientation, Record
 from rockframe.results.records import write_records
 from rockframe.results.response import open_response
 from rockframe.results.tables.table import response_rows
-from rockframe.rocking import VERDICT_RULE, Margin, Verdict, ensemble_responses, margins
+from rockframe.rocking import (
+    MARGIN_LEGEND,
+    VERDICT_RULE,
+    Margin,
+    ensemble_responses,
+    margins,
+    respond,
+    with_envelope,
+)
 from rockframe.stages.common import Batch
 from rockframe.stages.respond import respond_stage
 from rockframe.stages.table import merge_stage
@@ -65,8 +74,8 @@ def test_the_file_holds_what_was_found(records: list[Record], response_file: Pat
             one = dataset.isel(record=i, structure=0)
             assert_array_equal(one["critical_scale"], margin.critical_scale)
             assert int(one["safe_islands"]) == margin.safe_islands
-            assert int(one["undecided_by"]) == margin.undecided_by
             assert margin.robust is not None
+            assert int(one["sampling_changes"]) == margin.robust.sampling_changes
             for name in ("10", "25", "50"):
                 for stored, prefix in (("scale", "s"), ("error", "error")):
                     value = getattr(margin.robust, f"{prefix}{name}")
@@ -77,18 +86,43 @@ def test_the_file_holds_what_was_found(records: list[Record], response_file: Pat
             assert tuple(zip(starts, ends, strict=True))[: margin.safe_islands] == margin.islands
 
 
-def test_a_verdict_that_a_hundredth_turns_is_undecided(response_file: Path) -> None:
-    verdicts = {row["record_id"]: row["verdict"] for row in response_rows(response_file)}
-    assert verdicts == {"near": "undecided", "fallen": "overturned", "weak": "no_uplift"}
+def test_the_verdict_is_that_of_the_ensemble_and_the_file_keeps_the_nominal_one(
+    response_file: Path,
+) -> None:
+    rows = {row["record_id"]: row for row in response_rows(response_file)}
+    assert {name: row["verdict"] for name, row in rows.items()} == {
+        "near": "stands",
+        "fallen": "overturns",
+        "weak": "no_uplift",
+    }
+    near = rows["near"]
+    assert 0.05 < near["share_overturned"] < 0.95
+    assert near["verdict_words"] == f"may overturn ({100.0 * near['share_overturned']:.0f} %)"
+    assert rows["fallen"]["verdict_words"] == "overturns"
+    assert rows["weak"]["verdict_words"] == "no uplift"
     with open_response(response_file) as response:
-        flag = response.dataset["verdict"]
-        assert int(flag[0, 0]) == Verdict.UNDECIDED
-        assert "undecided" in flag.attrs["flag_meanings"].split()
-        bits = response.dataset["undecided_by"].attrs
-        assert bits["flag_masks"].tolist() == [1, 2, 4, 8]
-        assert bits["flag_meanings"].split() == [
-            *("amplitude", "restitution", "sampling", "dimensions")
-        ]
+        assert response.dataset["verdict"].attrs["flag_meanings"] == "no_uplift stands overturns"
+
+
+def test_the_file_has_the_envelopes_of_kept_histories(
+    records: list[Record], response_file: Path
+) -> None:
+    with open_response(response_file) as response:
+        for record in records:
+            found = with_envelope(respond(BENT, record), record)
+            history = response.sel(record=record.record_id, structure="bridge-bent")
+            assert_array_equal(history["theta_low"], found.theta_low)
+            assert_array_equal(history["theta_high"], found.theta_high)
+
+
+@pytest.mark.parametrize("changes", [{"margins": "none"}, {"ensemble": Ensemble(members=0)}])
+def test_without_robust_margins_there_are_no_envelopes(
+    records_file: Path, tmp_path: Path, changes: dict[str, Any]
+) -> None:
+    output = tmp_path / "response.nc"
+    respond_stage(records_file, output, RespondOptions(structure="bridge-bent", **changes))
+    with open_response(output) as response:
+        assert "theta_low" not in response.dataset
 
 
 def test_the_command_says_it(
@@ -99,13 +133,14 @@ def test_the_command_says_it(
     out = capsys.readouterr().out
     lines = {line.split()[0]: line for line in out.splitlines() if line.strip()}
     near, fallen, weak = (lines[name] for name in ("near", "fallen", "weak"))
-    assert near.split()[-6:] == ["1.01", "0.97", "0.98", "1.01", "undecided,", "stands"]
+    assert "may overturn (" in near
     assert VERDICT_RULE in " ".join(out.split())
-    assert "overturned" in fallen
+    assert MARGIN_LEGEND in " ".join(out.split())
+    assert "overturns 100 % (95 to 100)" in " ".join(fallen.split())
     assert "no uplift" in weak
     assert main(["respond", str(records_file), *words, "--margins", "none", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["responses"]
-    assert [row["verdict"] for row in rows] == ["safe", "overturned", "no_uplift"]
+    assert [row["verdict"] for row in rows] == ["stands", "overturns", "no_uplift"]
     assert {row["critical_scale"] for row in rows} == {None}
 
 
@@ -141,8 +176,7 @@ def test_table1_without_margins(tmp_path: Path) -> None:
     assert main(["table1", "--records", str(record), "--margins", "none", *words]) == 0
     with (tmp_path / "run" / "table.csv").open(newline="") as stream:
         for row in csv.DictReader(stream):
-            margin = (row["critical_scale"], row["safe_islands"], row["undecided_by"])
-            assert margin == ("", "", "")
+            assert (row["critical_scale"], row["safe_islands"]) == ("", "")
 
 
 def test_shipped_structures_are_those_of_the_test() -> None:

@@ -51,7 +51,6 @@ def test_margins_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None
             one = found.isel(record=i, structure=k)
             assert float(one["critical_scale"]) == margin.critical_scale
             assert int(one["safe_islands"]) == margin.safe_islands
-            assert bool(one["undecided"]) == bool(margin.undecided_by)
             assert margin.robust is not None
             assert_array_equal(one["robust_scale_25"], margin.robust.s25)
             assert_array_equal(one["robust_error_50"], margin.robust.error50)

@@ -166,7 +166,7 @@ def _wrapped(text: str, width: int) -> str:
 
     Examples
     --------
-    >>> _wrapped("apollo-frame", 8), _wrapped("overturned 5.8 s", 14)
+    >>> _wrapped("apollo-frame", 8), _wrapped("overturns 5.8 s", 14)
     ('apollo-\nframe', 'overturned\n5.8 s')
     """
     lines = []

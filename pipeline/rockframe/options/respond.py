@@ -116,7 +116,7 @@ class RespondOptions(Options):
     """Responses whose histories are written: none, selected (those that overturn or reach half the
     slenderness), or all."""
     margins: Margins = "robust"
-    """Margins of the verdicts: none; first (critical scales and undecided verdicts; some 50 ms for
+    """Margins of the verdicts: none; first (critical scales of the structures as given; some 50 ms for
     each record and structure); or robust (also the scales at which 10, 25 and 50 % of an ensemble
     of plausible structures overturn; some 150 ms)."""
     ensemble: Ensemble = Ensemble()
@@ -180,7 +180,7 @@ class ScreenOptions(Options):
     slenderness), or all."""
     margins: Margins = "first"
     """Margins of the verdicts under the unscaled records: none; first (critical scales, the
-    islands above them in which the structure stands, and undecided verdicts; some 50 ms for each
+    islands above them in which the structure stands; some 50 ms for each
     record and structure); or robust (also the scales at which 10, 25, 50 % of an ensemble of
     plausible structures overturn; some 150 ms)."""
     ensemble: Ensemble = Ensemble()

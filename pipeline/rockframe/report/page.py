@@ -320,7 +320,8 @@ def _overview(run: Run) -> dict[str, Any]:
     place = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
     return {
         "rows": run.rows,
-        "columns": shown(run.rows),
+        "columns": (columns := shown(run.rows)),
+        "margin": next((one.key for one in columns if one.rule is critical_scale), ""),
         "count": count,
         "tally": [kind for kind in VerdictKind if count[kind] or kind is VerdictKind.OVERTURNS],
         "kinds": [kind for kind in VerdictKind if count[kind]],
@@ -350,12 +351,15 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
     ['Record', 'Verdict']
     """
     ruled = (critical_scale, band_words)  # their values are in several columns of the table
-    return [
-        column
+    there = {
+        column.key: column
         for column in OVERVIEW
         if any(row.get(column.key) for row in rows)
         or (column.rule in ruled and any(column.cell(row) != "–" for row in rows))
-    ]
+    }
+    if "robust_scale_10" in there:  # a table has one margin
+        there.pop("critical_scale", None)
+    return [*there.values()]
 
 
 def _strip_of_each_row(run: Run) -> list[Markup]:

@@ -409,7 +409,7 @@ def respond(
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
     >>> response = respond(bent, pulse)
     >>> response.verdict.name, round(response.peak_rotation_ratio, 4)
-    ('SAFE', 0.6517)
+    ('STANDS', 0.6517)
     """
     ground = as_ground(motion).followed_by_rest(free_rocking)
     require_some(frames=[frame])

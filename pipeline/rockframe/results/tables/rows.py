@@ -183,6 +183,7 @@ OVERVIEW: Final = (
     Column("Verdict", "verdict", rule=verdict_words, wraps=True),
     Column("Overturn", "share_overturned", rule=share_words),
     Column("10 % overturn at", "robust_scale_10", ".2f", rule=critical_scale),
+    Column("Critical scale", "critical_scale", ".2f", rule=critical_scale),
     Column("θ/α, 16 50 84 %", "peak_rotation_ratio_*", rule=band_words),
     Column("u, 16 50 84 %", "u_max_*_m", rule=band_words, unit="cm"),
     Column("θ/α, nominal", "peak_rotation_ratio", ".3f", rule=standing),
@@ -202,7 +203,6 @@ _BY_KEY: Final = {
     for column in (
         *OVERVIEW,
         Column("record", "record_id"),
-        Column("Critical scale", "critical_scale", ".2f", rule=critical_scale),
     )
 }
 
