@@ -116,9 +116,9 @@ class RespondOptions(Options):
     """Responses whose histories are written: none, selected (those that overturn or reach half the
     slenderness), or all."""
     margins: Margins = "robust"
-    """Margins of the verdicts: none; first (critical scales of the structures as given; some 50 ms for
-    each record and structure); or robust (also the scales at which 10, 25 and 50 % of an ensemble
-    of plausible structures overturn; some 150 ms)."""
+    """Margins of the verdicts: none; first (nominal critical scales; some 50 ms for each record and
+    structure); or robust (also the scales at which 10, 25 and 50 % of an ensemble of plausible
+    structures overturn; some 150 ms)."""
     ensemble: Ensemble = Ensemble()
 
 
