@@ -80,7 +80,7 @@ def test_figure_11_draws_a_falling_frame_no_further() -> None:
     record = shake(1.5)
     response = respond(COLUMN, record)
     drawn = draw_response_grid([record], [response], [""])
-    assert "shake: overturned " in drawn.caption
+    assert "shake: overturns " in drawn.caption
     ratio = curve(axes_of(drawn)[1], 0)[1]
     assert 1.0 < np.abs(ratio).max() <= 1.3
     whole = response.theta / COLUMN.slenderness

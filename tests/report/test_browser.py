@@ -210,7 +210,7 @@ def test_a_frame_that_never_uplifts_stands_still(
     assert main(["report", str(hostile_run), "--output", str(tmp_path / "report.html")]) == 0
     opened(page, tmp_path, 2)
     scrub(page, 300)
-    assert "No uplift." in page.inner_text("#verdict-line")
+    assert "No uplift; 10 % overturn at" in page.inner_text("#verdict-line")
     assert value(page, "theta") == 0.0
     assert "rotate(0 " in page.get_attribute("svg.frame .column", "transform")
 

@@ -286,7 +286,8 @@ def test_a_verdict_names_the_event_that_ends_the_model(records: Path, tmp_path: 
     assert (row["verdict"], free["validity"]) == ("stands", "gap_closes")
     assert row["gap_closed_time_s"] == free["valid_until_s"]
     assert row["critical_scale"] > 1.0
-    assert row["verdict_words"] == f"stands; gap closes {row['gap_closed_time_s']:.1f} s"
+    assert row["share_model_ends"] == 1.0
+    assert row["verdict_words"] == "stands; gap closes in 100 %"
 
 
 def test_restrained_structures_are_screened(records: Path, tmp_path: Path) -> None:

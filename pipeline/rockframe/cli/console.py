@@ -167,7 +167,7 @@ def _wrapped(text: str, width: int) -> str:
     Examples
     --------
     >>> _wrapped("apollo-frame", 8), _wrapped("overturns 5.8 s", 14)
-    ('apollo-\nframe', 'overturned\n5.8 s')
+    ('apollo-\nframe', 'overturns\n5.8 s')
     """
     lines = []
     for line in text.split("\n"):

@@ -151,7 +151,7 @@ def payload(
                     "structure": history.structure,
                     "tone": tone(stated),
                     "words": stated.sentence,
-                    "band": band_words(row, "peak_rotation_ratio_*").replace("–", ""),
+                    "band": _band(row, stated),
                     "overturns": stated.overturns,
                     "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
                     "peak": _finite(row["peak_rotation_ratio"]),
@@ -166,6 +166,12 @@ def payload(
         "structures": structures,
         "pairs": pairs,
     }, samples
+
+
+def _band(row: Mapping[str, str], verdict: SpreadVerdict) -> str:
+    """Return the band of theta/alpha; empty without an ensemble, or if no member uplifts."""
+    still = verdict.kind is VerdictKind.NO_UPLIFT
+    return "" if still or verdict.is_nominal else band_words(row, "peak_rotation_ratio_*")
 
 
 def _of_pair(facts: Iterable[LabelledValue], stated: SpreadVerdict) -> list[LabelledValue]:
