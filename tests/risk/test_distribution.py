@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.stats import rankdata
 
-from rockframe.risk import demand_ranks, peak_distribution, wilson
+from rockframe.risk import demand_ranks, mean_share, observed_shares, peak_distribution, wilson
 
 
 def test_share_is_that_of_the_motions() -> None:
@@ -57,3 +57,39 @@ def test_wilson_solves_its_equation(count: int) -> None:
 @given(st.lists(st.sampled_from([0.0, 0.1, 0.5, 2.0, math.inf]), min_size=1, max_size=9))
 def test_ranks_are_those_of_scipy(peaks: list[float]) -> None:
     assert_allclose(demand_ranks(np.array(peaks)[:, None])[:, 0], rankdata(-np.array(peaks)))
+
+
+def test_members_are_pooled_but_do_not_narrow_the_band() -> None:
+    """Four equal members say as much as one; a motion counts with the share of its members."""
+    peaks = np.random.default_rng(2).random(20)
+    levels = [0.2, 0.5, 0.9]
+    one, four = (peak_distribution(peaks[:, None].repeat(k, axis=1), levels) for k in (1, 4))
+    for name in ("share", "low", "high"):
+        assert np.array_equal(getattr(one, name), getattr(four, name))
+    band = peak_distribution([[0.1, 0.3], [0.3, math.inf]], [0.2, 0.4])
+    assert band.share.tolist() == [0.25, 0.75]
+
+
+def test_a_motion_that_occurs_ten_times_as_one_cluster_does_not_narrow_the_band() -> None:
+    shares = np.random.default_rng(3).random((6, 2))
+    once = mean_share(shares)
+    often = mean_share(shares.repeat(10, axis=0), clusters=np.arange(6).repeat(10))
+    assert_allclose([often.low, often.high], [once.low, once.high])
+    single = mean_share(shares.repeat(10, axis=0))
+    assert (single.high - single.low < 0.5 * (once.high - once.low)).all()
+
+
+def test_shares_of_zero_and_one_are_outcomes() -> None:
+    fell = np.random.default_rng(4).random((30, 3)) < 0.4
+    intensity, scales = np.linspace(1.0, 2.0, 30), [1.0, 1.5, 2.0]
+    centre, share = observed_shares(intensity, scales, fell, 5)
+    again = observed_shares(intensity, scales, fell.astype(float), 5)
+    assert np.array_equal((centre, share), again)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2)), min_size=1, max_size=9))
+def test_shares_rank_before_peaks(pairs: list[tuple[int, int]]) -> None:
+    shares, peaks = np.array(pairs, dtype=float).T
+    ranks = demand_ranks(peaks[:, None], shares[:, None] / 2.0)[:, 0]
+    assert_allclose(ranks, rankdata(-(10.0 * shares + peaks)))

@@ -24,6 +24,7 @@ from rockframe.stages.screen import screen_stage
 from rockframe.study.structures import read_structures
 
 Screen = Callable[..., xr.Dataset]
+MEMBERS = ("--scenario-members", "4")
 
 
 def test_scenarios_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None:
@@ -272,7 +273,7 @@ def test_azimuths_of_one_name_do_not_share_batches(
     assert not list(tmp_path.glob(".screen-*.batches"))
 
 
-def test_design_says_its_scale_and_margins_what_is_undecided(
+def test_design_says_its_scale_and_what_is_nominal(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     records, output = stored(site(1), tmp_path), tmp_path / "s.nc"
@@ -280,8 +281,12 @@ def test_design_says_its_scale_and_margins_what_is_undecided(
     words += ["--design-dimension", "height", "--design-range", "2", "3", "--design-steps", "2"]
     assert main(["screen", str(records), "--output", str(output), *words]) == 0
     told = capsys.readouterr().out
-    assert "for 90 %, at scale 0.5" in told
-    assert "0 of 1 verdicts on the motions as recorded are undecided" in told
+    assert "for 90 % of 1 motions, at scale 0.5 (nominal)" in told
+    assert "Over all 1 motions at scale 0.5 (nominal)" in told
+    assert main(["screen", str(records), "--output", str(output), *words, *MEMBERS]) == 0
+    told = capsys.readouterr().out
+    assert "for 90 % of 4 responses (1 motions, 4 members each), at scale 0.5\n" in told
+    assert "nominal" not in told
 
 
 def test_names_of_the_records_made_here() -> None:

@@ -11,7 +11,12 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from rockframe.figures.captioned import LINES, PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
-from rockframe.results.screen_tables import fragility_curve, with_its_limits
+from rockframe.results.screen_tables import (
+    fragility_curve,
+    members_of,
+    responses_in_words,
+    with_its_limits,
+)
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
 from rockframe.rocking import Verdict
 
@@ -120,16 +125,17 @@ def _results_in_words(screening: xr.Dataset, limit: LimitState, known: list[Meas
 
 def _caption(screening: xr.Dataset, structure: str, told: list[str]) -> str:
     recordings = np.unique(screening["cluster"].values).size
-    scales = screening["scale"].values
+    scales, members = screening["scale"].values, members_of(screening)
+    each = "the stated structure alone (nominal)" if members == 1 else f"{members} members each"
     overturns = "overturns" if screening.sizes["limit_state"] == 1 else "reaches each limit state"
     better = str(screening["better_measure"].item())
     named = f"The better measure is {better}" if better else "No better measure is named"
     return (
         f"Probability that {structure} {overturns}, {fragility_curve(screening)} in the intensity, "
         f"of maximum likelihood, from {screening.sizes['record']} motions of {recordings} "
-        f"recordings at {scales.size} scales from {scales[0]:g} to {scales[-1]:g}; shaded, 90 % "
-        "confidence with all scales and components of a recording as one observation, or what is "
-        "left open where there is no curve; dots, observed shares in classes of equal numbers. "
+        f"recordings at {scales.size} scales from {scales[0]:g} to {scales[-1]:g}, {each}; shaded, "
+        "90 % confidence with all scales and components of a recording as one observation, or what "
+        "is left open where there is no curve; dots, observed shares in classes of equal numbers. "
         f"{'; '.join(told)}. {named}: {screening['better_measure_reason'].item()}."
     )
 
@@ -161,20 +167,29 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
         axes.set_title(str(screening["structure"].item()), fontsize=8)
         axes.set_ylim(0.0, 1.0)
         axes.set_xlabel(r"peak rotation  $\theta\,/\,\alpha$")
-        axes.set_ylabel("share of motions at or below")
+        whose = "motions" if members_of(screening) == 1 else "responses"
+        axes.set_ylabel(f"share of {whose} at or below")
     structure = str(screening["structure"].item())
     scale = float(screening["reference_scale"])
     at = int(np.flatnonzero(screening["scale"].values == scale)[0])
-    fell = int(screening["verdict_count"].isel(scale=at, outcome=Verdict.OVERTURNS))
+    share = _share_overturned(screening.isel(scale=at))
     recordings = np.unique(screening["cluster"].values).size
     caption = (
-        f"Share of {screening.sizes['record']} motions of {recordings} recordings, at scale "
-        f"{scale:g}, under which the peak rotation of {structure} is at most θ/α; "
-        f"{fell} overturn, so that the curve ends at "
-        f"{1.0 - fell / screening.sizes['record']:.2f}. Shaded: 90 % confidence, by drawing "
-        "recordings with replacement; where Wilson's interval for their number is wider, that one."
+        f"Share of {responses_in_words(screening)} of {recordings} recordings, at scale "
+        f"{scale:g}, in which the peak rotation of {structure} is at most θ/α; "
+        f"{100.0 * share:.0f} % overturn, so that the curve ends at {1.0 - share:.2f}. Shaded: "
+        "90 % confidence, by drawing recordings with replacement, each with all its members; where "
+        "Wilson's interval for their number is wider, that one."
     )
     return Captioned(figure, f"Peak rotations of {structure}", caption)
+
+
+def _share_overturned(screening: xr.Dataset) -> float:
+    """Return the share of motions and members that overturn one structure at one scale."""
+    if "overall_share_overturned" in screening:
+        return float(screening["overall_share_overturned"])
+    counts = screening["verdict_count"].values
+    return float(counts[Verdict.OVERTURNS] / counts.sum())
 
 
 def _axis_end(screening: xr.Dataset) -> float:

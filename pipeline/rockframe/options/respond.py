@@ -38,6 +38,8 @@ def _enough(members: int) -> int:
 QUANTILES: Final = (0.16, 0.50, 0.84)
 #: Least number of members of an ensemble.
 LEAST_MEMBERS: Final = 16
+#: Largest number of members in each scenario of a screening.
+_MOST_SCENARIO_MEMBERS: Final = 1000
 _Spread = Annotated[float, Field(ge=0.0, lt=1.0)]
 _Factor = Annotated[float, Field(ge=1.0, le=10.0)]
 
@@ -123,7 +125,7 @@ class RespondOptions(Options):
 
 
 class DesignOptions(Options):
-    """The smallest dimension that keeps the rotation below a limit."""
+    """The smallest dimension that keeps a quantity below a limit."""
 
     dimension: Annotated[Literal["height", "width", "mass_ratio"], Field(examples=["height"])]
     """Varied dimension: height (at constant slenderness), width (at constant height), or mass
@@ -137,8 +139,11 @@ class DesignOptions(Options):
     tendon over its yield force, or the drift over the gap at the abutment."""
     limit: Positive = 0.5
     """Limit of a ratio, of u or v in m, or of the impact velocity in m/s."""
+    statistic: Literal["share", "quantile_84"] = "share"
+    """What must keep the limit: a share of the records and members, or the 84 % quantile of the
+    quantity over all of them."""
     share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
-    """Share of the records that must stay below the limit."""
+    """Share of the records and members that must stay below the limit, for the statistic share."""
     steps: Annotated[int, Field(ge=2, le=10_000)] = 41
     """Number of values tried in the range."""
 
@@ -179,11 +184,14 @@ class ScreenOptions(Options):
     """Scenarios whose histories are written: none, selected (those that overturn or reach half the
     slenderness), or all."""
     margins: Margins = "first"
-    """Margins of the verdicts under the unscaled records: none; first (critical scales, the
-    islands above them in which the structure stands; some 50 ms for each
-    record and structure); or robust (also the scales at which 10, 25, 50 % of an ensemble of
-    plausible structures overturn; some 150 ms)."""
+    """Margins under the unscaled records: none; first (critical scales, and the islands above them
+    in which the structure stands; some 50 ms for each record and structure); or robust (also the
+    scales at which 10, 25, 50 % of an ensemble of plausible structures overturn; some 150 ms)."""
     ensemble: Ensemble = Ensemble()
+    scenario_members: Annotated[int, Field(ge=1, le=_MOST_SCENARIO_MEMBERS)] = 1
+    """Number of members of the ensemble that respond in each scenario. With 1, only the stated
+    structure responds, and all results are nominal. From 2 on, ranks, fragilities, rates and
+    designs are computed from shares of the members, and nominal results are stored beside them."""
     pulse_period_s: Annotated[Bounds | None, Field(examples=[(0.5, 5.0)])] = None
     """Only records whose selected pulse has a period in this range [s]."""
     pulse_length_m: Annotated[Bounds | None, Field(examples=[(0.1, 9.0)])] = None
@@ -248,6 +256,20 @@ class ScreenOptions(Options):
             message = f"hazard_site {longitude:g} {latitude:g}. Must be longitude, then latitude"
             raise rule(message)
         return self
+
+    def scenario_ensemble(self) -> Ensemble | None:
+        """Return the ensemble that responds in each scenario; None for the stated structure alone.
+
+        Examples
+        --------
+        >>> found = ScreenOptions(scenario_members=4).scenario_ensemble()
+        >>> None if found is None else found.members
+        4
+        """
+        if self.scenario_members == 1:
+            return None
+        # Not validated: `LEAST_MEMBERS` is for the interval of the share of a single scenario.
+        return self.ensemble.model_copy(update={"members": self.scenario_members})
 
     def limits(self) -> tuple[tuple[str, float], ...]:
         """Return the stated limits of the response as pairs of quantity and value [SI]."""

@@ -25,7 +25,13 @@ from rockframe.provenance import source_code_hash
 from rockframe.results.response import COMPARISON
 from rockframe.results.run import Ground, History, Run, rank
 from rockframe.results.screen_tables import (
+    OVERALL,
+    demand_words,
+    design_by_share,
     fragility_curve,
+    members_of,
+    overall_rows,
+    responses_in_words,
     screen_rows,
     screen_summary,
     with_its_limits,
@@ -40,7 +46,7 @@ from rockframe.results.tables.rows import (
     stated_pulse,
 )
 from rockframe.risk import LimitState, Outcome, measure_of
-from rockframe.rocking import SpreadVerdict, Verdict, VerdictKind
+from rockframe.rocking import SpreadVerdict, VerdictKind
 from rockframe.signals.passport import CHECKS
 from rockframe.units import GRAVITY
 from rockframe.web import render_page, strip_svg, tone
@@ -450,13 +456,17 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
     """
     structures = [str(name) for name in screening["structure"].values]
     first = islice(screen_rows(screening), _MOTIONS * len(structures))
-    rows = [row | {"demand": _demand(row)} for row in first]
+    rows = [row | {"demand": demand_words(row)} for row in first]
     width = len(structures)
     return {
         "motions": screening.sizes["record"],
         "recordings": len(np.unique(screening["cluster"].values)),
         "scales": screening.sizes["scale"],
         "reference": float(screening["reference_scale"]),
+        "nominal": members_of(screening) == 1,
+        "responses": responses_in_words(screening),
+        "overall": list(overall_rows(screening)),
+        "overall_columns": OVERALL,
         "structures": structures,
         "summary": screen_summary(screening),
         "curve": fragility_curve(screening),
@@ -468,12 +478,6 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "design": _design(screening) if "design_share" in screening else None,
         "size": (WIDTH, HEIGHT),
     }
-
-
-def _demand(row: Mapping[str, Any]) -> str:
-    """Return the peak rotation ratio of a row of `screen_rows`, or its outcome: it overturns."""
-    fell = row["verdict"] == Verdict.OVERTURNS.name.lower()
-    return Verdict.OVERTURNS.label if fell else f"{row['peak_rotation_ratio']:.3f}"
 
 
 def _fragility(one: xr.Dataset) -> list[Plot]:
@@ -511,6 +515,7 @@ def _design(screening: xr.Dataset) -> dict[str, Any]:
         "unit": "" if unit == "1" else unit,
         "limit": LimitState(quantity, limit).words.replace("≥", "<"),
         "share": float(screening["design_required_share"]),
+        "by_share": design_by_share(screening),
         "plot": Plot(
             f"{what}{'' if unit == '1' else f' [{unit}]'}",
             f"{values[0]:g}",

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
 import shutil
 import zipfile
 import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
@@ -46,13 +47,14 @@ _DIMS: Final = ("record", "structure", "scale")
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
 _PEAKS: Final = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity")
-#: Variables that are written motion by motion.
-_FILLED: Final = ("verdict", *_PEAKS)
+#: Variables that are written motion by motion, and those that need an ensemble.
+_NOMINAL: Final = ("verdict", *_PEAKS)
+_OF_MEMBERS: Final = tuple(one.name for one in SCREEN_NC.variables if one.group == "members")
 
 
 def write_screening(
     scenarios: Iterable[Scenario],
-    shape: tuple[int, int, int],
+    sizes: Mapping[str, int],
     reference: int,
     describe: Callable[[], tuple[Mapping[str, Any], Mapping[str, str]]],
     path: Path,
@@ -71,9 +73,10 @@ def write_screening(
     Parameters
     ----------
     scenarios : iterable of mapping of str to array, shape (structures, scales)
-        The result of `peaks_of_frames` for each motion.
-    shape : (int, int, int)
-        Numbers of motions, structures and scales.
+        The result of `peaks_of_frames` for each motion, and the shares and bands of an ensemble.
+    sizes : mapping of str to int
+        Numbers of motions, structures and scales: ``record``, ``structure`` and ``scale``; with an
+        ensemble also of limits and quantiles: ``limit_state`` and ``quantile``.
     reference : int
         Position of the reference scale.
     describe : callable
@@ -96,9 +99,10 @@ def write_screening(
     source = iter(scenarios)
     # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
-    at_reference: dict[str, list[NDArray[Any]]] = {name: [] for name in _FILLED}
+    filled = _NOMINAL + (_OF_MEMBERS if "quantile" in sizes else ())
+    at_reference: dict[str, list[NDArray[Any]]] = {name: [] for name in filled}
     with named(path) as partial:
-        with _filling(partial, shape) as fill:
+        with _filling(partial, filled, sizes) as fill:
             for row, scenario in enumerate(chain(first, source)):
                 fill(row, scenario)
                 for name, rows in at_reference.items():
@@ -118,7 +122,7 @@ def write_screening(
             mode="a",
         )
     known = {
-        name: (_DIMS[:2], np.array(rows), SCREEN_NC[name].holding(np.empty((0, 0, 0))).attrs)
+        name: SCREEN_NC[name].holding(np.array(rows)[:, :, None]).isel(scale=0)
         for name, rows in at_reference.items()
     }
     return made.assign(known).assign_attrs(rockframe_kind=SCREEN).set_coords("record_id")
@@ -126,23 +130,26 @@ def write_screening(
 
 @contextmanager
 def _filling(
-    partial: Path, shape: tuple[int, int, int]
+    partial: Path, names: Sequence[str], sizes: Mapping[str, int]
 ) -> Iterator[Callable[[int, Scenario], None]]:
     """Yield a function that writes the scenarios of one motion."""
-    records, structures, scales = shape
-    width = min(scales, CHUNK)
-    rows = max(1, min(records, CHUNK // (structures * width)))
+    width = min(sizes["scale"], CHUNK)
     file = netCDF4.Dataset(partial, "w", format="NETCDF4")
     try:
-        for dimension, size in zip(_DIMS, shape, strict=True):
+        for dimension, size in sizes.items():
             file.createDimension(dimension, size)
-        for name in _FILLED:
-            like = SCREEN_NC[name].holding(np.empty((0, 0, 0)))
-            create_variable(file, name, like, (rows, structures, width), chunks=2)
+        for name in names:
+            declared = SCREEN_NC[name]
+            further = [sizes[dimension] for dimension in declared.dims[3:]]
+            each = sizes["structure"] * width * math.prod(further)
+            rows = max(1, min(sizes["record"], CHUNK // each))
+            like = declared.holding(np.empty((0,) * len(declared.dims)))
+            chunk = (rows, sizes["structure"], width, *further)
+            create_variable(file, name, like, chunk, chunks=2)
 
         def fill(row: int, scenario: Scenario) -> None:
             with as_os_error():
-                for name in _FILLED:
+                for name in names:
                     file[name][row] = scenario[name]
 
         yield fill
@@ -171,8 +178,8 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     path : str or Path
         Output of ``rockframe screen``.
     every_scale : bool
-        Read verdicts and peaks at every scale; False reads the reference scale only, to save
-        memory.
+        Read verdicts, peaks, and shares of an ensemble at every scale; False reads the reference
+        scale only, to save memory.
 
     Returns
     -------
@@ -196,7 +203,7 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
         if not every_scale:
             scale = float(known["reference_scale"])
             at = int(np.flatnonzero(known["scale"].values == scale)[0])
-            some = [name for name in _FILLED if name in known]
+            some = [name for name in (*_NOMINAL, *_OF_MEMBERS) if name in known]
             known = known.assign({name: known[name].isel(scale=at, drop=True) for name in some})
         return known.load().set_coords("record_id")
 
@@ -256,7 +263,8 @@ def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        ``structure``, ``azimuth_degree``, ``verdicts`` (the outcome at each scale), and
+        ``structure``, ``azimuth_degree``, ``verdicts`` (the nominal outcome at each scale),
+        ``shares_overturned`` (that of the members at each scale, with an ensemble), and
         ``critical_scale``, NaN if it was not searched or not found. Empty if the record is not
         among the motions.
 
@@ -270,10 +278,17 @@ def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
         found = dataset.isel(record=rows).drop_dims("obs", errors="ignore").load()
     scales = [f"{scale:g}" for scale in found["scale"].values]
     columns = columns_of("structure azimuth_degree=azimuth verdicts=structure critical_scale")
-    verdicts = rows_along(found, "record structure scale", columns_of("verdict"))
+    columns_at_scale = columns_of("verdict")
+    if "share_reached" in found:
+        columns_at_scale |= {"share_overturned": "share_reached.0"}
+    at_scales = rows_along(found, "record structure scale", columns_at_scale)
     rows_of_it = list(rows_along(found, "record structure", columns))
     for row in rows_of_it:
-        row["verdicts"] = {scale: next(verdicts)["verdict"] for scale in scales}
+        each = {scale: next(at_scales) for scale in scales}
+        row["verdicts"] = {scale: one["verdict"] for scale, one in each.items()}
+        if "share_reached" in found:
+            shares = {scale: one["share_overturned"] for scale, one in each.items()}
+            row["shares_overturned"] = shares
     return rows_of_it
 
 

@@ -11,14 +11,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.cells import TABLE_FORMATS
+from rockframe.cells import TABLE_FORMATS, Column
+from rockframe.options.respond import QUANTILES
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import ROBUST
 from rockframe.results.screen import read_screening
 from rockframe.results.tables.entries import refuse_other_table, write_rows_as
 from rockframe.results.tables.rows import columns_of, rows_along
-from rockframe.risk import LimitState, Measure, Outcome, measure_of, spectral
+from rockframe.risk import OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.rocking.verdict import Verdict
 
 Rows = Iterator[dict[str, Any]]
@@ -29,6 +30,13 @@ _OF_PAIR: Final = columns_of(
     "v_max_m=peak_v demand_rank",
 )
 _MARGINS: Final = ("critical_scale", "safe_islands", *ROBUST)
+#: Peaks of an ensemble: variable, and column with the quantile in the place of the star.
+_BANDS: Final = {
+    "peak_rotation_ratio_band": "peak_rotation_ratio_*",
+    "peak_u_band": "u_max_*_m",
+    "peak_v_band": "v_max_*_m",
+    "peak_impact_velocity_band": "impact_velocity_*_m_s",
+}
 _OF_MOTION: Final = columns_of(
     "event station azimuth_degree=azimuth magnitude epicentral_distance_km=epicentral_distance",
     "vs30_m_s=vs30 pga_g=pga pgv_m_s=pgv a_p_g=a_p T_p_s=T_p L_p_m=L_p mean_rank",
@@ -59,7 +67,8 @@ def screen_rows(screening: xr.Dataset) -> Rows:
         at = int(np.flatnonzero(screening["scale"].values == reference)[0])
         screening = screening.isel(scale=at)
     ranked = screening.isel(record=np.argsort(screening["mean_rank"].values, kind="stable"))
-    columns = _OF_PAIR | {name: name for name in _MARGINS if name in screening} | _OF_MOTION
+    columns = _OF_PAIR | _of_members(screening)
+    columns |= {name: name for name in _MARGINS if name in screening} | _OF_MOTION
     for k, period in enumerate(screening.get("spectral_period", ())):
         column = spectral(float(period)).column
         ranked[column] = ranked["spectral_acceleration"].isel(spectral_period=k)
@@ -68,9 +77,113 @@ def screen_rows(screening: xr.Dataset) -> Rows:
         yield row | {"verdict_words": _words(row)}
 
 
+def _of_members(screening: xr.Dataset) -> dict[str, str]:
+    """Return the columns of the shares of members that reach each limit, and of their peaks."""
+    if "share_reached" not in screening:
+        return {}
+    limits = enumerate(screening["limit_state"].values)
+    shares = {_share_column(str(limit)): f"share_reached.{place}" for place, limit in limits}
+    return shares | {
+        column.replace("*", f"{100 * quantile:.0f}"): f"{name}.{place}"
+        for name, column in _BANDS.items()
+        for place, quantile in enumerate(QUANTILES)
+    }
+
+
+def _share_column(limit: str) -> str:
+    return "share_overturned" if limit == OVERTURNING.name else f"share_{limit}"
+
+
+def members_of(screening: xr.Dataset) -> int:
+    """Return the number of members that respond in each scenario; with 1, results are nominal."""
+    return int(screening["members"]) if "members" in screening else 1
+
+
+def responses_in_words(screening: xr.Dataset) -> str:
+    """Return what the shares over a screening are of.
+
+    Examples
+    --------
+    >>> responses_in_words(xr.Dataset({"members": 16}, {"record": ["a", "b"]}))
+    '32 responses (2 motions, 16 members each)'
+    >>> responses_in_words(xr.Dataset({"members": 1}, {"record": ["a", "b"]}))
+    '2 motions'
+    """
+    motions, members = screening.sizes["record"], members_of(screening)
+    if members == 1:
+        return f"{motions} motions"
+    return f"{motions * members} responses ({motions} motions, {members} members each)"
+
+
 def _words(row: dict[str, Any]) -> str:
     """Return the nominal verdict at the scale of the row, in words."""
     return Verdict[row["verdict"].upper()].label
+
+
+def overall_rows(screening: xr.Dataset) -> Rows:
+    """Return a row for each structure: results over all motions and members, at the scale nearest
+    to 1; no rows for files of older versions.
+
+    Parameters
+    ----------
+    screening : Dataset
+        Result of `read_screening`.
+    """
+    if "members" not in screening:
+        return iter(())
+    at_reference = screening.sel(scale=float(screening["reference_scale"]))
+    ends = ("", "_low", "_high")
+    shares = (f"share_overturned{end}=overall_share_overturned{end}" for end in ends)
+    peaks = (
+        f"{name}_{100 * quantile:.0f}=overall_{name}_band.{place}"
+        for name in ("peak_rotation_ratio", "peak_u")
+        for place, quantile in enumerate(QUANTILES)
+    )
+    return rows_along(at_reference, "structure", columns_of("structure", *shares, *peaks))
+
+
+def finite_or_overturns(row: Mapping[str, Any], key: str) -> float | str:
+    """Return a peak; where it is infinite, the outcome: it overturns.
+
+    Examples
+    --------
+    >>> finite_or_overturns({"u": 0.2}, "u"), finite_or_overturns({"u": math.inf}, "u")
+    (0.2, 'overturns')
+    """
+    return Verdict.OVERTURNS.label if row[key] == math.inf else float(row[key])
+
+
+#: Columns of `overall_rows` in terminal and page.
+OVERALL: Final = (
+    Column("structure", "structure"),
+    Column("overturn [%]>", "share_overturned", ".0f", 100.0),
+    Column("from>", "share_overturned_low", ".0f", 100.0),
+    Column("to>", "share_overturned_high", ".0f", 100.0),
+    Column("median θ/α>", "peak_rotation_ratio_50", ".3f", rule=finite_or_overturns),
+    Column("84 %>", "peak_rotation_ratio_84", ".3f", rule=finite_or_overturns),
+    Column("median u [cm]>", "peak_u_50", ".1f", 100.0, rule=finite_or_overturns),
+    Column("84 %>", "peak_u_84", ".1f", 100.0, rule=finite_or_overturns),
+)
+
+
+def demand_words(row: Mapping[str, Any]) -> str:
+    """Return the peak rotation ratio of a row of `screen_rows`, or that it overturns.
+
+    With an ensemble it is the median of the members, with the share that overturns if any does.
+
+    Examples
+    --------
+    >>> demand_words({"verdict": "overturns", "peak_rotation_ratio": 9.2})
+    'overturns'
+    >>> demand_words({"share_overturned": 0.25, "peak_rotation_ratio_50": 0.4})
+    '0.400 (25 %)'
+    """
+    if "share_overturned" not in row:
+        fell = row["verdict"] == Verdict.OVERTURNS.name.lower()
+        return Verdict.OVERTURNS.label if fell else f"{row['peak_rotation_ratio']:.3f}"
+    share, median = row["share_overturned"], row["peak_rotation_ratio_50"]
+    words = f"{median:.3f}" if math.isfinite(median) else Verdict.OVERTURNS.label
+    return f"{words} ({100.0 * share:.0f} %)" if share > 0.0 else words
 
 
 def fragility_curve(screening: xr.Dataset) -> str:
@@ -78,6 +191,12 @@ def fragility_curve(screening: xr.Dataset) -> str:
     return (
         str(screening["fragility_curve"].item()) if "fragility_curve" in screening else "logistic"
     )
+
+
+def design_by_share(screening: xr.Dataset) -> bool:
+    """Return True if a share must keep the limit of the design, False if the 84 % quantile must."""
+    name = "design_statistic"
+    return name not in screening or str(screening[name].item()) == "share"
 
 
 def with_its_limits(one: xr.Dataset) -> xr.Dataset:
@@ -242,6 +361,7 @@ def design_rows(screening: xr.Dataset) -> Rows:
         "structure dimension=design_dimension value=design_value unit quantity=design_quantity",
         "limit=design_limit share_below=design_share required_share=design_required_share",
         "smallest=design_smallest sure_from=design_sure_from",
+        "statistic=design_statistic quantile_84=design_quantile_84",
     )
     return rows_along(screening.assign(unit=unit), "structure design_step", columns)
 
@@ -252,6 +372,7 @@ def scenario_rows(screening: xr.Dataset) -> Rows:
         "record_id structure scale verdict peak_rotation_ratio u_max_m=peak_u v_max_m=peak_v",
         "impact_velocity_m_s=peak_impact_velocity pga_g=pga pgv_m_s=pgv",
     )
+    columns |= _of_members(screening)
     for row in rows_along(screening, "record structure scale", columns):
         intensities = {name: row[name] * row["scale"] for name in ("pga_g", "pgv_m_s")}
         yield row | intensities

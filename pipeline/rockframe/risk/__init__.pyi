@@ -2,6 +2,7 @@
 
 from .distribution import Band as Band
 from .distribution import demand_ranks as demand_ranks
+from .distribution import mean_share as mean_share
 from .distribution import observed_shares as observed_shares
 from .distribution import over_azimuths as over_azimuths
 from .distribution import peak_distribution as peak_distribution

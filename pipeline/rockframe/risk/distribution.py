@@ -19,12 +19,12 @@ _QUANTILE: Final = 1.6448536269514722
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """A cumulative distribution with its 90 % confidence band.
+    """Shares of the motions and members, such as those below each level, with 90 % confidence.
 
     Parameters
     ----------
     share, low, high : array, shape (levels,)
-        Share of motions whose peak is at most the level, and its bounds [1].
+        Share [1], and its bounds.
     """
 
     share: Float
@@ -39,19 +39,15 @@ def peak_distribution(
 
     Parameters
     ----------
-    peaks : array_like, shape (motions,)
-        Peak of each motion; infinite if the structure overturns.
+    peaks : array_like, shape (motions,) or (motions, members)
+        Peak of each motion, or of each member of an ensemble under it; infinite if the structure
+        overturns.
     levels : array_like, shape (levels,)
         Levels of the same quantity.
     clusters : array_like of int, shape (motions,), optional
         Motions with the same number are drawn together in the bootstrap.
     seed : int
         Random seed of the bootstrap.
-
-    Notes
-    -----
-    The bootstrap band has no width where none or all of the motions are below a level. The band is
-    therefore extended to Wilson's interval for the number of independent motions.
 
     Examples
     --------
@@ -60,20 +56,49 @@ def peak_distribution(
     ([0.0, 0.5, 0.75], [0.4, 1.0, 1.0])
     """
     values = np.asarray(peaks, dtype=np.float64)
-    reached = values[:, None] <= np.asarray(levels, dtype=np.float64)
+    values = values.reshape(len(values), -1)
+    below = [(values <= level).mean(axis=1) for level in np.asarray(levels)]
+    return mean_share(np.stack(below, axis=1), clusters=clusters, seed=seed)
+
+
+def mean_share(shares: ArrayLike, *, clusters: ArrayLike | None = None, seed: int = 0) -> Band:
+    """Return the mean of the shares of motions, with a bootstrap band.
+
+    Parameters
+    ----------
+    shares : array_like, shape (motions, levels)
+        Share of each motion [1]: 0 or 1, or a share of the members of an ensemble.
+    clusters : array_like of int, shape (motions,), optional
+        Motions with the same number are drawn together in the bootstrap.
+    seed : int
+        Random seed of the bootstrap.
+
+    Notes
+    -----
+    The bootstrap draws motions, or clusters of them, with all their members: more members do not
+    narrow the band. It has no width where all motions have the same share, 0 or 1. The band is
+    therefore extended to Wilson's interval for the number of independent motions.
+
+    Examples
+    --------
+    >>> band = mean_share([[0.0, 0.5], [0.5, 1.0]])
+    >>> band.share.tolist(), band.low.round(2).tolist()
+    ([0.25, 0.75], [0.0, 0.25])
+    """
+    reached = np.asarray(shares, dtype=np.float64)
     _, belongs = np.unique(
-        np.arange(values.size) if clusters is None else clusters, return_inverse=True
+        np.arange(len(reached)) if clusters is None else clusters, return_inverse=True
     )
     count = int(belongs.max()) + 1
-    below = np.zeros((count, reached.shape[1]))
-    np.add.at(below, belongs, reached)
+    total = np.zeros((count, reached.shape[1]))
+    np.add.at(total, belongs, reached)
     sizes = np.bincount(belongs).astype(np.float64)
     drawn = np.random.default_rng(seed).multinomial(
         count, np.full(count, 1.0 / count), size=_REPLICATES
     )
-    shares = (drawn @ below) / (drawn @ sizes)[:, None]
+    drawn_shares = (drawn @ total) / (drawn @ sizes)[:, None]
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low, high = np.quantile(shares, [tail, 1.0 - tail], axis=0)
+    low, high = np.quantile(drawn_shares, [tail, 1.0 - tail], axis=0)
     share = reached.mean(axis=0)
     least, most = wilson(share, count)
     return Band(share, np.minimum(low, least), np.maximum(high, most))
@@ -125,8 +150,8 @@ def observed_shares(
         Intensity of each motion as recorded; motions without a positive value are skipped.
     scales : array_like, shape (scales,)
         Multiples of the motions [1].
-    overturned : array_like of bool, shape (motions, scales)
-        True if the motion at this scale overturns the structure.
+    overturned : array_like, shape (motions, scales)
+        True if the motion at this scale overturns the structure, or the share of an ensemble [1].
     classes : int
         Number of classes.
 
@@ -144,7 +169,7 @@ def observed_shares(
     strength = np.asarray(intensity, dtype=np.float64)
     known = np.isfinite(strength) & (strength > 0.0)
     x = np.log(strength[known])[:, None] + np.log(np.asarray(scales, dtype=np.float64))
-    fell = np.asarray(overturned, dtype=bool)[known]
+    fell = np.asarray(overturned, dtype=np.float64)[known]
     order = np.argsort(x, axis=None, kind="stable")
     centre, share = np.full(classes, np.nan), np.full(classes, np.nan)
     for k, some in enumerate(np.array_split(order, classes)):
@@ -169,7 +194,7 @@ def wilson(share: ArrayLike, count: int) -> tuple[Float, Float]:
     return np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)
 
 
-def demand_ranks(peaks: ArrayLike) -> Float:
+def demand_ranks(peaks: ArrayLike, shares: ArrayLike | None = None) -> Float:
     """Return the rank of each motion by the rotation of each structure: 1 is the most severe.
 
     Parameters
@@ -177,17 +202,21 @@ def demand_ranks(peaks: ArrayLike) -> Float:
     peaks : array_like, shape (motions, structures)
         Largest |theta| / alpha [1]; infinite if the structure overturns. Equal peaks share the
         mean rank.
+    shares : array_like, shape (motions, structures), optional
+        Share of an ensemble that overturns [1]. It decides first; equal shares are ranked by the
+        peaks, which are then medians of the ensemble.
 
     Examples
     --------
     >>> demand_ranks([[0.2], [np.inf], [0.2], [0.7]]).ravel().tolist()
     [3.5, 1.0, 3.5, 2.0]
+    >>> demand_ranks([[0.2], [0.3], [0.4]], [[0.25], [0.0], [0.0]]).ravel().tolist()
+    [1.0, 3.0, 2.0]
     """
     values = -np.asarray(peaks, dtype=np.float64)
+    first = values if shares is None else -np.asarray(shares, dtype=np.float64)
     ranks = np.empty_like(values)
-    for column, rank in zip(values.T, ranks.T, strict=True):
-        ordered = np.sort(column)
-        first = np.searchsorted(ordered, column, side="left")
-        last = np.searchsorted(ordered, column, side="right")
-        rank[:] = 0.5 * (first + last + 1)
+    for pair, rank in zip(np.stack([first, values], axis=2).swapaxes(0, 1), ranks.T, strict=True):
+        _, place, counts = np.unique(pair, axis=0, return_inverse=True, return_counts=True)
+        rank[:] = (np.cumsum(counts) - 0.5 * (counts - 1.0))[place.ravel()]
     return ranks

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Final, get_args
+from typing import Any, Final, TypeAlias, get_args
 
 import numpy as np
 import scipy
@@ -14,6 +14,8 @@ from rockframe.errors import ParameterError
 from rockframe.risk.fragility import Curve, Fragility, Outcome
 
 Float = NDArray[np.float64]
+#: Share of each scenario that overturns, or True and False if each has a single outcome.
+Shares: TypeAlias = NDArray[np.bool_] | Float
 
 
 def fit_fragility(
@@ -37,9 +39,10 @@ def fit_fragility(
         skipped.
     scales : array_like, shape (scales,), optional
         Multiples of the motions [1].
-    overturned : array_like of bool, shape (motions, scales)
-        True if the motion at this scale overturns the structure. Without scales the shape is
-        (motions,), and it may be the second argument: ``fit_fragility(intensity, overturned)``.
+    overturned : array_like, shape (motions, scales)
+        True if the motion at this scale overturns the structure; or the share of the members of an
+        ensemble that it overturns [1]. Without scales the shape is (motions,), and it may be the
+        second argument: ``fit_fragility(intensity, overturned)``.
     clusters : array_like of int, shape (motions,), optional
         Motions with the same number are not independent, for example azimuths of one record.
     curve : {"lognormal", "logistic"}
@@ -48,29 +51,41 @@ def fit_fragility(
     Raises
     ------
     ParameterError
-        If the shapes do not fit, or the curve is not one of these.
+        If the shapes do not fit, a share is not between 0 and 1, or the curve is not one of these.
+
+    Notes
+    -----
+    A share f counts as f observations that overturn and 1 - f that stand. The fit is therefore that
+    of the members as single observations, each of weight 1 over their number, and members of one
+    motion belong to its cluster: more members do not narrow the confidence bands.
 
     Examples
     --------
     >>> fragility = fit_fragility([1.0, 2.0, 3.0, 4.0], [False, True, False, True])
     >>> fragility.outcome.name, round(fragility.median, 3)
     ('FITTED', 2.279)
+    >>> half = fit_fragility([1.0, 2.0, 3.0, 4.0], [0.0, 0.5, 0.5, 1.0])
+    >>> half.outcome.name, round(half.median, 3)
+    ('FITTED', 2.342)
     """
     if curve not in get_args(Curve):
         raise ParameterError(f"Invalid curve {curve!r}. Must be lognormal or logistic.")
     if scales is None or overturned is None:
         alone = scales if overturned is None else overturned
-        scales, overturned = (1.0,), np.reshape(np.asarray(alone, dtype=bool), (-1, 1))
+        scales, overturned = (1.0,), np.reshape(np.asarray(alone, dtype=np.float64), (-1, 1))
     strength = np.asarray(intensity, dtype=np.float64)
     factors = np.asarray(scales, dtype=np.float64)
-    fell = np.asarray(overturned, dtype=bool)
-    if fell.shape != (strength.size, factors.size):
+    shares = np.asarray(overturned, dtype=np.float64)
+    if shares.shape != (strength.size, factors.size):
         raise ParameterError(
-            f"Invalid verdicts of shape {fell.shape}. Must be {(strength.size, factors.size)}."
+            f"Invalid verdicts of shape {shares.shape}. Must be {(strength.size, factors.size)}."
         )
+    wrong = shares[~((shares >= 0.0) & (shares <= 1.0))]
+    if wrong.size:
+        raise ParameterError(f"Invalid share {wrong[0]:g} that overturns. Must be 0 to 1.")
     belongs = np.arange(strength.size) if clusters is None else np.asarray(clusters)
     known = np.isfinite(strength) & (strength > 0.0)
-    strength, fell = strength[known], fell[known]
+    strength, fell = strength[known], _outcomes(shares[known])
     _, belongs = np.unique(belongs[known], return_inverse=True)
     x = np.log(strength)[:, None] + np.log(factors)
     tried = replace(_tried(x, fell, belongs), curve=curve)
@@ -87,13 +102,20 @@ def fit_fragility(
     )
 
 
-def _tried(x: Float, fell: NDArray[np.bool_], clusters: NDArray[np.intp]) -> Fragility:
+def _outcomes(shares: Float) -> Shares:
+    """Return booleans if all shares are 0 or 1: half of the likelihood need not be computed."""
+    single = ((shares == 0.0) | (shares == 1.0)).all()
+    return shares.astype(bool) if single else shares
+
+
+def _tried(x: Float, shares: Shares, clusters: NDArray[np.intp]) -> Fragility:
     """Return a fragility without a curve: the range tried, and the outcome."""
-    outcome = _outcome(x, fell)
+    fell, stood = shares > 0.0, shares < 1.0  # some members may overturn, and others stand
+    outcome = _outcome(x, fell, stood)
     motions = int(clusters.max(initial=-1)) + 1
     stands, falls = np.full(motions, -np.inf), np.full(motions, np.inf)
     if x.size:
-        np.maximum.at(stands, clusters, np.where(fell, -np.inf, x).max(axis=1))
+        np.maximum.at(stands, clusters, np.where(stood, x, -np.inf).max(axis=1))
         np.minimum.at(falls, clusters, np.where(fell, x, np.inf).min(axis=1))
     return Fragility(
         outcome,
@@ -102,7 +124,7 @@ def _tried(x: Float, fell: NDArray[np.bool_], clusters: NDArray[np.intp]) -> Fra
         overturned=int(fell.sum()),
         lowest=math.exp(x.min()) if x.size else math.nan,
         highest=math.exp(x.max()) if x.size else math.nan,
-        safe_to=math.nan if fell.all() else math.exp(x[~fell].max()),
+        safe_to=math.exp(x[stood].max()) if stood.any() else math.nan,
         overturned_from=math.exp(x[fell].min()) if fell.any() else math.nan,
         stood=np.exp(stands),
         fell=np.exp(falls),
@@ -111,34 +133,35 @@ def _tried(x: Float, fell: NDArray[np.bool_], clusters: NDArray[np.intp]) -> Fra
     )
 
 
-def _outcome(x: Float, fell: NDArray[np.bool_]) -> Outcome:
+def _outcome(x: Float, fell: NDArray[np.bool_], stood: NDArray[np.bool_]) -> Outcome:
     if not fell.size:
         return Outcome.UNKNOWN
     if not fell.any():
         return Outcome.NONE_OVERTURN
-    if fell.all():
+    if not stood.any():
         return Outcome.ALL_OVERTURN
     if x.min() == x.max():
         return Outcome.UNKNOWN
-    if x[~fell].max() <= x[fell].min():
+    if x[stood].max() <= x[fell].min():
         return Outcome.SEPARATED
-    if x[fell].max() <= x[~fell].min():
+    if x[fell].max() <= x[stood].min():
         return Outcome.NOT_RISING
     return Outcome.FITTED
 
 
-def _without_measure(fell: NDArray[np.bool_]) -> float:
-    share = float(fell.mean())
-    return fell.size * (share * math.log(share) + (1.0 - share) * math.log1p(-share))
+def _without_measure(shares: Shares) -> float:
+    share = float(shares.mean())
+    return shares.size * (share * math.log(share) + (1.0 - share) * math.log1p(-share))
 
 
-def _concordance(x: Float, fell: NDArray[np.bool_]) -> float:
+def _concordance(x: Float, shares: Shares) -> float:
     """Return Mann and Whitney's U over the number of pairs; ties count half."""
-    safe = np.sort(x[~fell])
-    strong = x[fell]
-    below = np.searchsorted(safe, strong, side="left")
-    upto = np.searchsorted(safe, strong, side="right")
-    return float((below + upto).sum() / (2.0 * safe.size * strong.size))
+    order = np.argsort(x, axis=None, kind="stable")
+    ordered, fell = x.ravel()[order], shares.ravel()[order].astype(np.float64)
+    stands = np.append(0.0, np.cumsum(1.0 - fell))
+    below = stands[np.searchsorted(ordered, ordered, side="left")]
+    upto = stands[np.searchsorted(ordered, ordered, side="right")]
+    return float((fell * (below + upto)).sum() / (2.0 * stands[-1] * fell.sum()))
 
 
 #: Number of observations that are processed together, to limit memory.
@@ -161,7 +184,7 @@ class CurveFit:
 
 
 def maximum_likelihood(
-    x: Float, happened: NDArray[np.bool_], clusters: NDArray[np.intp], curve: Curve
+    x: Float, happened: Shares, clusters: NDArray[np.intp], curve: Curve
 ) -> CurveFit:
     """Return the curve of maximum likelihood. It exists only if the outcomes overlap in x.
 
@@ -169,8 +192,8 @@ def maximum_likelihood(
     ----------
     x : array, shape (rows, columns)
         Values, not all equal.
-    happened : array of bool, shape (rows, columns)
-        Outcomes, which must overlap in x.
+    happened : array of bool or float, shape (rows, columns)
+        Outcomes, or shares from 0 to 1. They must overlap in x.
     clusters : array of int, shape (rows,)
         Number of the cluster of each row, from 0 without gaps. Rows of one cluster are not
         independent.
@@ -210,9 +233,7 @@ def maximum_likelihood(
     )
 
 
-def _terms(
-    z: Float, happened: NDArray[np.bool_], where: Float, curve: Curve
-) -> tuple[float, Float, Float]:
+def _terms(z: Float, happened: Shares, where: Float, curve: Curve) -> tuple[float, Float, Float]:
     """Return the log-likelihood, its gradient, and its curvature times -1."""
     total, gradient, curvature = 0.0, np.zeros(2), np.zeros((2, 2))
     for rows in _blocks(z):
@@ -225,12 +246,16 @@ def _terms(
 
 
 def _of_block(
-    z: Float, happened: NDArray[np.bool_], where: Float, curve: Curve
+    z: Float, happened: Shares, where: Float, curve: Curve
 ) -> tuple[Float, Float, Float, Float]:
     """Return values of each observation: log-likelihood, its slope, its curvature times -1, and P.
 
-    Slope and curvature are over the argument of F.
+    Slope and curvature are over the argument of F. Those of a share are means of the two outcomes.
     """
+    if happened.dtype != np.bool_:
+        both = [_of_block(z, np.full(z.shape, one), where, curve) for one in (True, False)]
+        of_share = (happened * yes + (1.0 - happened) * no for yes, no in zip(*both, strict=True))
+        return next(of_share), next(of_share), next(of_share), both[0][3]
     argument = where[0] + where[1] * z
     signed = np.where(happened, argument, -argument)
     if curve == "logistic":
@@ -252,7 +277,7 @@ def _blocks(z: Float) -> list[slice]:
 
 def _described(
     z: Float,
-    happened: NDArray[np.bool_],
+    happened: Shares,
     clusters: NDArray[np.intp],
     where: Float,
     inverse: Any,
@@ -265,7 +290,8 @@ def _described(
         np.add.at(likelihood, clusters[rows], part.sum(axis=1))
         both = np.stack([score.sum(axis=1), (score * z[rows]).sum(axis=1)], axis=1)
         np.add.at(scores, clusters[rows], both)
-        squares += float(((happened[rows] - probability) ** 2).sum())
+        fell = happened[rows].astype(np.float64)
+        squares += float((fell * (1.0 - probability) ** 2 + (1.0 - fell) * probability**2).sum())
     # scores add up to zero, so with two clusters they are opposite, and their covariance singular
     spread_of_scores = scores.T @ scores * (count / (count - 1.0) if count > 2 else np.nan)
     return CurveFit(

@@ -213,11 +213,11 @@ class Fragility(Shown):
         Result of the fit. A curve exists only if it is ``FITTED``; otherwise its values are NaN.
     motions, observations, overturned : int
         Number of independent motions, of observations (motions times scales), and of observations
-        that overturn.
+        that overturn, in at least one member if they are shares of an ensemble.
     lowest, highest : float
         Range of the intensities of the observations, in the unit of the measure.
     safe_to, overturned_from : float
-        Strongest observation that stands, and weakest that overturns.
+        Strongest observation that stands, and weakest that overturns, each in at least one member.
     intercept, slope : float
         Coefficients of the argument of F over the logarithm of the intensity.
     covariance : array, shape (2, 2)

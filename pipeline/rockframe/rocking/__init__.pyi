@@ -21,9 +21,11 @@ from .margins.ensemble import BANDS as BANDS
 from .margins.ensemble import EnsembleResponse as EnsembleResponse
 from .margins.ensemble import MemberPeaks as MemberPeaks
 from .margins.ensemble import chosen_ensemble as chosen_ensemble
+from .margins.ensemble import draws as draws
 from .margins.ensemble import ensemble_responses as ensemble_responses
 from .margins.ensemble import member_peaks as member_peaks
 from .margins.ensemble import members as members
+from .margins.ensemble import quantiles as quantiles
 from .margins.ensemble import require_motion as require_motion
 from .margins.ensemble import with_ensemble as with_ensemble
 from .margins.ensemble import with_envelope as with_envelope
@@ -47,9 +49,11 @@ from .response import as_ground as as_ground
 from .response import refuse_flight as refuse_flight
 from .response import respond as respond
 from .response import with_pulse as with_pulse
+from .screening import PEAKS as PEAKS
 from .screening import Scenario as Scenario
 from .screening import ScreeningBatch as ScreeningBatch
 from .screening import margins_of as margins_of
+from .screening import member_peaks_of as member_peaks_of
 from .screening import peaks_of as peaks_of
 from .screening import responses_of as responses_of
 from .spectra.overturning import overturning_spectrum as overturning_spectrum

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,8 @@ from rockframe.parts import SECTIONS, inertia_ratio_of
 
 Float = NDArray[np.float64]
 
+#: Statistics of the demand that can keep the limit.
+Statistic: TypeAlias = Literal["share", "quantile_84"]
 #: Dimensions that can be scanned, and what stays constant meanwhile.
 DIMENSIONS: Final = {
     "height": "height of the columns [m] at constant slenderness",
@@ -36,8 +38,11 @@ class Design:
         Range of values of the dimension.
     limit : float
         Limit of the quantity [1, m, m s-1].
+    statistic : {"share", "quantile_84"}
+        What must keep the limit: a share of the motions and members, or the 84 % quantile of the
+        quantity over all of them.
     share : float
-        Required share of the motions below the limit [1].
+        Required share of the motions and members below the limit [1].
     steps : int
         Number of evenly spaced values, including both ends.
     quantity : str
@@ -58,6 +63,7 @@ class Design:
     lowest: float
     highest: float
     limit: float = 0.5
+    statistic: Statistic = "share"
     share: float = 0.9
     steps: int = 41
     quantity: str = "rotation_ratio"
@@ -71,6 +77,27 @@ class Design:
     def values(self) -> Float:
         """Values of the dimension, shape (steps,)."""
         return np.linspace(self.lowest, self.highest, self.steps)
+
+    def result(self, shares: ArrayLike, quantiles: ArrayLike) -> DesignResult:
+        """Return the result of a scan.
+
+        Parameters
+        ----------
+        shares, quantiles : array_like, shape (steps,)
+            Share of the motions and members below the limit [1], and the 84 % quantile of the
+            quantity, at each value of the dimension.
+
+        Examples
+        --------
+        >>> design = Design(dimension="height", lowest=2.0, highest=4.0, steps=3, limit=0.5)
+        >>> design.result([0.8, 0.95, 1.0], [0.6, 0.55, 0.4])
+        DesignResult(smallest=3.0, sure_from=3.0)
+        >>> replace(design, statistic="quantile_84").result([0.8, 0.95, 1.0], [0.6, 0.55, 0.4])
+        DesignResult(smallest=4.0, sure_from=4.0)
+        """
+        if self.statistic == "share":
+            return smallest(self.values, shares, self.share)
+        return smallest(self.values, np.asarray(quantiles) < self.limit, 1.0)
 
     def candidates(self, frame: RockingFrame) -> tuple[RockingFrame, ...]:
         """Return one frame for each value of the dimension.

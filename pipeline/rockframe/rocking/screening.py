@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
-from rockframe.rocking.batch import respond_many
+from rockframe.rocking.batch import respond_many, respond_scenarios, scales_of
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.margins.ensemble import draws, members
 from rockframe.rocking.margins.margins import margins
 from rockframe.rocking.response import Response, as_ground, respond
 
 Arrays = dict[str, NDArray[Any]]
+
+#: Results of a scenario: the verdict, and the peaks from which all others follow.
+PEAKS: Final = ("verdict", "peak_rotation", "impact_velocity")
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,7 @@ class ScreeningBatch:
     scales : tuple of float
         Multiples of the motions [1].
     ensemble : Ensemble, optional
-        Ensemble of the robust margins, if they are requested.
+        Ensemble of `member_peaks_of`, or of the robust margins of `margins_of`.
     """
 
     motions: tuple[Record | GroundAcceleration, ...]
@@ -79,8 +83,40 @@ def peaks_of(batch: ScreeningBatch) -> Arrays:
     [[[0, 1]]]
     """
     found = respond_many(batch.motions, batch.frames, batch.scales)
-    names = ("verdict", "peak_rotation", "impact_velocity")
-    return {name: getattr(found, name) for name in names}
+    return {name: getattr(found, name) for name in PEAKS}
+
+
+def member_peaks_of(batch: ScreeningBatch) -> Arrays:
+    """Return the verdict and peaks of each member of the ensemble in each scenario.
+
+    The stated structure is not one of the members.
+
+    Returns
+    -------
+    dict of str to array, shape (motions, frames, scales, members)
+        As for `peaks_of`.
+
+    Examples
+    --------
+    >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
+    >>> frame, ensemble = RockingFrame(height=9.6, width=1.6), Ensemble(members=16)
+    >>> batch = ScreeningBatch((shake,), (frame,), (0.1, 1.0), ensemble)
+    >>> member_peaks_of(batch)["verdict"].sum(axis=3).tolist()
+    [[[0, 16]]]
+    """
+    ensemble = batch.ensemble or Ensemble()
+    scales, count = scales_of(batch.scales), ensemble.members
+    family = [member for frame in batch.frames for member in members(ensemble, frame)]
+    shape = (len(batch.motions), len(batch.frames), scales.size, count)
+    motion, frame, scale, member = (axis.ravel() for axis in np.indices(shape))
+    found = respond_scenarios(
+        batch.motions,
+        family,
+        motion,
+        frame * count + member,
+        scales[scale] * draws(ensemble)[member, 3],
+    )
+    return {name: getattr(found, name).reshape(shape) for name in PEAKS}
 
 
 def margins_of(batch: ScreeningBatch) -> Arrays:
@@ -89,15 +125,15 @@ def margins_of(batch: ScreeningBatch) -> Arrays:
     Returns
     -------
     dict of str to array, shape (motions, frames)
-        ``critical_scale`` and ``safe_islands``; with an ensemble also
-        ``robust_scale_10`` and ``robust_error_10``, and those of 25 and 50.
+        ``critical_scale`` and ``safe_islands``; with an ensemble also ``robust_scale_10`` and
+        ``robust_error_10``, and those of 25 and 50.
 
     Examples
     --------
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
     >>> batch = ScreeningBatch((shake,), (RockingFrame(height=9.6, width=1.6),))
-    >>> margins_of(batch)["safe_islands"].shape
-    (1, 1)
+    >>> margins_of(batch)["safe_islands"].tolist()
+    [[0]]
     """
     found = margins(batch.motions, batch.frames, ensemble=batch.ensemble)
     robust = {

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError
 from rockframe.options.ingest import Filters
-from rockframe.options.respond import ScreenOptions
+from rockframe.options.respond import QUANTILES, ScreenOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
 from rockframe.results.pulses import RecordMetadata, read_metadata
@@ -35,6 +35,7 @@ from rockframe.risk import (
     compared_motions,
     demand_ranks,
     fit_fragility,
+    mean_share,
     observed_shares,
     over_azimuths,
     overturning_rate,
@@ -43,16 +44,16 @@ from rockframe.risk import (
     read_hazard,
 )
 from rockframe.risk.fragility import QUANTITIES, Curve, limited_in
-from rockframe.rocking import Design, Verdict, smallest
+from rockframe.rocking import Design, Verdict, quantiles
 from rockframe.stages.common import NamedFigure, Progress, Written, silent, unseen
 from rockframe.stages.respond import choose_structures
 from rockframe.stages.screen_batches import Motions, ScreeningRequest, ScreeningRun
 from rockframe.study.structures import SHIPPED_STRUCTURES
 
 Float = NDArray[np.float64]
-#: For each structure and limit state, True for the motions and scales that reach it; None if the
-#: structure has no such restraint.
-Reached = list[list[NDArray[np.bool_] | None]]
+#: For each structure and limit state, the shares of members that reach it, for the motions and
+#: scales; None if the structure has no such restraint.
+Reached = list[list[Float | None]]
 
 #: Levels of |theta| / slenderness of the peak distributions.
 LEVELS: Final = np.linspace(0.0, 1.5, 151)
@@ -115,28 +116,38 @@ def statistics(
 def _reached(run: ScreeningRun) -> Reached:
     return [
         [
-            reached[:, k] if limited_in(frame, limit.quantity) else None
-            for limit, reached in zip(run.limits, run.reached, strict=True)
+            run.shares(number)[:, k] if limited_in(frame, limit.quantity) else None
+            for number, limit in enumerate(run.limits)
         ]
         for k, frame in enumerate(run.request.frames)
     ]
 
 
 def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, Any]:
-    """Return ranks, distributions of peaks and counts of outcomes."""
-    seed = run.request.options.seed
+    """Return ranks, distributions of peaks, counts of outcomes, and results over all motions."""
+    seed, at = run.request.options.seed, run.request.reference
+    fell = run.shares(0)
     bands = [
-        peak_distribution(column, LEVELS, clusters=clusters, seed=seed) for column in run.ratio.T
+        peak_distribution(peaks, LEVELS, clusters=clusters, seed=seed)
+        for peaks in run.kept["peak_rotation_ratio"].swapaxes(0, 1)
     ]
-    ranks = demand_ranks(run.ratio)
+    overall = [mean_share(one, clusters=clusters, seed=seed) for one in fell.swapaxes(0, 1)]
+    ranks = demand_ranks(run.ratio, fell[:, :, at])
     return {
-        "reference_scale": float(run.request.scales[run.request.reference]),
+        "reference_scale": float(run.request.scales[at]),
         "demand_rank": ranks,
         "mean_rank": ranks.mean(axis=1),
         "level": LEVELS,
         **SCREEN_NC.filled("band", bands),
         "verdict_count": np.stack([(run.verdicts == k).sum(axis=0) for k in Verdict], axis=-1),
         "outcome": OUTCOMES,
+        "members": run.members,
+        "quantile": [*QUANTILES],
+        **SCREEN_NC.filled("overall", overall),
+        **{
+            f"overall_{name}_band": quantiles(peaks.swapaxes(0, 1).reshape(peaks.shape[1], -1))
+            for name, peaks in run.kept.items()
+        },
     }
 
 
@@ -154,24 +165,24 @@ def _optional_values(
         percentiles = over_azimuths(run.ratio, clusters)
         for name, row in zip(("rotd00", "rotd50", "rotd100"), percentiles, strict=True):
             values[f"{name}_peak_rotation_ratio"] = row
-    reached = run.candidates_reach()
-    if run.request.design is not None and reached is not None:
-        shares = (~reached).mean(axis=0).reshape(len(run.request.frames), -1)
-        values |= _design_values(run.request.design, shares)
+    if run.request.design is not None:
+        shape = (len(run.request.frames), -1)
+        share, largest = (values.reshape(shape) for values in run.candidates(run.request.design))
+        values |= _design_values(run.request.design, share, largest)
     return values
 
 
 def _fits(
     intensities: Mapping[str, Float],
     scales: Float,
-    overturned: NDArray[np.bool_] | None,
+    shares: Float | None,
     clusters: NDArray[np.int64],
     form: Curve,
 ) -> dict[str, Fragility]:
-    if overturned is None:
+    if shares is None:
         return dict.fromkeys(intensities, Fragility(Outcome.ABSENT, 0, 0, 0))
     return {
-        name: fit_fragility(values, scales, overturned, clusters, curve=form)
+        name: fit_fragility(values, scales, shares, clusters, curve=form)
         for name, values in intensities.items()
     }
 
@@ -228,7 +239,7 @@ def _preferences(
     scales, form = run.request.scales, run.request.options.fragility_curve
     found = [
         better_measure(_fits(some, scales, fell[both], clusters[both], form))
-        for fell in run.reached[0].swapaxes(0, 1)
+        for fell in run.shares(0).swapaxes(0, 1)
     ]
     return {
         "better_measure": [one.measure for one in found],
@@ -266,9 +277,9 @@ def _rates(curve: HazardCurve, fits: Sequence[Sequence[Mapping[str, Fragility]]]
     }
 
 
-def _design_values(design: Design, shares: Float) -> dict[str, Any]:
-    """Return the scan of a design; shares of shape (structures, steps)."""
-    found = [smallest(design.values, row, design.share) for row in shares]
+def _design_values(design: Design, shares: Float, largest: Float) -> dict[str, Any]:
+    """Return the scan of a design; shares and 84 % quantiles of shape (structures, steps)."""
+    found = [design.result(*row) for row in zip(shares, largest, strict=True)]
     return {
         "design_dimension": design.dimension,
         "design_quantity": design.quantity,
@@ -276,6 +287,8 @@ def _design_values(design: Design, shares: Float) -> dict[str, Any]:
         "design_required_share": design.share,
         "design_value": design.values,
         "design_share": shares,
+        "design_statistic": design.statistic,
+        "design_quantile_84": largest,
         **SCREEN_NC.filled("found", found),
     }
 
@@ -284,7 +297,8 @@ def _design_units(design: Design) -> dict[str, str]:
     """Return the units of the variables of a design that allow two units."""
     two = (one for one in SCREEN_NC.variables if one.also_units == "1")
     ratio = design.dimension == "mass_ratio"
-    limit = {"design_limit": QUANTITIES[design.quantity][2].replace("/s", " s-1") or "1"}
+    of_quantity = QUANTITIES[design.quantity][2].replace("/s", " s-1") or "1"
+    limit = dict.fromkeys(("design_limit", "design_quantile_84"), of_quantity)
     return {one.name: one.also_units if ratio else one.units for one in two} | limit
 
 
@@ -394,7 +408,7 @@ def screen_stage(
         run = ScreeningRun(chosen, request, batches, engine, progress)
         made = write_screening(
             run.rows(),
-            run.verdicts.shape,
+            run.sizes(),
             request.reference,
             lambda: statistics(run, metadata, hazard),
             output,

@@ -6,6 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import repeat
 from typing import Any, Final, Self
 
 import numpy as np
@@ -16,15 +17,16 @@ from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import ParameterError, invalid
 from rockframe.frame import RockingFrame
 from rockframe.options.ingest import Filters
-from rockframe.options.respond import ScreenOptions
+from rockframe.options.respond import QUANTILES, ScreenOptions
 from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 from rockframe.results.pulses import RecordMetadata
 from rockframe.results.records import RecordsFile
 from rockframe.results.screen import Batches, KeptHistory
 from rockframe.risk import OVERTURNING, LimitState, spectral
-from rockframe.risk.fragility import limited_in, peaks_of_frames
+from rockframe.risk.fragility import QUANTITIES, limited_in, peaks_of_frames
 from rockframe.rocking import (
+    PEAKS,
     Design,
     GroundAcceleration,
     Histories,
@@ -33,8 +35,12 @@ from rockframe.rocking import (
     Verdict,
     as_ground,
     chosen_ensemble,
+    draws,
     margins_of,
+    member_peaks_of,
+    members,
     peaks_of,
+    quantiles,
     refuse_flight,
     responses_of,
 )
@@ -108,7 +114,9 @@ class Motions:
     def _choose(self) -> None:
         # azimuths from 0 to 360 degrees
         azimuths = [azimuth % 360.0 for azimuth in self._options.azimuths_degree or ()]
-        scale = self._options.scales[-1]
+        ensemble = self._options.scenario_ensemble()
+        amplitude = 1.0 if ensemble is None else float(draws(ensemble)[:, 3].max())
+        scale = self._options.scales[-1] * max(1.0, amplitude)
         rows = {name: row for row, name in enumerate(self._metadata.names)}
         names = horizontal(self._file)
         if self._vertical and not azimuths:
@@ -253,17 +261,21 @@ class Motions:
 Arrays = dict[str, NDArray[Any]]
 Task = tuple[str, Callable[[], ScreeningBatch]]
 
-#: Arrays of a batch of peaks.
-_PEAKS: Final = ("verdict", "peak_rotation", "impact_velocity")
+#: Peaks of a scenario that get the quantiles of the members.
+_BANDS: Final = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity")
+#: Peaks of which the values of all members at the reference scale are kept.
+_KEPT: Final = _BANDS[:2]
 #: Quantities of restraints, each with the key that it needs and the owner of the key.
 _RESTRAINED: Final = (
     ("tendon_ratio", "yield_stress_pa", "tendons"),
     ("gap_ratio", "gap_m", "abutments"),
 )
-#: Approximate number of scenarios per batch, of some 0.1 s each; an interruption loses no more.
-_SCENARIOS: Final = 2048
+#: Approximate number of responses per batch, of some 0.1 s each; an interruption loses no more.
+_RESPONSES: Final = 2048
 #: Largest number of motions per batch, which are in memory together.
 _TOGETHER: Final = 64
+#: Largest number of responses of candidates that are in memory together.
+_HELD: Final = 2**22
 #: Approximate number of history nodes per batch.
 _NODES: Final = 200_000
 
@@ -299,7 +311,7 @@ class ScreeningRequest:
         Raises
         ------
         ParameterError
-            If a candidate of the design or a member of the ensemble cannot rock, if no structure
+            If a candidate of the design or a member of an ensemble cannot rock, if no structure
             has the restraint of a stated limit, or if a structure lacks the restraint that the
             design limits.
         """
@@ -317,6 +329,9 @@ class ScreeningRequest:
             others = {k: v for k, v in options.design if k != "range"}
             design = Design(lowest=lowest, highest=highest, **others)
         candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
+        if (ensemble := options.scenario_ensemble()) is not None:
+            for frame in (*frames, *candidates):
+                members(ensemble, frame)
         return cls(options, frames, design, candidates, np.array(options.scales))
 
     @property
@@ -335,17 +350,20 @@ class ScreeningRequest:
             "frames": [asdict(frame) for frame in self.frames],
             "candidates": [asdict(frame) for frame in self.candidates],
             "scales": self.scales.tolist(),
-            "margins": self.options.model_dump(mode="json", include={"margins", "ensemble"}),
+            "members": self.options.model_dump(
+                mode="json", include={"margins", "ensemble", "scenario_members"}
+            ),
         }
 
 
 class ScreeningRun:
     """The batches of a screening, which share the chosen motions.
 
-    `rows` fills three arrays: ``verdicts``, shape (motions, structures, scales); ``ratio``, the
-    largest |theta| / alpha at the scale nearest to 1, infinite if the structure overturns, shape
-    (motions, structures); and ``reached``, True for scenarios that reach a limit state, shape
-    (limits, motions, structures, scales).
+    `rows` fills three attributes. ``verdicts``, shape (motions, structures, scales), has those of
+    the stated structures. ``reached``, shape (limits, motions, structures, scales), counts the
+    members that reach a limit state in each scenario. ``kept`` has the largest |theta| / alpha and
+    |u| of each member at the scale nearest to 1, infinite for members that overturn, each of shape
+    (motions, structures, members). Without an ensemble, the stated structure is the only member.
     """
 
     def __init__(
@@ -364,25 +382,68 @@ class ScreeningRun:
         self._progress = progress
         self._done = 0
         shape = (len(chosen.motions), len(request.frames), request.scales.size)
+        self.members = request.options.scenario_members
         self.verdicts = np.empty(shape, dtype=np.int8)
-        self.ratio = np.empty(shape[:2])
         self.limits = [OVERTURNING, *(LimitState(*limit) for limit in request.options.limits())]
-        self.reached = np.empty((len(self.limits), *shape), dtype=bool)
-        self._kept: list[NDArray[np.intp]] = []
+        self.reached = np.empty((len(self.limits), *shape), dtype=np.uint16)
+        self.kept = {name: np.empty((*shape[:2], self.members)) for name in _KEPT}
+        self._selected: list[NDArray[np.intp]] = []
+
+    @property
+    def ratio(self) -> Float:
+        """Median of |theta| / alpha at the scale nearest to 1, shape (motions, structures)."""
+        median: Float = quantiles(self.kept["peak_rotation_ratio"])[..., 1]
+        return median
+
+    def sizes(self) -> dict[str, int]:
+        """Return the dimensions of the variables of scenarios."""
+        sizes = dict(zip(("record", "structure", "scale"), self.verdicts.shape, strict=True))
+        further = {"limit_state": len(self.limits), "quantile": len(QUANTILES)}
+        return sizes | (further if self.members > 1 else {})
+
+    def shares(self, limit: int) -> Float:
+        """Return the shares of members that reach a limit, (motions, structures, scales)."""
+        share: Float = self.reached[limit] / self.members
+        return share
 
     def rows(self) -> Iterator[Arrays]:
-        """Yield the scenarios motion by motion, and fill `verdicts` and `ratio`."""
-        frames, at = self.request.frames, self.request.reference
-        for i, (verdict, *peaks) in enumerate(self._peaks()):
-            row = peaks_of_frames(frames, verdict, *peaks)
-            self.verdicts[i] = verdict
-            fell = verdict[:, at] == Verdict.OVERTURNS
-            for limit, reached in zip(self.limits, self.reached, strict=True):
-                reached[i] = limit.reached(row, verdict == Verdict.OVERTURNS)
-            ratio = row["peak_rotation_ratio"]
-            self.ratio[i] = np.where(fell, np.inf, ratio[:, at])
-            self._kept.append(np.argwhere(self.request.histories.mask(verdict, ratio)))
-            yield row
+        """Yield the scenarios motion by motion, and fill the attributes."""
+        frames = self.request.frames
+        ensemble = self.request.options.scenario_ensemble()
+        each = repeat(None) if ensemble is None else self._peaks("members")
+        for i, (peaks, of_members) in enumerate(zip(self._peaks("peaks"), each, strict=False)):
+            row = peaks_of_frames(frames, *peaks)
+            self.verdicts[i] = row["verdict"]
+            mask = self.request.histories.mask(row["verdict"], row["peak_rotation_ratio"])
+            self._selected.append(np.argwhere(mask))
+            if ensemble is None or of_members is None:
+                for k in range(len(frames)):
+                    self._keep(i, k, {name: values[k : k + 1] for name, values in row.items()})
+                yield row
+                continue
+            found = []
+            for k, frame in enumerate(frames):
+                columns = (values[k].T for values in of_members)
+                family = peaks_of_frames(members(ensemble, frame), *columns)
+                self._keep(i, k, family)
+                found.append(self._shares_and_bands(i, k, family))
+            yield row | {name: np.stack([one[name] for one in found]) for name in found[0]}
+
+    def _keep(self, i: int, k: int, found: Arrays) -> None:
+        """Keep what the members of a structure do under a motion, shape (members, scales)."""
+        fell = found["verdict"] == Verdict.OVERTURNS
+        for limit, reached in zip(self.limits, self.reached, strict=True):
+            reached[i, k] = limit.reached(found, fell).sum(axis=0)
+        for name, kept in self.kept.items():
+            kept[i, k] = _standing(found, name)[:, self.request.reference]
+
+    def _shares_and_bands(self, i: int, k: int, found: Arrays) -> Arrays:
+        """Return the variables of an ensemble, shape (scales, limits) or (scales, quantiles)."""
+        frame = self.request.frames[k]
+        has = [limited_in(frame, limit.quantity) for limit in self.limits]
+        share = self.reached[:, i, k].T / self.members
+        bands = {f"{name}_band": quantiles(_standing(found, name).T) for name in _BANDS}
+        return {"share_reached": np.where(has, share, np.nan), **bands}
 
     def histories(self) -> Iterator[KeptHistory]:
         """Yield the kept histories motion by motion; call after `rows`."""
@@ -392,86 +453,144 @@ class ScreeningRun:
                 yield next(where), response
 
     def _where(self) -> Iterator[tuple[int, int, int]]:
-        for i, kept in enumerate(self._kept):
-            for k, s in kept.tolist():
+        for i, selected in enumerate(self._selected):
+            for k, s in selected.tolist():
                 yield i, k, s
 
     def _scenarios(self) -> Iterator[tuple[Scenario, ...]]:
         """Yield groups of scenarios of limited size; each motion is read once."""
         frames, scales = self.request.frames, self.request.scales
-        for motion, kept in zip(self.motions, self._kept, strict=True):
-            if not len(kept):
+        for motion, selected in zip(self.motions, self._selected, strict=True):
+            if not len(selected):
                 continue
             ground = as_ground(self._chosen.read(motion))
             together = max(1, _NODES // ground.coefficients.shape[0])
-            for start in range(0, len(kept), together):
+            for start in range(0, len(selected), together):
                 yield tuple(
                     Scenario(ground, frames[k], float(scales[s]))
-                    for k, s in kept[start : start + together].tolist()
+                    for k, s in selected[start : start + together].tolist()
                 )
 
     def margins(self) -> Arrays:
         """Return margins, shape (motions, structures); empty if they were not requested."""
         if self.request.options.margins == "none":
             return {}
-        found = list(self._map(margins_of, "margins"))
+        found = list(self._map("margins"))
         return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
 
-    def candidates_reach(self) -> NDArray[np.bool_] | None:
-        """Return a mask of motions that bring candidates to the limit, (motions, candidates)."""
-        design = self.request.options.design
-        if design is None:
-            return None
-        limit = LimitState(design.quantity, design.limit)
-        rows = []
-        for part in self._map(peaks_of, "design"):
-            for verdict, *peaks in zip(*(part[name] for name in _PEAKS), strict=True):
-                row = peaks_of_frames(self.request.candidates, verdict, *peaks)
-                rows.append(limit.reached(row, verdict == Verdict.OVERTURNS)[:, 0])
-        return np.array(rows)
+    def candidates(self, design: Design) -> tuple[Float, Float]:
+        """Return how candidates meet the limit of a design, over all motions and members.
 
-    def _peaks(self) -> Iterator[tuple[NDArray[Any], ...]]:
-        """Yield verdict, peaks and so on of each motion, each of shape (structures, scales)."""
+        Returns
+        -------
+        share, quantile : array, shape (candidates,)
+            Share below the limit [1], and 84 % quantile of the quantity, infinite if it overturns.
+        """
+        shares, largest = [], []
+        for frames, held in self._of_groups():
+            share, quantile = self._of_candidates(design, frames, held)
+            shares.append(share)
+            largest.append(quantile)
+        return np.concatenate(shares), np.concatenate(largest)
+
+    def _of_groups(self) -> Iterator[tuple[tuple[RockingFrame, ...], Arrays]]:
+        """Yield each group of candidates with its peaks, (motions, candidates, scale, ...)."""
+        groups, held, width = iter(self._groups()), list[Arrays](), 0
+        for part in self._map("design"):
+            held.append(part)
+            width += len(part["verdict"])
+            if width == len(self.motions):
+                whole = {name: np.concatenate([one[name] for one in held]) for name in PEAKS}
+                yield next(groups), whole
+                held, width = [], 0
+
+    def _of_candidates(
+        self, design: Design, frames: Sequence[RockingFrame], held: Arrays
+    ) -> tuple[Float, Float]:
+        ensemble = self.request.options.scenario_ensemble()
+        family = (
+            frames if ensemble is None else [m for one in frames for m in members(ensemble, one)]
+        )
+        columns = {name: values.reshape(len(self.motions), -1).T for name, values in held.items()}
+        found = peaks_of_frames(family, *(columns[name] for name in PEAKS))
+        fell = found["verdict"] == Verdict.OVERTURNS
+        shape = (len(frames), -1)
+        reached = LimitState(design.quantity, design.limit).reached(found, fell).reshape(shape)
+        demand = _standing(found, QUANTITIES[design.quantity][0]).reshape(shape)
+        return (~reached).mean(axis=1), quantiles(demand)[:, 2]
+
+    def _peaks(self, kind: str) -> Iterator[tuple[NDArray[Any], ...]]:
+        """Yield the `PEAKS` of each motion, each of shape (structures, scales, ...)."""
         held: list[Arrays] = []
         width = 0
-        for part in self._map(peaks_of, "peaks"):
+        for part in self._map(kind):
             held.append(part)
             width += part["verdict"].shape[2]
             if width < self.request.scales.size:
                 continue
-            whole = (np.concatenate([one[name] for one in held], axis=2) for name in _PEAKS)
+            whole = (np.concatenate([one[name] for one in held], axis=2) for name in PEAKS)
             yield from zip(*whole, strict=True)
             held, width = [], 0
 
-    def _map(self, function: Callable[[ScreeningBatch], Arrays], kind: str) -> Iterator[Arrays]:
-        return self._batches.map(function, self._tasks(kind), self._engine, self._step)
+    def _map(self, kind: str) -> Iterator[Arrays]:
+        each = peaks_of if self.request.options.scenario_members == 1 else member_peaks_of
+        functions = {"peaks": peaks_of, "margins": margins_of, "members": each, "design": each}
+        return self._batches.map(functions[kind], self._tasks(kind), self._engine, self._step)
+
+    def _groups(self) -> list[tuple[RockingFrame, ...]]:
+        """Return the candidates in groups whose responses to all motions fit into memory."""
+        candidates = self.request.candidates
+        width = max(1, min(_RESPONSES, _HELD // len(self.motions)) // self.members)
+        return [candidates[k : k + width] for k in range(0, len(candidates), width)]
 
     def _tasks(self, kind: str) -> Iterator[Task]:
         """Yield the batches of one kind: several motions, or some scales of one motion."""
-        frames = self.request.candidates if kind == "design" else self.request.frames
         scales = self.request.scales
-        if kind != "peaks":
+        if kind in ("margins", "design"):
             scales = scales[self.request.reference :][:1]
-        each = len(frames) * scales.size
-        together = 1 if kind == "margins" else min(max(1, _SCENARIOS // each), _TOGETHER)
-        width = scales.size if each <= _SCENARIOS else max(1, _SCENARIOS // len(frames))
+        groups = self._groups() if kind == "design" else [self.request.frames]
         motions = self.motions
-        for first in range(0, len(motions), together):
-            for start in range(0, scales.size, width):
-                some = motions[first : first + together]
-                part = tuple(scales[start : start + width].tolist())
-                yield f"{kind}-{first}-{start}", self._maker(some, frames, part)
+        for number, frames in enumerate(groups):
+            columns = len(frames) * (1 if kind == "peaks" else self.members)
+            each = columns * scales.size
+            together = 1 if kind == "margins" else min(max(1, _RESPONSES // each), _TOGETHER)
+            width = scales.size if each <= _RESPONSES else max(1, _RESPONSES // columns)
+            for first in range(0, len(motions), together):
+                for start in range(0, scales.size, width):
+                    some = motions[first : first + together]
+                    part = tuple(scales[start : start + width].tolist())
+                    name = f"{kind}-{number}-{first}-{start}"
+                    yield name, self._maker(kind, some, frames, part)
 
     def _maker(
-        self, motions: Sequence[Motion], frames: tuple[RockingFrame, ...], scales: tuple[float, ...]
+        self,
+        kind: str,
+        motions: Sequence[Motion],
+        frames: tuple[RockingFrame, ...],
+        scales: tuple[float, ...],
     ) -> Callable[[], ScreeningBatch]:
-        ensemble = chosen_ensemble(self.request.options)
+        options = self.request.options
+        ensemble = chosen_ensemble(options) if kind == "margins" else options.scenario_ensemble()
         return lambda: ScreeningBatch(
             tuple(map(self._chosen.read, motions)), frames, scales, ensemble
         )
 
     def _step(self) -> None:
         self._done += 1
-        kinds = ["peaks", *(["margins"] if self.request.options.margins != "none" else [])]
-        kinds += ["design"] if self.request.candidates else []
-        self._progress(self._done, sum(1 for kind in kinds for _ in self._tasks(kind)))
+        self._progress(self._done, sum(1 for kind in self._kinds() for _ in self._tasks(kind)))
+
+    def _kinds(self) -> list[str]:
+        """Return the kinds of batches that are computed."""
+        options = self.request.options
+        wanted = {
+            "peaks": True,
+            "members": options.scenario_members > 1,
+            "margins": options.margins != "none",
+            "design": bool(self.request.candidates),
+        }
+        return [kind for kind, needed in wanted.items() if needed]
+
+
+def _standing(found: Arrays, name: str) -> Float:
+    """Return peaks, infinite where a structure overturns."""
+    return np.where(found["verdict"] == Verdict.OVERTURNS, np.inf, found[name])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -74,7 +74,12 @@ _SHOWN: Final = 10
 
 def show(output: Path, done: Screening, screening: xr.Dataset, *, as_json: bool) -> None:
     """Print the screening as tables, or as JSON."""
-    from rockframe.results.screen_tables import screen_rows, screen_summary
+    from rockframe.results.screen_tables import (
+        members_of,
+        overall_rows,
+        screen_rows,
+        screen_summary,
+    )
 
     summary = screen_summary(screening)
     if as_json:
@@ -82,6 +87,8 @@ def show(output: Path, done: Screening, screening: xr.Dataset, *, as_json: bool)
             {
                 "motions": done.motions,
                 "scenarios": done.scenarios,
+                "members": members_of(screening),
+                "overall": list(overall_rows(screening)),
                 "left_out": dict(done.left_out),
                 "rejected": [vars(rejection) for rejection in done.rejections],
                 "structures": summary,
@@ -92,7 +99,8 @@ def show(output: Path, done: Screening, screening: xr.Dataset, *, as_json: bool)
             }
         )
         return
-    _show_verdicts(screening)
+    _show_overall(screening)
+    _show_shares(screening)
     _show_ranking(screening)
     _show_azimuths(screening)
     _show_fragility(screening, summary)
@@ -103,46 +111,79 @@ def show(output: Path, done: Screening, screening: xr.Dataset, *, as_json: bool)
         print(file)
 
 
-def _show_verdicts(screening: xr.Dataset) -> None:
-    """Print how many motions overturn each structure, at the scales nearest to 1."""
+def _nominal(screening: xr.Dataset) -> str:
+    """Return the end of headings of results of the stated structures alone, without an ensemble."""
+    from rockframe.results.screen_tables import members_of
+
+    return " (nominal)" if members_of(screening) == 1 else ""
+
+
+def _show_overall(screening: xr.Dataset) -> None:
+    """Print the share that overturns and the drift over all motions and members."""
+    from rockframe.results.screen_tables import OVERALL, overall_rows, responses_in_words
+
+    at = f"at scale {float(screening['reference_scale']):g}{_nominal(screening)}"
+    title = f"Over all {responses_in_words(screening)} {at}"
+    console.show_rows(title, OVERALL, overall_rows(screening))
+
+
+def _show_shares(screening: xr.Dataset) -> None:
+    """Print how many motions overturn each structure, or which share of all members under them, at
+    the scales nearest to 1.
+    """
+    from rockframe.results.screen_tables import responses_in_words
+
     scales = screening["scale"].values
     nearest = sorted(range(scales.size), key=lambda s: abs(math.log(scales[s])))[:_SHOWN]
     shown = sorted(nearest)
-    counts = screening["verdict_count"].values
+    motions, nominal = screening.sizes["record"], _nominal(screening)
+    shares = screening["overall_share_overturned"].values
     rows = [
-        [str(structure), *(f"{counts[k, s, 2]}/{counts[k, s].sum()}" for s in shown)]
+        [
+            str(structure),
+            *(
+                f"{shares[k, s] * motions:.0f}/{motions}"
+                if nominal
+                else f"{100 * shares[k, s]:.0f}"
+                for s in shown
+            ),
+        ]
         for k, structure in enumerate(screening["structure"].values)
     ]
     columns = ["structure", *(f"{scales[s]:g}>" for s in shown)]
     order = [0, *(1 + shown.index(s) for s in nearest)]
-    console.show_table("Motions that overturn, by scale", columns, rows, order=order)
+    what = "Motions" if nominal else f"Share [%] of {responses_in_words(screening)}"
+    console.show_table(f"{what} that overturn, by scale{nominal}", columns, rows, order=order)
     if len(shown) < scales.size:
         print(f"The {_SHOWN} of {scales.size} scales that are nearest to 1; the files have all.\n")
 
 
 def _show_ranking(screening: xr.Dataset) -> None:
-    from rockframe.results.screen_tables import screen_rows
-    from rockframe.rocking import Verdict
+    from rockframe.results.screen_tables import demand_words, screen_rows
 
     structures = [str(name) for name in screening["structure"].values]
     rows = list(islice(screen_rows(screening), _SHOWN * len(structures)))
     motions: dict[str, dict[str, Any]] = {}
     for row in rows:
-        fell = row["verdict"] == Verdict.OVERTURNS.name.lower()
-        ratio = math.inf if fell else row["peak_rotation_ratio"]
-        motions.setdefault(row["record_id"], dict(row))[f"of {row['structure']}"] = ratio
+        motions.setdefault(row["record_id"], dict(row))[f"of {row['structure']}"] = demand_words(
+            row
+        )
     columns = [
         console.column("record", "record_id"),
         console.column("mean rank>", "mean_rank", ".1f"),
-        *(console.column(f"{name}>", f"of {name}", ".3f", rule=_ratio) for name in structures),
+        *(console.column(f"{name}>", f"of {name}") for name in structures),
     ]
-    scale = float(screening["reference_scale"])
-    console.show_rows(f"Motions by demand: θ/α at scale {scale:g}", columns, motions.values())
+    scale, nominal = float(screening["reference_scale"]), _nominal(screening)
+    what = f"θ/α at scale {scale:g}{nominal}"
+    if not nominal:
+        what = f"median θ/α at scale {scale:g} (share of members that overturns)"
+    console.show_rows(f"Motions by demand: {what}", columns, motions.values())
 
 
 def _show_azimuths(screening: xr.Dataset) -> None:
     if "recording" not in screening:
         return
+    from rockframe.results.screen_tables import finite_or_overturns
     from rockframe.results.tables.rows import columns_of, rows_along
 
     parts = {f"RotD{part}>": f"rotd{part}_peak_rotation_ratio" for part in ("00", "50", "100")}
@@ -154,17 +195,13 @@ def _show_azimuths(screening: xr.Dataset) -> None:
     columns = [
         console.column("first motion", "recording", once=True),
         console.column("structure", "structure"),
-        *(console.column(head, key, ".3f", rule=_ratio) for head, key in parts.items()),
+        *(
+            console.column(head, key, ".3f", rule=finite_or_overturns)
+            for head, key in parts.items()
+        ),
     ]
     title = "θ/α over the azimuths of a recording: least, median, largest"
     console.show_rows(title, columns, rows, group="recording", rules=False)
-
-
-def _ratio(row: Mapping[str, Any], key: str) -> float | str:
-    """Return a peak rotation ratio; where it is infinite, the outcome: it overturns."""
-    from rockframe.rocking import Verdict
-
-    return Verdict.OVERTURNS.label if row[key] == math.inf else float(row[key])
 
 
 def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, Any]]:
@@ -234,12 +271,14 @@ def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
 def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
     if "design_smallest" not in screening:
         return
+    from rockframe.results.screen_tables import design_by_share, responses_in_words
     from rockframe.risk import LimitState
 
     quantity, value = str(screening["design_quantity"].item()), float(screening["design_limit"])
     limit = LimitState(quantity, value).words.replace("≥", "<")
     what = str(screening["design_dimension"].item()).replace("_", " ")
     share = 100.0 * float(screening["design_required_share"])
+    for_what = f"for {share:g} %" if design_by_share(screening) else "in the 84 % quantile"
     scale = float(screening["reference_scale"])
     tried = screening["design_value"].values
     unit = " [m]" if screening["design_value"].attrs["units"] == "m" else ""
@@ -248,7 +287,9 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
         console.column(f"smallest that suffices{unit}>", "design_smallest", ".3f"),
         console.column(f"all suffice from{unit}>", "design_sure_from", ".3f"),
     ]
-    title = f"Smallest {what} with {limit} for {share:g} %, at scale {scale:g}"
+    of_what = f"{for_what} of {responses_in_words(screening)}"
+    at = f"at scale {scale:g}{_nominal(screening)}"
+    title = f"Smallest {what} with {limit} {of_what}, {at}"
     console.show_rows(title, columns, summary)
     print(
         f"{tried.size} values from {tried[0]:g} to {tried[-1]:g} were tried: demand is not "
@@ -257,12 +298,22 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
 
 
 def _show_notes(screening: xr.Dataset, done: Screening) -> None:
+    from rockframe.results.screen_tables import members_of
     from rockframe.risk.measures import FEWEST_MOTIONS
 
     recordings = len(set(screening["cluster"].values.tolist()))
+    members = members_of(screening)
+    if members == 1:
+        print("Nominal results are those of the stated structures alone: see --scenario-members.")
+    else:
+        print(
+            f"Each scenario has {members} plausible structures; the stated structure is not one of "
+            "them. Its own results are in the files, under the names without a share or quantile."
+        )
     print(
         f"{done.motions} motions of {recordings} recordings, {done.scenarios} scenarios. "
-        "Scales and components of one recording are not independent: bands are based on recordings."
+        "Scales, components and members of one recording are not independent: bands are based on "
+        "recordings."
     )
     if recordings < FEWEST_MOTIONS:
         print(f"{recordings} recordings are few: fragility, bands and rates are uncertain.")

@@ -164,10 +164,13 @@ ROBUST_MARGINS: Final = tuple(
 ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
 
 
+#: Comment on quantiles of the members of an ensemble.
+_OVERTURNED_MEMBER: Final = "infinite where a quantile falls on a member that overturns"
+
+
 def _band(along: str, name: str, units: str, long_name: str, comment: str = "") -> Variable:
     """Declare the 16, 50 and 84 % quantiles of a peak of the ensemble."""
-    fallen = "infinite where a quantile falls on a member that overturns"
-    return Variable(f"{name}_band", f"{along} quantile", float, units, f"{long_name}, of an ensemble of plausible structures", f"ensemble.bands.{name}", comment=f"{fallen}; {comment}" if comment else fallen)
+    return Variable(f"{name}_band", f"{along} quantile", float, units, f"{long_name}, of an ensemble of plausible structures", f"ensemble.bands.{name}", comment=f"{_OVERTURNED_MEMBER}; {comment}" if comment else _OVERTURNED_MEMBER)
 
 
 def of_ensemble(along: str) -> tuple[Variable, ...]:
@@ -351,11 +354,6 @@ ROCKING_SPECTRUM_NC: Final = FileKind(
 # fmt: on
 
 
-class _Known(IntEnum):
-    DECIDED = 0
-    UNDECIDED = 1
-
-
 #: Outcomes with counts.
 OUTCOMES: Final = tuple(outcome.name.lower() for outcome in Verdict)
 
@@ -367,6 +365,11 @@ _NUMBERS: Final = (
     Variable("T_p", "record", float, "s", "period of the selected pulse"),
     Variable("L_p", "record", float, "m", "length scale of the selected pulse, a_p T_p^2"),
 )
+#: Peaks of the stated structure in each scenario.
+_PEAKS_OF_SCENARIO: Final = (
+    *peaks("record structure scale"),
+    Variable("peak_impact_velocity", "record structure scale", float, "m s-1", "largest velocity at which the lifted corner of a column's base meets the ground, 2 b |theta'|", comment="free rocking after the record included; until overturning; 0 without an impact"),
+)
 #: Unit of each measure of intensity.
 UNITS_OF_MEASURES: Final = {one.name: one.units for one in _NUMBERS if one.name in MEASURES}
 
@@ -374,9 +377,11 @@ SCREEN_NC: Final = FileKind(
     "screen", "screen", "Screening of free-standing frames by records",
     (
         Variable("verdict", "record structure scale", Verdict, "1", "outcome at the scale", former_meanings=FORMER_VERDICTS),
-        *peaks("record structure scale"),
-        *optional("impact velocity",
-            Variable("peak_impact_velocity", "record structure scale", float, "m s-1", "largest velocity at which the lifted corner of a column's base meets the ground, 2 b |theta'|", comment="free rocking after the record included; until overturning; 0 without an impact"),
+        *_PEAKS_OF_SCENARIO[:-1],
+        *optional("impact velocity", _PEAKS_OF_SCENARIO[-1]),
+        *optional("members",
+            Variable("share_reached", "record structure scale limit_state", float, "1", "share of an ensemble of plausible structures that reaches the limit state", comment="that of overturning first. The number of members is in members, their spreads are in parameters; the stated structure is not one of them. NaN without the restraint of the limit state"),
+            *(Variable(f"{one.name}_band", f"{one.along} quantile", float, one.units, f"{one.long_name}, of an ensemble of plausible structures", comment=_OVERTURNED_MEMBER) for one in _PEAKS_OF_SCENARIO),
         ),
         *optional("histories", *histories("obs")),
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
@@ -385,12 +390,21 @@ SCREEN_NC: Final = FileKind(
         *_NUMBERS,
         *OF_FRAME,
         Variable("reference_scale", "", float, "1", "scale at which ranks and distributions are computed", refers_to="scale"),
-        Variable("demand_rank", "record structure", float, "1", "rank of the motion by peak rotation, 1 the largest"),
+        Variable("demand_rank", "record structure", float, "1", "rank of the motion by share of members that overturn, then by median peak rotation; 1 the largest"),
         Variable("mean_rank", "record", float, "1", "mean rank over the structures"),
-        Variable("peak_share", "structure level", float, "1", "share of motions whose peak is at most the level", "band.share"),
+        Variable("peak_share", "structure level", float, "1", "share of motions and members whose peak is at most the level", "band.share"),
         Variable("peak_share_low", "structure level", float, "1", "lower bound of peak_share, 90 % confidence", "band.low"),
         Variable("peak_share_high", "structure level", float, "1", "upper bound of peak_share, 90 % confidence", "band.high"),
         Variable("verdict_count", "structure scale outcome", np.int64, "1", "number of motions of each outcome"),
+        *optional("overall",
+            Variable("members", "", np.int64, "1", "number of members of the ensemble that respond in each scenario", comment="1: only the stated structure responds, and all results are nominal"),
+            Variable("quantile", "quantile", float, "1", "quantile of the members, or of motions and members", valid="finite"),
+            Variable("overall_share_overturned", "structure scale", float, "1", "share of all motions and members that overturn", "overall.share"),
+            Variable("overall_share_overturned_low", "structure scale", float, "1", "lower bound of overall_share_overturned, 90 % confidence", "overall.low", comment="recordings are drawn with replacement, with all their members"),
+            Variable("overall_share_overturned_high", "structure scale", float, "1", "upper bound of overall_share_overturned, 90 % confidence", "overall.high", comment="as overall_share_overturned_low"),
+            Variable("overall_peak_rotation_ratio_band", "structure quantile", float, "1", "largest |theta| / slenderness over all motions and members, at the reference scale", comment=_OVERTURNED_MEMBER),
+            Variable("overall_peak_u_band", "structure quantile", float, "m", "largest |u| over all motions and members, at the reference scale", comment=_OVERTURNED_MEMBER),
+        ),
         Variable("measure_units", "measure", str, "1", "unit of the measure", choices=tuple(UNITS_OF_MEASURES.values())),
         Variable("fragility_outcome", "structure limit_state measure", Outcome, "1", "outcome of the fit", "fit.outcome"),
         Variable("fragility_median", "structure limit_state measure", float, "1", "intensity at which half of the motions reach the limit state, in the unit of the measure", "fit.median"),
@@ -407,11 +421,11 @@ SCREEN_NC: Final = FileKind(
         Variable("fragility_brier", "structure limit_state measure", float, "1", "mean squared error of the probability", "fit.brier"),
         Variable("fragility_lowest", "structure limit_state measure", float, "1", "weakest intensity tried, in the unit of the measure", "fit.lowest"),
         Variable("fragility_highest", "structure limit_state measure", float, "1", "strongest intensity tried, in the unit of the measure", "fit.highest"),
-        Variable("fragility_safe_to", "structure limit_state measure", float, "1", "strongest intensity that does not reach the limit state, in the unit of the measure", "fit.safe_to"),
-        Variable("fragility_overturned_from", "structure limit_state measure", float, "1", "weakest intensity that reaches the limit state, in the unit of the measure", "fit.overturned_from"),
+        Variable("fragility_safe_to", "structure limit_state measure", float, "1", "strongest intensity that does not reach the limit state (in a member), in the unit of the measure", "fit.safe_to"),
+        Variable("fragility_overturned_from", "structure limit_state measure", float, "1", "weakest intensity that reaches the limit state (in a member), in the unit of the measure", "fit.overturned_from"),
         Variable("fragility_motions", "structure limit_state measure", np.int64, "1", "independent motions", "fit.motions"),
         Variable("fragility_observations", "structure limit_state measure", np.int64, "1", "motions times scales", "fit.observations"),
-        Variable("fragility_overturned", "structure limit_state measure", np.int64, "1", "number of observations that reach the limit state", "fit.overturned"),
+        Variable("fragility_overturned", "structure limit_state measure", np.int64, "1", "number of observations that reach the limit state (in a member)", "fit.overturned"),
         Variable("log_likelihood", "structure limit_state measure", float, "1", "largest logarithm of the likelihood"),
         Variable("fragility_intensity", "measure point", float, "1", "intensity, in the unit of the measure"),
         Variable("fragility", "structure limit_state measure point", float, "1", "probability of reaching the limit state"),
@@ -453,11 +467,15 @@ SCREEN_NC: Final = FileKind(
             Variable("design_dimension", "", str, "1", "dimension that is searched", choices=tuple(DIMENSIONS)),
             Variable("design_quantity", "", str, "1", "limited quantity", choices=tuple(QUANTITIES)),
             Variable("design_limit", "", float, "1", "limit of the quantity", also_units="m or m s-1"),
-            Variable("design_required_share", "", float, "1", "share of motions that must stay below the limit"),
+            Variable("design_required_share", "", float, "1", "share of motions and members that must stay below the limit"),
             Variable("design_value", "design_step", float, "m", "values that were tried", also_units="1"),
-            Variable("design_share", "structure design_step", float, "1", "share of motions below the limit"),
-            Variable("design_smallest", "structure", float, "m", "smallest value tried that meets the share", "found.smallest", also_units="1"),
-            Variable("design_sure_from", "structure", float, "m", "smallest value that meets the share and above which every value tried does", "found.sure_from", also_units="1"),
+            Variable("design_share", "structure design_step", float, "1", "share of motions and members below the limit"),
+            Variable("design_smallest", "structure", float, "m", "smallest value tried that keeps the limit", "found.smallest", also_units="1"),
+            Variable("design_sure_from", "structure", float, "m", "smallest value that keeps the limit and above which every value tried does", "found.sure_from", also_units="1"),
+        ),
+        *optional("design statistic",
+            Variable("design_statistic", "", str, "1", "statistic of the demand that must keep the limit", choices=("share", "quantile_84")),
+            Variable("design_quantile_84", "structure design_step", float, "1", "84 % quantile of the quantity over all motions and members", also_units="m or m s-1", comment=_OVERTURNED_MEMBER),
         ),
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
         Variable("scale", "scale", float, "1", "factor on the motion", key=True),

@@ -1,0 +1,276 @@
+"""Screenings in which members of an ensemble respond in each scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
+from tests.screening import sine, site, stored, structures, three
+
+from rockframe.engines.engine import OneProcess, ProcessPool
+from rockframe.errors import ParameterError
+from rockframe.options.respond import QUANTILES, DesignOptions, Ensemble, ScreenOptions
+from rockframe.report.page import screening_content
+from rockframe.results.screen import read_screening, screening_of
+from rockframe.results.screen_tables import demand_words, overall_rows, scenario_rows, screen_rows
+from rockframe.risk import fit_fragility
+from rockframe.rocking import Verdict, as_ground, draws, members, respond
+from rockframe.stages.screen import screen_stage
+from rockframe.study.structures import read_structures
+
+Screen = Callable[..., xr.Dataset]
+#: An ensemble whose members are all the stated structure under the motion as recorded.
+NO_SPREAD = Ensemble(height=0.0, width=0.0, impact_loss=1.0, amplitude=0.0)
+SCALES = np.array([0.5, 1.0, 2.0])
+
+
+def responses_one_by_one(
+    records: list[Any], folder: Path, ensemble: Ensemble
+) -> dict[str, np.ndarray]:
+    """Return verdicts and peaks by the scalar kernel, (motions, structures, scales, members)."""
+    frames = read_structures(folder / "structures.toml")
+    found: dict[str, list[float]] = {"fell": [], "peak_rotation_ratio": [], "peak_u": []}
+    for record in records:
+        for frame in frames:
+            for scale in SCALES:
+                family = zip(members(ensemble, frame), draws(ensemble)[:, 3], strict=True)
+                for member, amplitude in family:
+                    one = respond(member, as_ground(record).scaled(scale * amplitude))
+                    found["fell"].append(one.verdict is Verdict.OVERTURNS)
+                    found["peak_rotation_ratio"].append(one.peak_rotation_ratio)
+                    found["peak_u"].append(one.peak_u)
+    shape = (len(records), len(frames), SCALES.size, ensemble.members)
+    return {name: np.reshape(values, shape) for name, values in found.items()}
+
+
+@pytest.fixture
+def four(screen: Screen) -> xr.Dataset:
+    """A screening with four members a scenario, and two further limits."""
+    return screen(site(6), scenario_members=4, limit_u_m=(0.1,), limit_rotation_ratio=(0.5,))
+
+
+def test_shares_and_bands_are_those_of_single_responses(four: xr.Dataset, tmp_path: Path) -> None:
+    """Each member responds as the same structure under the scaled motion does alone."""
+    ensemble = ScreenOptions(scenario_members=4).scenario_ensemble()
+    assert ensemble is not None
+    alone = responses_one_by_one(site(6), tmp_path, ensemble)
+    fell, ratio, u = alone["fell"], alone["peak_rotation_ratio"], alone["peak_u"]
+    shares = [fell, fell | (ratio >= 0.5), fell | (u >= 0.1)]
+    assert four["limit_state"].values.tolist() == ["overturning", "rotation_ratio_0.5", "u_0.1m"]
+    for place, reached in enumerate(shares):
+        assert_array_equal(four["share_reached"][..., place], reached.mean(axis=3))
+        assert 0.0 < reached.mean() < 1.0
+    assert ((four["share_reached"] > 0.0) & (four["share_reached"] < 1.0)).any()
+    ordered = np.sort(np.where(fell, np.inf, ratio), axis=3)  # of four: 0.48 from the first
+    low = np.where(
+        np.isinf(ordered[..., 1]), np.inf, 0.52 * ordered[..., 0] + 0.48 * ordered[..., 1]
+    )
+    assert_allclose(four["peak_rotation_ratio_band"][..., 0], low, atol=1e-9)
+    assert int(four["members"]) == 4
+    assert_array_equal(four["quantile"], QUANTILES)
+
+
+def test_a_larger_limit_is_reached_by_fewer_members(screen: Screen) -> None:
+    """A member that overturns reaches each limit, and one that reaches 0.5 has reached 0.25."""
+    found = screen(site(6), scenario_members=4, limit_rotation_ratio=(0.25, 0.5))
+    overturns, quarter, half = (found["share_reached"][..., k].values for k in range(3))
+    assert (overturns <= half).all()
+    assert (half <= quarter).all()
+    assert overturns.sum() < half.sum() < quarter.sum()
+
+
+def test_nominal_results_are_those_without_members(screen: Screen, four: xr.Dataset) -> None:
+    """The stated structure responds beside the members; it is not one of them."""
+    plain = screen(site(6), limit_u_m=(0.1,), limit_rotation_ratio=(0.5,))
+    for name in ("verdict", "peak_rotation_ratio", "peak_u", "peak_v", "verdict_count"):
+        assert_array_equal(four[name], plain[name])
+    assert "share_reached" not in plain
+    assert int(plain["members"]) == 1
+
+
+def test_members_without_spread_are_the_stated_structure(screen: Screen) -> None:
+    """All shares are 0 or 1, and all quantiles the nominal peak; the statistics follow."""
+    asked = {"limit_u_m": (0.1,), "scales": np.geomspace(0.5, 3.0, 6)}
+    asked |= {"design": DesignOptions(dimension="height", range=(2.0, 30.0), steps=4)}
+    plain = screen(site(8), **asked)
+    found = screen(site(8), scenario_members=3, ensemble=NO_SPREAD, **asked)
+    fell = plain["verdict"] == Verdict.OVERTURNS
+    assert_array_equal(found["share_reached"][..., 0], fell)
+    for place in range(len(QUANTILES)):
+        band = found["peak_u_band"][..., place]
+        assert_array_equal(band, np.where(fell, np.inf, plain["peak_u"]))
+    pooled = ("overall_peak_rotation_ratio_band", "overall_peak_u_band", "design_quantile_84")
+    for name in plain.variables:  # quantiles between two motions depend on how often they occur
+        if name not in ("members", *pooled):
+            assert_array_equal(found[name], plain[name], err_msg=str(name))
+
+
+def test_fragility_and_rate_follow_from_the_shares(screen: Screen, tmp_path: Path) -> None:
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
+    scales = np.geomspace(0.5, 3.0, 6)
+    found = screen(site(8), scenario_members=4, scales=scales, hazard=hazard)
+    one = found.sel(structure="slender", limit_state="overturning", measure="pga")
+    shares = found["share_reached"].sel(structure="slender", limit_state="overturning").values
+    assert ((shares > 0.0) & (shares < 1.0)).any()
+    fit = fit_fragility(found["pga"].values, scales, shares)
+    assert float(one["fragility_median"]) == fit.median
+    assert float(one["fragility_lognormal_beta"]) == fit.lognormal_beta
+    nominal = screen(site(8), scales=scales, hazard=hazard)
+    assert (found["annual_rate"] != nominal["annual_rate"]).any()
+
+
+def test_ranks_are_by_share_then_by_median(four: xr.Dataset) -> None:
+    at_one = four.sel(scale=1.0, limit_state="overturning")
+    for structure in four["structure"].values:
+        one = at_one.sel(structure=structure)
+        pairs = np.stack([one["share_reached"], one["peak_rotation_ratio_band"][:, 1]], axis=1)
+        severest = sorted(range(6), key=lambda i: tuple(-pairs[i]))
+        ranks = one["demand_rank"].values[severest]
+        assert (np.diff(ranks) >= 0.0).all()
+        assert ranks.sum() == 21.0
+
+
+def test_results_over_all_motions_pool_the_members(four: xr.Dataset, tmp_path: Path) -> None:
+    ensemble = ScreenOptions(scenario_members=4).scenario_ensemble()
+    assert ensemble is not None
+    alone = responses_one_by_one(site(6), tmp_path, ensemble)
+    u = np.where(alone["fell"], np.inf, alone["peak_u"])[:, :, 1]
+    for k, row in enumerate(overall_rows(four)):
+        assert row["share_overturned"] == alone["fell"][:, k, 1].mean()
+        assert (
+            row["share_overturned_low"] <= row["share_overturned"] <= row["share_overturned_high"]
+        )
+        expected = np.sort(u[:, k].ravel())[12:11:-1].item()  # the median of 24 is below the 13th
+        assert np.sort(u[:, k].ravel())[11] <= row["peak_u_50"] <= expected + 1e-12
+
+
+@pytest.mark.parametrize("statistic", ["share", "quantile_84"])
+def test_a_design_has_the_shares_and_quantiles_of_its_members(
+    screen: Screen, statistic: str
+) -> None:
+    """A candidate with the width of the structure has the results of the structure's members."""
+    design = DesignOptions(
+        dimension="width",
+        range=(0.45, 0.9),
+        quantity="u",
+        limit=0.1,
+        steps=4,
+        statistic=statistic,
+        share=0.7,
+    )
+    found = screen(site(6), design=design, scenario_members=4, limit_u_m=(0.1,))
+    one = found.sel(structure="slender")
+    below = 1.0 - float(one["share_reached"].sel(scale=1.0, limit_state="u_0.1m").mean())
+    assert_allclose(float(one["design_share"][0]), below)
+    assert float(one["design_quantile_84"][0]) == float(one["overall_peak_u_band"][2])
+    met = one["design_share"] >= 0.7 if statistic == "share" else one["design_quantile_84"] < 0.1
+    assert float(one["design_smallest"]) == one["design_value"].values[met.values][0]
+    assert 0 < met.sum() < 4
+    assert found["design_quantile_84"].attrs["units"] == "m"
+    assert str(found["design_statistic"].item()) == statistic
+
+
+def test_groups_of_candidates_change_nothing(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Candidates are computed in groups of limited size, scales of a motion in several batches."""
+    design = DesignOptions(dimension="width", range=(0.45, 0.9), limit=0.4, steps=5)
+    whole = screen(site(3), design=design, scenario_members=4)
+    monkeypatch.setattr("rockframe.stages.screen_batches._RESPONSES", 9)
+    parts = screen(site(3), design=design, scenario_members=4)
+    assert parts.identical(whole.assign_attrs(parts.attrs))
+
+
+def test_engines_write_the_same_bytes(tmp_path: Path) -> None:
+    records = stored(site(4), tmp_path)
+    options = ScreenOptions(scales=[1.0, 2.0], margins="none", scenario_members=5)
+    files = set()
+    for engine in (OneProcess(), ProcessPool(2, patience=0.0)):
+        screen_stage(records, tmp_path / "screen.nc", options, engine=engine)
+        files.add((tmp_path / "screen.nc").read_bytes())
+    assert len(files) == 1
+
+
+def test_batches_of_other_members_are_not_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An interrupted run with other members leaves batches that do not fit."""
+    records, output = stored(site(2), tmp_path), tmp_path / "screen.nc"
+    options = ScreenOptions(scales=[1.0], margins="none", scenario_members=3)
+
+    def stop(*_: Any, **__: Any) -> Any:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("rockframe.stages.screen.write_screen_tables", stop)
+        with pytest.raises(KeyboardInterrupt):
+            screen_stage(records, output, options, structures_path=structures(tmp_path))
+    assert len(list(tmp_path.glob(".screen-*.batches"))) == 1
+    four = options.replaced(scenario_members=4)
+    screen_stage(records, output, four, structures_path=structures(tmp_path))
+    found = read_screening(output)["share_reached"]
+    assert (4.0 * found % 1.0 == 0.0).all()
+    assert not list(tmp_path.glob(".screen-*.batches"))
+
+
+def test_tables_have_the_shares_and_quantiles(four: xr.Dataset, tmp_path: Path) -> None:
+    rows = list(scenario_rows(four))
+    for name, limit in (("overturned", "overturning"), ("u_0.1m", "u_0.1m")):
+        shares = four["share_reached"].sel(limit_state=limit).values.ravel()
+        assert_array_equal([row[f"share_{name}"] for row in rows], shares)
+    assert_array_equal(
+        [row["u_max_84_m"] for row in rows], four["peak_u_band"][..., 2].values.ravel()
+    )
+    for row in screen_rows(four):
+        share = row["share_overturned"]
+        assert (f"({100.0 * share:.0f} %)" in demand_words(row)) == (share > 0.0)
+    content = screening_content(four)
+    assert content["responses"] == "24 responses (6 motions, 4 members each)"
+    (stout, _) = screening_of(tmp_path / "screen.nc", "s05")
+    expected = four["share_reached"].sel(structure="stout", limit_state="overturning")[5]
+    assert [*stout["shares_overturned"].values()] == expected.values.tolist()
+
+
+def test_a_member_that_cannot_rock_is_named(screen: Screen) -> None:
+    with pytest.raises(ParameterError, match=r"Invalid spread height 0\.99 of the ensemble"):
+        screen(site(2), scenario_members=200, ensemble=Ensemble(height=0.99))
+
+
+def test_a_member_may_not_lift_off(tmp_path: Path) -> None:
+    """At 1.5 times the motion the ground would fall faster than gravity for some members only."""
+    records = stored(three("a", upward=6.5), tmp_path)
+    options = ScreenOptions(margins="none", scales=[1.5], vertical=True)
+    output, frames = tmp_path / "s.nc", structures(tmp_path)
+    assert screen_stage(records, output, options, structures_path=frames).motions == 2
+    spread = options.replaced(scenario_members=16, ensemble=Ensemble(amplitude=0.05))
+    with pytest.raises(ParameterError, match="would lose contact"):
+        screen_stage(records, output, spread, structures_path=frames)
+
+
+@pytest.mark.parametrize("members", [0, 1001])
+def test_numbers_of_members_that_cannot_be(members: int) -> None:
+    with pytest.raises(ParameterError, match=f"scenario_members {members}. Must be"):
+        ScreenOptions(scenario_members=members)
+
+
+def test_neither_copies_nor_members_narrow_a_band(screen: Screen) -> None:
+    """Bands are from recordings: twenty files of two recordings say as much as the two."""
+    two = {"a": 2.5, "b": 3.5}
+    once = [sine(name, peak) for name, peak in two.items()]
+    often = [sine(f"{one}{n}", peak, station=one) for one, peak in two.items() for n in range(10)]
+    asked = {"scenario_members": 4, "ensemble": Ensemble(amplitude=0.3)}
+    found, copied = screen(once, **asked), screen(often, **asked)
+    without_spread = [screen(once, scenario_members=k, ensemble=NO_SPREAD) for k in (2, 20)]
+    assert (
+        (found["overall_share_overturned"] > 0.0) & (found["overall_share_overturned"] < 1.0)
+    ).any()
+    bands = ("overall_share_overturned", "peak_share", "fragility")
+    for name in (f"{band}_{end}" for band in bands for end in ("low", "high")):
+        assert_allclose(copied[name], found[name], atol=1e-9, err_msg=name)
+        assert_allclose(without_spread[0][name], without_spread[1][name], atol=1e-9, err_msg=name)
