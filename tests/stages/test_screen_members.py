@@ -14,10 +14,18 @@ from tests.screening import sine, site, stored, structures, three
 
 from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import ParameterError
+from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
 from rockframe.options.respond import QUANTILES, DesignOptions, Ensemble, ScreenOptions
 from rockframe.report.page import screening_content
 from rockframe.results.screen import read_screening, screening_of
-from rockframe.results.screen_tables import demand_words, overall_rows, scenario_rows, screen_rows
+from rockframe.results.screen_tables import (
+    OVERALL,
+    demand_words,
+    overall_rows,
+    scenario_rows,
+    screen_rows,
+    write_screen_tables,
+)
 from rockframe.risk import fit_fragility
 from rockframe.rocking import Verdict, as_ground, draws, members, respond
 from rockframe.stages.screen import screen_stage
@@ -274,3 +282,42 @@ def test_neither_copies_nor_members_narrow_a_band(screen: Screen) -> None:
     for name in (f"{band}_{end}" for band in bands for end in ("low", "high")):
         assert_allclose(copied[name], found[name], atol=1e-9, err_msg=name)
         assert_allclose(without_spread[0][name], without_spread[1][name], atol=1e-9, err_msg=name)
+
+
+def test_a_file_of_an_older_version_is_nominal(screen: Screen, tmp_path: Path) -> None:
+    """It has no results over all records, and its undecided verdicts are not read."""
+    design = DesignOptions(dimension="height", range=(2.0, 30.0), steps=4)
+    screen(site(6), margins="first", design=design)
+    new = ("members", "quantile", "design_statistic", "design_quantile_84")
+    with xr.open_dataset(tmp_path / "screen.nc", decode_times=False) as file:
+        lacking = [name for name in file.variables if str(name).startswith("overall_")]
+        old = file.drop_vars([*new, *lacking]).load()
+    flag = {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "decided undecided"}
+    old["undecided"] = (("record", "structure"), np.ones((6, 2), np.int8), flag)
+    old.to_netcdf(tmp_path / "old.nc")
+    found = read_screening(tmp_path / "old.nc")
+    assert "undecided" not in found
+    assert list(overall_rows(found)) == []
+    content = screening_content(found)
+    assert content["nominal"]
+    assert content["design"]["by_share"]
+    one = found.sel(structure="slender")
+    assert "(nominal)" in draw_fragility(one).caption
+    fell = float((found["verdict"].sel(structure="slender", scale=1.0) == 2).mean())
+    assert f"{100.0 * fell:.0f} % overturn" in draw_peak_distribution(one).caption
+    for kind, path in write_screen_tables(tmp_path / "old.nc").items():
+        known = tmp_path / f"{kind or 'screen'}.csv"
+        assert path.read_text().splitlines()[0] == known.read_text().splitlines()[0]
+
+
+def test_figures_and_page_name_the_members(four: xr.Dataset) -> None:
+    caption = draw_peak_distribution(four.sel(structure="slender")).caption
+    assert caption.startswith("Share of 24 responses (6 motions, 4 members each) of 6 recordings")
+    share = float(four["overall_share_overturned"].sel(structure="slender", scale=1.0))
+    assert f"{100.0 * share:.0f} % overturn" in caption
+    assert "4 members each" in draw_fragility(four.sel(structure="slender")).caption
+    content = screening_content(four)
+    assert not content["nominal"]
+    shown = [OVERALL[1].cell(row) for row in content["overall"]]
+    shares = four["overall_share_overturned"].sel(scale=1.0).values
+    assert shown == [f"{100.0 * one:.0f}" for one in shares]

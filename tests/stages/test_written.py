@@ -34,6 +34,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "scales": [0.5, 0.9, 2.0],
         "margins": "first",
         "histories": "all",
+        "scenario_members": 3,
         "spectral_periods_s": [1.0],
         "design": {"dimension": "height", "range": (3.0, 6.0), "steps": 3},
     },
@@ -76,7 +77,7 @@ def test_what_is_passed_on_is_what_the_file_holds(home: Path, tmp_path: Path, st
         stored = dataset.drop_dims("obs", errors="ignore")
         if stage.name == "screen":
             at = stored["scale"].values.tolist().index(stored["reference_scale"].item())
-            scenarios = [name for name in stored if stored[name].dims[2:] == ("scale",)]
+            scenarios = [name for name in stored if stored[name].dims[2:3] == ("scale",)]
             stored = stored.assign({n: stored[n].isel(scale=at, drop=True) for n in scenarios})
         assert set(made.variables) == set(stored.variables)
         for name, variable in stored.variables.items():
