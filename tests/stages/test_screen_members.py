@@ -74,6 +74,7 @@ def test_shares_and_bands_are_those_of_single_responses(four: xr.Dataset, tmp_pa
         assert_array_equal(four["share_reached"][..., place], reached.mean(axis=3))
         assert 0.0 < reached.mean() < 1.0
     assert ((four["share_reached"] > 0.0) & (four["share_reached"] < 1.0)).any()
+    assert_array_equal(four["share_uplifted"], (u > 0.0).mean(axis=3))
     ordered = np.sort(np.where(fell, np.inf, ratio), axis=3)  # of four: 0.48 from the first
     low = np.where(
         np.isinf(ordered[..., 1]), np.inf, 0.52 * ordered[..., 0] + 0.48 * ordered[..., 1]
@@ -237,6 +238,11 @@ def test_tables_have_the_shares_and_quantiles(four: xr.Dataset, tmp_path: Path) 
     )
     for row in screen_rows(four):
         share = row["share_overturned"]
+        assert row["verdict_words"] == (
+            f"may overturn ({100.0 * share:.0f} %)"
+            if 0.0 < share < 1.0
+            else ("overturns" if share else "stands" if row["share_uplifted"] else "no uplift")
+        )
         assert (f"({100.0 * share:.0f} %)" in demand_words(row)) == (share > 0.0)
     content = screening_content(four)
     assert content["responses"] == "24 responses (6 motions, 4 members each)"

@@ -20,7 +20,7 @@ from rockframe.results.screen import read_screening
 from rockframe.results.tables.entries import refuse_other_table, write_rows_as
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.risk import OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
-from rockframe.rocking.verdict import Verdict
+from rockframe.rocking.verdict import SpreadVerdict, Verdict
 
 Rows = Iterator[dict[str, Any]]
 
@@ -83,7 +83,10 @@ def _of_members(screening: xr.Dataset) -> dict[str, str]:
         return {}
     limits = enumerate(screening["limit_state"].values)
     shares = {_share_column(str(limit)): f"share_reached.{place}" for place, limit in limits}
-    return shares | {
+    return {
+        **shares,
+        "share_uplifted": "share_uplifted",
+    } | {
         column.replace("*", f"{100 * quantile:.0f}"): f"{name}.{place}"
         for name, column in _BANDS.items()
         for place, quantile in enumerate(QUANTILES)
@@ -116,8 +119,9 @@ def responses_in_words(screening: xr.Dataset) -> str:
 
 
 def _words(row: dict[str, Any]) -> str:
-    """Return the nominal verdict at the scale of the row, in words."""
-    return Verdict[row["verdict"].upper()].label
+    """Return the verdict at the scale of the row, in words; the nominal one without an ensemble."""
+    shares = {name: row[name] for name in ("share_overturned", "share_uplifted") if name in row}
+    return SpreadVerdict(Verdict[row["verdict"].upper()], **shares).words
 
 
 def overall_rows(screening: xr.Dataset) -> Rows:

@@ -443,7 +443,9 @@ class ScreeningRun:
         has = [limited_in(frame, limit.quantity) for limit in self.limits]
         share = self.reached[:, i, k].T / self.members
         bands = {f"{name}_band": quantiles(_standing(found, name).T) for name in _BANDS}
-        return {"share_reached": np.where(has, share, np.nan), **bands}
+        uplifted = (found["verdict"] != Verdict.NO_UPLIFT).mean(axis=0)
+        reached = np.where(has, share, np.nan)
+        return {"share_reached": reached, "share_uplifted": uplifted, **bands}
 
     def histories(self) -> Iterator[KeptHistory]:
         """Yield the kept histories motion by motion; call after `rows`."""

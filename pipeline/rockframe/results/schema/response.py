@@ -381,6 +381,7 @@ SCREEN_NC: Final = FileKind(
         *optional("impact velocity", _PEAKS_OF_SCENARIO[-1]),
         *optional("members",
             Variable("share_reached", "record structure scale limit_state", float, "1", "share of an ensemble of plausible structures that reaches the limit state", comment="that of overturning first. The number of members is in members, their spreads are in parameters; the stated structure is not one of them. NaN without the restraint of the limit state"),
+            Variable("share_uplifted", "record structure scale", float, "1", "share of this ensemble that uplifts"),
             *(Variable(f"{one.name}_band", f"{one.along} quantile", float, one.units, f"{one.long_name}, of an ensemble of plausible structures", comment=_OVERTURNED_MEMBER) for one in _PEAKS_OF_SCENARIO),
         ),
         *optional("histories", *histories("obs")),
