@@ -6,7 +6,6 @@ import hashlib
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.ingest import read_file
-from rockframe.signals.processing import BandPass, correct, integrate, peak, raise_corner
+from rockframe.signals.processing import AsRead, BandPass, correct, integrate, peak
 
 TIME: NDArray[np.float64] = 0.01 * np.arange(6000, dtype=np.float64)
 
@@ -93,27 +91,18 @@ def test_the_bits_of_corrected_records_and_scales_do_not_depend_on_the_processor
     assert done.stdout.split() == expected
 
 
-@pytest.mark.parametrize("factor", [1.0, 1.4, 2.0])
-@pytest.mark.parametrize("name", ["CCC", "CLC", "TOW2"])
-def test_a_raised_corner_is_that_of_the_record_corrected_again(
-    bundled_records: Path, name: str, factor: float
+@pytest.mark.parametrize(
+    ("corner", "factor", "allowed"), [(0.03, 0.5, 1.0 / 59.99), (15.0, 2.0, 20.0)]
+)
+def test_the_nearest_corner_that_a_record_allows_is_taken(
+    corner: float, factor: float, allowed: float
 ) -> None:
-    for raw in read_file(bundled_records / f"Ridgecrest2019-{name}.V1"):
-        once, again = (
-            correct(raw.acceleration, raw.time_step, BandPass(corner))[0]
-            for corner in (0.08, 0.08 * factor)
-        )
-        raised = raise_corner(once, raw.time_step, 0.08, 0.08 * factor)
-        velocity = integrate(again, raw.time_step)
-        assert peak(integrate(raised, raw.time_step) - velocity) < 0.005 * peak(velocity)
-
-
-@pytest.mark.parametrize("corner", [0.2, float("nan")])
-def test_a_corner_cannot_be_lowered_or_unknown(corner: float) -> None:
-    with pytest.raises(
-        ParameterError, match=r"corner 0\.1 Hz of a record corrected from .* higher"
-    ):
-        raise_corner(burst(1.0), 0.01, corner, 0.1)
+    """59.99 s allow one period of the lower corner, and 40 Hz the lower corner an octave below."""
+    shake = AsRead(burst(1.0), BandPass(corner, 40.0))
+    nearest, *_ = correct(burst(1.0), 0.01, BandPass(allowed * (1.0 + 1e-9 * (factor < 1)), 40.0))
+    np.testing.assert_allclose(shake.corrected(0.01, factor), nearest, rtol=0, atol=1e-7)
+    again, *_ = correct(shake.samples, 0.01, shake.band)
+    np.testing.assert_array_equal(shake.corrected(0.01, 1.0), again)
 
 
 def test_velocity_returns_to_rest() -> None:

@@ -72,6 +72,10 @@ class Ensemble(Options):
     """Largest deviation of the motion's amplitude, as a fraction of the amplitude. Default: no
     seismic sensor in the field is to be trusted to better than about 1 % (J. R. Evans, U.S.
     Geological Survey, 2009)."""
+    corner: _Factor = 2.0
+    """Largest factor, up or down, on the lower corner of the band-pass of records that this package
+    corrected; 1 switches the spread off. Default: between half and twice the corner, chosen. It
+    concerns the responses to the motion itself, not the robust margins."""
     seed: Seed = 0
     """Random seed of the members."""
 

@@ -33,6 +33,7 @@ from rockframe.rocking.margins.ensemble import (
     hypercube,
     quantiles,
 )
+from rockframe.rocking.margins.versions import Versions
 from rockframe.rocking.reactions import ground_at_nodes, reactions
 from rockframe.rocking.response import Response, as_ground, first_crossing, respond
 from rockframe.rocking.verdict import Verdict
@@ -165,6 +166,7 @@ def compare(
     rivals: Rivals,
     motion: Record | Pulse | GroundAcceleration,
     ensemble: BridgeEnsemble | None = None,
+    versions: Versions | None = None,
 ) -> list[Compared]:
     """Compute the responses of all models of a bridge to one motion.
 
@@ -177,6 +179,8 @@ def compare(
         component.
     ensemble : BridgeEnsemble, optional
         Compute the responses of this ensemble of each model too, unless it has no members.
+    versions : Versions, optional
+        Versions of the motion, one of which shakes each member; by default the motion itself.
 
     Returns
     -------
@@ -205,7 +209,10 @@ def compare(
             found.append(_oscillating(name, response, motion, rivals.frame))
     if ensemble is None or not ensemble.members:
         return found
-    return [replace(one, ensemble=_ensemble(one.model, rivals, motion, ensemble)) for one in found]
+    return [
+        replace(one, ensemble=_ensemble(one.model, rivals, motion, ensemble, versions))
+        for one in found
+    ]
 
 
 @lru_cache(maxsize=64)
@@ -289,12 +296,17 @@ def _ensemble(
     rivals: Rivals,
     motion: Record | Pulse | GroundAcceleration,
     ensemble: BridgeEnsemble,
+    versions: Versions | None,
 ) -> EnsembleResponse:
     """Return the response of the ensemble of one model."""
     model = rivals.models[name]
     if isinstance(model, RockingFrame):
-        return ensemble_responses([motion], [model], ensemble)[0][0]
-    grounds = [as_ground(motion).scaled(scale) for scale in draws(ensemble)[:, 3].tolist()]
+        return ensemble_responses([motion], [model], ensemble, [versions])[0][0]
+    every = [as_ground(motion)] * ensemble.members
+    if versions is not None:
+        every = [versions.grounds[k] for k in versions.of_member]
+    scales = draws(ensemble)[:, 3].tolist()
+    grounds = [one.scaled(scale) for one, scale in zip(every, scales, strict=True)]
     found = [
         _oscillating(name, respond_oscillator(member, ground), ground, rivals.frame)
         for member, ground in zip(bridge_members(ensemble, model), grounds, strict=True)

@@ -265,7 +265,7 @@ def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadat
         If a file cannot be read, or if the pulses belong to other records.
     """
     with opened(records_path, RECORDS) as file:
-        records = file.drop_vars("acceleration").load()
+        records = file.drop_dims("obs").load()
     names = [str(name) for name in records["record_id"].values]
     unknown = np.full(len(names), np.nan)
     pulses = dict.fromkeys(PULSE_NUMBERS, unknown)

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -20,14 +20,19 @@ from rockframe.record import Orientation, Record
 from rockframe.results.reading import damage_named, opened
 from rockframe.results.schema import RECORDS
 from rockframe.results.schema.records import RECORDS_NC
-from rockframe.results.writing import Growing, slices, write_rows
+from rockframe.results.writing import Growing, Row, slices, write_rows
 from rockframe.signals.corner import UNCHANGED, Corner, CornerSource
 from rockframe.signals.passport import Passport
-from rockframe.signals.processing import integrate, peak
+from rockframe.signals.processing import AsRead, BandPass, integrate, peak
+
+#: A record with its passport, and its samples before the correction of this package.
+RecordRow: TypeAlias = (
+    tuple[Record, Passport | None] | tuple[Record, Passport | None, AsRead | None]
+)
 
 
 def write_records(
-    records: Iterable[tuple[Record, Passport | None]],
+    records: Iterable[RecordRow],
     path: Path,
     *,
     input_sha256: Mapping[str, str],
@@ -41,9 +46,10 @@ def write_records(
 
     Parameters
     ----------
-    records : iterable of (Record, Passport or None)
+    records : iterable of (Record, Passport or None, AsRead or None)
         At least one record. Either all records have a passport, or none; without passports the file
-        has no measures. If the iterable raises an error, no file is left.
+        has no measures, and no samples as they were read. The last item may be omitted. If the
+        iterable raises an error, no file is left.
     path : Path
         The file to write; an older file is replaced.
     input_sha256 : mapping
@@ -81,7 +87,7 @@ def write_records(
 
     made = write_rows(
         RECORDS_NC,
-        (({"acceleration": r.acceleration}, _values_of(r, passport)) for r, passport in records),
+        (_row(*one) for one in records),
         path,
         complete,
         further=measures,
@@ -132,8 +138,12 @@ def _rotd_of_pairs(
     return found
 
 
-def _values_of(record: Record, passport: Passport | None) -> dict[str, Any]:
-    """Return the values of a record, by variable."""
+def _row(record: Record, passport: Passport | None, as_read: AsRead | None = None) -> Row:
+    """Return the series of a record and its other values, by variable."""
+    series = {"acceleration": record.acceleration}
+    if passport is not None:
+        unknown = np.broadcast_to(math.nan, record.acceleration.shape)
+        series["acceleration_as_read"] = unknown if as_read is None else as_read.samples
     known = {
         "row_size": record.acceleration.size,
         "pga": peak(record.acceleration),
@@ -144,7 +154,8 @@ def _values_of(record: Record, passport: Passport | None) -> dict[str, Any]:
     if passport is not None:
         known |= RECORDS_NC.filled("measures", passport.measures)
         known |= RECORDS_NC.filled("passport", passport)
-    return known
+        known["corner_frequency_high"] = math.nan if as_read is None else as_read.band.high
+    return series, known
 
 
 def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
@@ -184,8 +195,10 @@ class RecordsFile:
         self.path = Path(path)
         with ExitStack() as stack:
             dataset = stack.enter_context(opened(self.path, RECORDS))
-            self._samples = dataset["acceleration"].variable
-            self._values_of = dataset.drop_vars("acceleration").load()
+            self._series = {
+                str(name): one.variable for name, one in dataset.items() if "obs" in one.dims
+            }
+            self._values_of = dataset.drop_dims("obs").load()
             self._open = stack.pop_all()
         self._samples_of = slices(self._values_of["row_size"].values)
         self._rows = {name: row for row, name in enumerate(self.names)}
@@ -270,6 +283,30 @@ class RecordsFile:
         )
         return Corner(float(frequency), CornerSource(int(source)))
 
+    def as_read(self, name: str) -> AsRead | None:
+        """Return the samples of a record before this package corrected it, and the band.
+
+        They are unknown, None, for records that this package did not correct, in files without
+        passports and in files of earlier versions.
+
+        Raises
+        ------
+        InputError
+            If the record is corrupted.
+        """
+        if "acceleration_as_read" not in self._series:
+            return None
+        row = self._rows[name]
+        high = float(self._values_of["corner_frequency_high"].values[row])
+        if math.isnan(high):
+            return None
+        with damage_named(self.path, RECORDS):
+            samples = self._series["acceleration_as_read"][self._samples_of[row]].values
+        try:
+            return AsRead(samples, BandPass(self.corner(name).frequency, high))
+        except ParameterError as error:
+            raise InputError(self.path, f"record {name!r}: {error}") from None
+
     def read(self, name: str) -> Record:
         """Read the record with this name.
 
@@ -287,7 +324,7 @@ class RecordsFile:
             key: array.values[row] for key, array in self._values_of.variables.items()
         }
         with damage_named(self.path, RECORDS):
-            samples = self._samples[self._samples_of[row]].values
+            samples = self._series["acceleration"][self._samples_of[row]].values
         try:
             record = _record(known, samples)
         except ParameterError as error:

@@ -35,6 +35,8 @@ from .margins.margins import margins as margins
 from .margins.margins import with_margins as with_margins
 from .margins.robust import RobustMargin as RobustMargin
 from .margins.robust import robust_margins as robust_margins
+from .margins.versions import Versions as Versions
+from .margins.versions import corner_factors as corner_factors
 from .portrait import barrier_rate as barrier_rate
 from .portrait import restoring_moment as restoring_moment
 from .portrait import trajectory as trajectory

@@ -136,57 +136,42 @@ def correct(
     return np.ascontiguousarray(filtered[pad:-pad]), start, steps
 
 
-def raise_corner(acceleration: Float, time_step: float, corner: float, higher: float) -> Float:
-    """Return what `correct` would have returned with a higher lower corner.
-
-    The gain of the filter is known at each frequency, so the ratio of two gains turns one corner
-    into the other. A lower corner cannot be made this way: the long periods that it would keep were
-    cut off with the padding.
+@dataclass(frozen=True, eq=False)
+class AsRead:
+    """Samples before `correct`, and the band to which it limited them.
 
     Parameters
     ----------
-    acceleration : array, shape (samples,)
-        Acceleration that `correct` returned [m s-2].
-    time_step : float
-        Interval between samples [s].
-    corner, higher : float
-        Lower corner with which it was corrected, and the corner to be had [Hz].
-
-    Returns
-    -------
-    array, shape (samples,)
-        For real records the velocity differs by less than 0.5 % of its peak from that of the record
-        corrected again.
-
-    Raises
-    ------
-    ParameterError
-        If the corner would be lowered, or is unknown (NaN).
-
-    Examples
-    --------
-    >>> time = 0.01 * np.arange(9000) - 45.0
-    >>> shake = np.sin(time) * np.exp(-np.square(time / 9.0))
-    >>> once, again = (correct(shake, 0.01, BandPass(corner))[0] for corner in (0.1, 0.15))
-    >>> bool(np.abs(raise_corner(once, 0.01, 0.1, 0.15) - again).max() < 1e-3 * peak(again))
-    True
+    samples : array, shape (samples,)
+        Acceleration before the correction [m s-2].
+    band : BandPass
+        The corners in effect.
     """
-    if not 0.0 < corner <= higher < math.inf:
-        raise ParameterError(
-            f"Invalid corner {higher:g} Hz of a record corrected from {corner:g} Hz. Must be the "
-            "same or higher: correct the record again from its file for a lower one."
-        )
-    pad = math.ceil(_PAD_PERIODS / (corner * time_step))
-    size = acceleration.size + 2 * pad
-    spectrum = np.fft.rfft(np.pad(acceleration, pad))
-    # Squares of squares, because powers have other last bits on other processors.
-    powers = [
-        np.square(np.square(np.square(f)))
-        for f in (np.fft.rfftfreq(size, time_step), corner, higher)
-    ]
-    ratio = (powers[0] + powers[1]) / (powers[0] + powers[2])
-    raised = np.fft.irfft(spectrum * ratio, size)
-    return np.ascontiguousarray(raised[pad : pad + acceleration.size])
+
+    samples: Float
+    band: BandPass
+
+    def corrected(self, time_step: float, factor: float) -> Float:
+        """Return what `correct` returns with another lower corner [m s-2].
+
+        Parameters
+        ----------
+        time_step : float
+            Interval between samples [s].
+        factor : float
+            The lower corner over that of the band [1]. The nearest corner that the duration and the
+            upper corner allow is taken.
+
+        Examples
+        --------
+        >>> shake = AsRead(np.sin(np.arange(3000.0)), BandPass(0.1, 40.0))
+        >>> again, *_ = correct(shake.samples, 0.01, BandPass(0.2, 40.0))
+        >>> bool((shake.corrected(0.01, 2.0) == again).all())
+        True
+        """
+        longest = (1.0 - 1e-12) * time_step * (self.samples.size - 1)
+        low = min(max(factor * self.band.low, 1.0 / longest), 0.5 * self.band.high)
+        return correct(self.samples, time_step, BandPass(low, self.band.high))[0]
 
 
 def _level(series: Float) -> Float:

@@ -21,11 +21,12 @@ from rockframe.record import Record
 from rockframe.results.tables.entries import write_entries
 from rockframe.signals.corner import UNCHANGED, Corner, CornerSource, choose_corner
 from rockframe.signals.passport import Passport, passport
-from rockframe.signals.processing import BandPass, correct
+from rockframe.signals.processing import AsRead, BandPass, correct
 from rockframe.units import GRAVITY
 
-#: A record, if it can be read and processed, and the outcome of its input, with its passport.
-Inspected = tuple[Record | None, InputOutcome]
+#: A record, if it can be read and processed; the outcome of its input, with its passport; and the
+#: samples before the correction, if it was corrected here.
+Inspected = tuple[Record | None, InputOutcome, AsRead | None]
 
 #: Checks and measures of faults that rotation, filter or taper would hide.
 _AS_RECORDED: Final = (
@@ -122,7 +123,9 @@ class Acceptance:
         self.accepted: list[Accepted] = []
         self.outcomes: list[InputOutcome] = []
 
-    def passed(self, inspected: Iterable[Inspected]) -> Iterator[tuple[Record, Passport | None]]:
+    def passed(
+        self, inspected: Iterable[Inspected]
+    ) -> Iterator[tuple[Record, Passport | None, AsRead | None]]:
         """Yield the accepted records one at a time, and note the outcome of every input.
 
         Raises
@@ -130,7 +133,7 @@ class Acceptance:
         InputError
             If a record or file is rejected and the options are strict, or if none is accepted.
         """
-        for record, outcome in inspected:
+        for record, outcome, as_read in inspected:
             if self._strict and outcome.status == "rejected":
                 raise InputError(outcome.file, outcome.reason, outcome.line)
             noted = outcome if record is None else _filtered(record, outcome, self._filters)
@@ -147,7 +150,7 @@ class Acceptance:
                         noted.passport,
                     )
                 )
-                yield record, noted.passport
+                yield record, noted.passport, as_read
         self._require_some()
 
     def _require_some(self) -> None:
@@ -207,7 +210,7 @@ def inspected(
             if isinstance(one, Reading):
                 yield _inspected(one, corner, options.band_pass_hz, limits)
             else:
-                yield None, one
+                yield None, one, None
 
 
 def _motion(one: Reading | InputOutcome) -> Hashable:
@@ -333,13 +336,15 @@ def _inspected(
     try:
         _require_motion(raw, name)
         if corner is not None:
-            changes, start = _correction(raw, corner, stated)
+            changes, start, band = _correction(raw, corner, stated)
             record = reading.completed(uncorrected=True, **changes)
-            return record, checked(record, raw, limits, start=start, corner=corner)
+            outcome = checked(record, raw, limits, start=start, corner=corner)
+            return record, outcome, AsRead(raw.acceleration, band)
         record = reading.completed()
-        return record, checked(record, raw, limits)
+        return record, checked(record, raw, limits), None
     except ParameterError as error:
-        return None, InputOutcome(reading.facts["source_file"], str(error), record_id=name)
+        outcome = InputOutcome(reading.facts["source_file"], str(error), record_id=name)
+        return None, outcome, None
 
 
 def _require_motion(record: Record, name: str) -> None:
@@ -352,8 +357,10 @@ def _require_motion(record: Record, name: str) -> None:
 
 def _correction(
     raw: Record, corner: Corner, stated: tuple[float, float] | None
-) -> tuple[dict[str, Any], tuple[float, float]]:
-    """Return the fields that correction changes, and velocity and displacement at its start."""
+) -> tuple[dict[str, Any], tuple[float, float], BandPass]:
+    """Return the fields that correction changes, velocity and displacement at its start, and the
+    band in effect.
+    """
     band = BandPass(*stated) if stated else BandPass(corner.frequency)
     corrected, start, steps = correct(raw.acceleration, raw.time_step, band)
     low, high = band.corners(raw.time_step, raw.duration)
@@ -361,10 +368,14 @@ def _correction(
         words = f"with time step {raw.time_step:g} s are filtered up to {high:g} Hz"
         message = f"band_pass_hz {band.low:g} {band.high:g}: records {words}."
         warnings.warn(message, RockframeWarning, stacklevel=2)
-    return {
-        "acceleration": corrected,
-        # fmax and fmin ignore NaN, for values that the archive does not state.
-        "filter_low": float(np.fmax(raw.filter_low, low)),
-        "filter_high": float(np.fmin(raw.filter_high, high)),
-        "processing": (*raw.processing, str(corner), *steps),
-    }, start
+    return (
+        {
+            "acceleration": corrected,
+            # fmax and fmin ignore NaN, for values that the archive does not state.
+            "filter_low": float(np.fmax(raw.filter_low, low)),
+            "filter_high": float(np.fmin(raw.filter_high, high)),
+            "processing": (*raw.processing, str(corner), *steps),
+        },
+        start,
+        BandPass(low, high),
+    )

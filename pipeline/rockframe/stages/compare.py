@@ -25,6 +25,7 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
+from rockframe.stages.versions import uncertain
 from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 
@@ -96,9 +97,11 @@ def compare_stage(
         names = horizontal(file)
 
         def answer(name: str) -> tuple[str, list[list[Compared]] | None, str]:
-            record = file.read(name)
+            record, ensemble = file.read(name), stated.ensemble
+            made_of = uncertain(file, record, ensemble)
+            versions = None if made_of is None else made_of.versions(ensemble, record)
             try:
-                return name, [compare(rivals, record, stated.ensemble) for rivals in compared], ""
+                return name, [compare(one, record, ensemble, versions) for one in compared], ""
             except ParameterError as error:
                 return name, None, str(error)
 

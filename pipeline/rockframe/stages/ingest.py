@@ -26,9 +26,11 @@ from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting, sha256_of
+from rockframe.record import Record
 from rockframe.results.records import RecordsFile, open_records, write_records
 from rockframe.results.tables.entries import refuse_strange_entries
 from rockframe.results.writing import require_ending
+from rockframe.signals.processing import AsRead
 from rockframe.stages.acceptance import Acceptance, Ingested, Inspected, checked, inspected
 
 
@@ -55,19 +57,32 @@ def rotated(
         Limits of the checks.
     """
     recorded = {one.record_id: one for one in outcomes if one.status == "accepted"}
-    yield from ((None, one) for one in outcomes if one.status != "accepted")
+    yield from ((None, one, None) for one in outcomes if one.status != "accepted")
     for names in file.motions.values():
         records = [file.read(name) for name in names]
         pairs, unpaired = pair_horizontals(records)
         for alone in unpaired:
             reason = f"record {alone.record_id!r}: {alone.reason}"
-            yield None, replace(recorded[alone.record_id], status="rejected", reason=reason)
+            yield None, replace(recorded[alone.record_id], status="rejected", reason=reason), None
         verticals = {r.record_id: r for r in records if r.orientation.upright}
         for pair in pairs:
-            yield from _toward(pair, azimuths, recorded, limits)
+            yield from _toward(pair, azimuths, recorded, limits, _both_as_read(file, pair))
             if pair.vertical:
                 verticals[pair.vertical.record_id] = pair.vertical
-        yield from ((vertical, recorded[name]) for name, vertical in verticals.items())
+        for name, vertical in verticals.items():
+            yield vertical, recorded[name], _as_read(file, vertical)
+
+
+def _as_read(file: RecordsFile, record: Record) -> AsRead | None:
+    """Return the samples as read of a record that was not cut; None if they are unknown."""
+    found = file.as_read(record.record_id)
+    return found if found and found.samples.size == record.acceleration.size else None
+
+
+def _both_as_read(file: RecordsFile, pair: HorizontalPair) -> tuple[AsRead, AsRead] | None:
+    """Return the samples as read of a pair with one band, which its rotations have too."""
+    one, other = (_as_read(file, record) for record in (pair.first, pair.second))
+    return (one, other) if one and other and one.band == other.band else None
 
 
 def _toward(
@@ -75,6 +90,7 @@ def _toward(
     azimuths: Sequence[float],
     recorded: Mapping[str, InputOutcome],
     limits: PassportLimits,
+    as_read: tuple[AsRead, AsRead] | None,
 ) -> Iterator[Inspected]:
     made = [rotate(pair, azimuth) for azimuth in azimuths]
     components = [(one, recorded[one.record_id]) for one in (pair.first, pair.second)]
@@ -87,10 +103,14 @@ def _toward(
             if (record.azimuth - component.azimuth) % 180.0 != 90.0 and outcome.passport
         ]
         outcome = checked(record, record, limits, passports)
-        yield record, replace(outcome, corrected_here=corrected)
+        unfiltered = None
+        if as_read is not None:
+            samples = pair.toward([record.azimuth], [one.samples for one in as_read])[0]
+            unfiltered = AsRead(samples, as_read[0].band)
+        yield record, replace(outcome, corrected_here=corrected), unfiltered
     into = " and ".join(repr(record.record_id) for record in made)
     for _, outcome in components:
-        yield None, replace(outcome, status="rotated", reason=f"rotated into {into}.")
+        yield None, replace(outcome, status="rotated", reason=f"rotated into {into}."), None
 
 
 def ingest_stage(

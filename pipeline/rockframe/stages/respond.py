@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Final, Self
+from typing import Final, Self, TypeAlias
 
 from rockframe.components import vertical_beside
 from rockframe.engines.engine import Engine, map_batches, on_threads
@@ -49,6 +49,7 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
+from rockframe.stages.versions import Uncertain, uncertain
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets.pulse import Pulse
 
@@ -56,11 +57,19 @@ from rockframe.wavelets.pulse import Pulse
 _NODES: Final = 200_000
 
 
+#: A record, the motion that it states, and what its versions are made of.
+_Motion: TypeAlias = tuple[Record, Record | GroundAcceleration, Uncertain | None]
+
+
 @dataclass(frozen=True)
 class _Task:
-    """Motions by the names of their records, and the structures that respond to them."""
+    """Motions by the names of their records, and the structures that respond to them.
+
+    Of records with several versions, `uncertain` has what these are made of.
+    """
 
     motions: Mapping[str, Record | GroundAcceleration]
+    uncertain: Mapping[str, Uncertain]
     pulses: Mapping[str, Pulse]
     frames: tuple[RockingFrame, ...]
     options: RespondOptions
@@ -127,7 +136,7 @@ def respond_stage(
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
-        motions = _motions(file, names, options.vertical, left_out)
+        motions = _motions(file, names, options, left_out)
         pulses = _Pulses.read(next(iter(beside), None), names)
         tasks = Counted(
             _tasks(motions, tuple(frames), options, pulses),
@@ -149,36 +158,40 @@ def respond_stage(
 
 
 def _motions(
-    file: RecordsFile, names: Sequence[str], vertical: bool, left_out: dict[str, str]
-) -> Iterator[tuple[Record, Record | GroundAcceleration]]:
+    file: RecordsFile, names: Sequence[str], options: RespondOptions, left_out: dict[str, str]
+) -> Iterator[_Motion]:
     """Read one record at a time, with its vertical record if requested."""
-    beside = vertical_beside(file) if vertical else {}
+    beside = vertical_beside(file) if options.vertical else {}
     for name in names:
         record = file.read(name)
         try:
-            yield record, with_vertical(record, beside) if vertical else record
+            motion = with_vertical(record, beside) if options.vertical else record
         except ParameterError as error:
             left_out[name] = str(error)
+        else:
+            yield record, motion, uncertain(file, record, options.ensemble)
 
 
 def _tasks(
-    motions: Iterable[tuple[Record, Record | GroundAcceleration]],
+    motions: Iterable[_Motion],
     frames: tuple[RockingFrame, ...],
     options: RespondOptions,
     pulses: _Pulses,
 ) -> Iterator[_Task]:
     held: dict[str, Record | GroundAcceleration] = {}
+    several: dict[str, Uncertain] = {}
     beside: dict[str, Pulse] = {}
     nodes = 0
-    for record, motion in motions:
+    for record, motion, made_of in motions:
         held[record.record_id] = motion
+        several |= {record.record_id: made_of} if made_of else {}
         beside |= pulses.of(record)
         nodes += record.acceleration.size * len(frames)
         if nodes >= _NODES:
-            yield _Task(held, beside, frames, options)
-            held, beside, nodes = {}, {}, 0
+            yield _Task(held, several, beside, frames, options)
+            held, several, beside, nodes = {}, {}, {}, 0
     if held:
-        yield _Task(held, beside, frames, options)
+        yield _Task(held, several, beside, frames, options)
 
 
 @dataclass(frozen=True)
@@ -222,8 +235,14 @@ def _answer(task: _Task) -> list[tuple[str, list[Response] | None, str]]:
     known = [name for name, responses, _ in answers if responses]
     if not (known and task.options.ensemble.members):
         return answers
-    motions = [as_ground(task.motions[name]) for name in known]
-    rows = ensemble_responses(motions, task.frames, task.options.ensemble)
+    motions = [task.motions[name] for name in known]
+    versions = [
+        task.uncertain[name].versions(task.options.ensemble, motion)
+        if name in task.uncertain
+        else None
+        for name, motion in zip(known, motions, strict=True)
+    ]
+    rows = ensemble_responses(motions, task.frames, task.options.ensemble, versions)
     found = dict(zip(known, rows, strict=True))
     return [
         (name, responses and _with_ensembles(responses, found[name]), reason)

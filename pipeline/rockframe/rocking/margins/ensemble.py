@@ -27,6 +27,7 @@ from rockframe.record import Record
 from rockframe.rocking.batch import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.contact import impact_friction_demand
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.margins.versions import Versions
 from rockframe.rocking.reactions import reactions
 from rockframe.rocking.response import (
     Response,
@@ -345,7 +346,10 @@ class MemberPeaks:
 
 
 def ensemble_responses(
-    motions: Sequence[Motion], frames: Sequence[RockingFrame], ensemble: Ensemble | None = None
+    motions: Sequence[Motion],
+    frames: Sequence[RockingFrame],
+    ensemble: Ensemble | None = None,
+    versions: Sequence[Versions | None] | None = None,
 ) -> list[list[EnsembleResponse]]:
     """Compute the responses of the ensemble of each frame to each motion itself.
 
@@ -357,6 +361,9 @@ def ensemble_responses(
         The frames as stated.
     ensemble : Ensemble, optional
         Number of members, spreads and seed. The draws are the same for all motions and frames.
+    versions : sequence of Versions or None, optional
+        For each motion its versions, one of which shakes each member, or None to shake all members
+        by the motion. By default there are none.
 
     Returns
     -------
@@ -379,7 +386,7 @@ def ensemble_responses(
     (3, [0.83, 0.87, 0.91])
     """
     chosen = ensemble or Ensemble()
-    peaks = member_peaks(motions, frames, chosen)
+    peaks = member_peaks(motions, frames, chosen, versions)
     uplifted = (peaks.verdict != Verdict.NO_UPLIFT).sum(axis=2)
     overturned = (peaks.verdict == Verdict.OVERTURNS).sum(axis=2)
     ended = peaks.model_ends.sum(axis=2)
@@ -494,7 +501,10 @@ def quantiles(peaks: Float) -> Float:
 
 
 def member_peaks(
-    motions: Sequence[Motion], frames: Sequence[RockingFrame], ensemble: Ensemble
+    motions: Sequence[Motion],
+    frames: Sequence[RockingFrame],
+    ensemble: Ensemble,
+    versions: Sequence[Versions | None] | None = None,
 ) -> MemberPeaks:
     """Compute the peaks of each member of the ensemble of each frame under each motion.
 
@@ -509,14 +519,14 @@ def member_peaks(
     """
     require_some(motions=motions, frames=frames)
     require_members(ensemble)
-    grounds = [as_ground(motion) for motion in motions]
+    grounds, of_member = _shaken(motions, ensemble, versions)
     for ground in grounds:
         require_motion(ensemble, ground)
     family = [*chain(*(members(ensemble, frame) for frame in frames))]
-    shape = (len(grounds), len(frames), ensemble.members)
-    motion = np.repeat(np.arange(len(grounds)), len(family))
-    whose = np.tile(np.arange(len(family)), len(grounds))
-    scale = np.tile(draws(ensemble)[:, 3], len(grounds) * len(frames))
+    shape = (len(motions), len(frames), ensemble.members)
+    motion = np.tile(of_member, len(frames)).ravel()
+    whose = np.tile(np.arange(len(family)), len(motions))
+    scale = np.tile(draws(ensemble)[:, 3], len(motions) * len(frames))
     found = respond_scenarios(
         [Prepared(ground) for ground in grounds], family, motion, whose, scale, demands=True
     )
@@ -525,6 +535,19 @@ def member_peaks(
         ground = grounds[motion[k]].scaled(float(scale[k]))
         shear[k], friction[k] = _demands_one_by_one(family[whose[k]], ground)
     return _peaks(found, ensemble, frames, shear.reshape(shape), friction.reshape(shape))
+
+
+def _shaken(
+    motions: Sequence[Motion], ensemble: Ensemble, versions: Sequence[Versions | None] | None
+) -> tuple[list[GroundAcceleration], NDArray[np.int64]]:
+    """Return all versions of the motions, and the index of that of each member of each motion."""
+    grounds: list[GroundAcceleration] = []
+    of_member = np.empty((len(motions), ensemble.members), dtype=np.int64)
+    for i, motion in enumerate(motions):
+        known = None if versions is None else versions[i]
+        of_member[i] = len(grounds) + (0 if known is None else known.of_member)
+        grounds += [as_ground(motion)] if known is None else known.grounds
+    return grounds, of_member
 
 
 def _demands_one_by_one(frame: RockingFrame, ground: GroundAcceleration) -> tuple[float, float]:

@@ -1,0 +1,62 @@
+"""Versions of a motion of which the processing is uncertain, and the version of each member."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.options.respond import Ensemble
+from rockframe.rocking.excitation import GroundAcceleration
+
+Float = NDArray[np.float64]
+
+#: Number of values of a spread that takes versions of the motion.
+VALUES: Final = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Versions:
+    """The versions of one motion, which all structures share.
+
+    Parameters
+    ----------
+    grounds : tuple of GroundAcceleration
+        The versions.
+    of_member : array of int, shape (members,)
+        Index of the version of each member.
+    varied : tuple of str
+        The spreads in which the versions differ.
+    """
+
+    grounds: tuple[GroundAcceleration, ...]
+    of_member: NDArray[np.int64]
+    varied: tuple[str, ...]
+
+
+@lru_cache(maxsize=16)
+def corner_factors(ensemble: Ensemble) -> Float:
+    """Return the factor of the lower corner of the band-pass of each member [1].
+
+    The factors are the same for all motions and structures.
+
+    Examples
+    --------
+    >>> factors = corner_factors(Ensemble())
+    >>> sorted({round(one, 3) for one in factors.tolist()})
+    [0.5, 0.707, 1.0, 1.414, 2.0]
+    """
+    largest, root = ensemble.corner, math.sqrt(ensemble.corner)
+    factors: Float = np.array([1.0 / largest, 1.0 / root, 1.0, root, largest])[_drawn(ensemble)]
+    factors.flags.writeable = False  # the cache returns this array again
+    return factors
+
+
+def _drawn(ensemble: Ensemble) -> NDArray[np.int64]:
+    """Return the value that each member has, counted from 0; all are equally frequent."""
+    rng = np.random.default_rng([ensemble.seed, 2])  # not the draws of the structures
+    return rng.permutation(np.arange(ensemble.members) * VALUES // ensemble.members)

@@ -1,0 +1,188 @@
+"""Versions of records whose processing is uncertain: they are records processed anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
+
+from rockframe import Ensemble, RespondOptions, RockingFrame, ingest_stage, respond, respond_stage
+from rockframe.components import vertical_beside
+from rockframe.options.ingest import IngestOptions
+from rockframe.options.respond import BridgeEnsemble
+from rockframe.oscillators.comparison import Rivals, bridge_members, compare
+from rockframe.oscillators.response import respond_oscillator
+from rockframe.results.records import open_records
+from rockframe.rivals import IsolatedDeck
+from rockframe.rocking import Versions, as_ground, corner_factors, ensemble_responses, member_peaks
+from rockframe.rocking.margins.ensemble import draws, members, quantiles
+from rockframe.stages.respond import with_vertical
+from rockframe.stages.versions import Uncertain, uncertain
+
+BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+NAMES = ["Ridgecrest2019-CCC-090", "Ridgecrest2019-CCC-360"]
+SMALL = Ensemble(members=16, seed=3)
+
+
+@pytest.fixture(scope="module")
+def file(bundled_records: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Records of one uncorrected file, with a lower corner of 0.063 Hz."""
+    path = tmp_path_factory.mktemp("versions") / "records.nc"
+    ingest_stage([bundled_records / "Ridgecrest2019-CCC.V1"], path, workers=0)
+    return path
+
+
+def made_of(path: Path, name: str = NAMES[0], ensemble: Ensemble = SMALL) -> Uncertain:
+    with open_records(path) as records:
+        found = uncertain(records, records.read(name), ensemble)
+    assert found is not None
+    return found
+
+
+def test_versions_are_the_file_processed_with_other_corners(
+    bundled_records: Path, file: Path, tmp_path: Path
+) -> None:
+    one = made_of(file)
+    versions = one.versions(SMALL, one.record)
+    assert versions.varied == ("corner",)
+    root = 2.0**0.5
+    for ground, factor in zip(versions.grounds, (0.5, 1 / root, 1.0, root, 2.0), strict=True):
+        band = (0.063 * factor, 40.0)
+        ingest_stage(
+            [bundled_records / "Ridgecrest2019-CCC.V1"],
+            tmp_path / "anew.nc",
+            IngestOptions(band_pass_hz=band),
+            workers=0,
+        )
+        with open_records(tmp_path / "anew.nc") as records:
+            anew = records.read(NAMES[0])
+        assert_array_equal(ground.coefficients, as_ground(anew).coefficients)
+
+
+def test_rotated_records_have_versions_of_their_own(
+    bundled_records: Path, file: Path, tmp_path: Path
+) -> None:
+    """Correction and rotation are linear, so that their order changes the round-off alone.
+
+    A recursive filter amplifies round-off, here to 1e-11 m/s2 of 5 m/s2.
+    """
+    path = tmp_path / "rotated.nc"
+    options = IngestOptions(azimuth_degree=30.0)
+    ingest_stage([bundled_records / "Ridgecrest2019-CCC.V1"], path, options, workers=0)
+    one = made_of(path, f"{NAMES[0]}-rotated-30")
+    both = [made_of(file, name).versions(SMALL, made_of(file, name).record) for name in NAMES]
+    turned = np.radians([90.0 - 30.0, 360.0 - 30.0])
+    for k, ground in enumerate(one.versions(SMALL, one.record).grounds):
+        parts = [
+            of.grounds[k].acceleration() * np.cos(a) for of, a in zip(both, turned, strict=True)
+        ]
+        assert_allclose(ground.acceleration(), sum(parts), rtol=0, atol=1e-10)
+
+
+def test_records_without_samples_as_read_have_one_version(file: Path, tmp_path: Path) -> None:
+    corrected = tmp_path / "shake.csv"
+    corrected.write_text("time_s,acc_g\n0,0.1\n0.1,0.2\n0.2,-0.3\n")
+    ingest_stage([corrected], tmp_path / "corrected.nc", workers=0)
+    with xr.open_dataset(file) as dataset:  # as earlier versions wrote it
+        dataset.drop_vars(["acceleration_as_read", "corner_frequency_high"]).to_netcdf(
+            tmp_path / "older.nc"
+        )
+    for path in ("corrected.nc", "older.nc"):
+        with open_records(tmp_path / path) as records:
+            for record in records:
+                assert uncertain(records, record, SMALL) is None
+    with open_records(file) as records:
+        record = records.read(NAMES[0])
+        assert uncertain(records, record, Ensemble(corner=1.0)) is None
+        assert uncertain(records, record, Ensemble(members=0)) is None
+
+
+def test_each_member_is_shaken_by_its_version(file: Path) -> None:
+    one = made_of(file)
+    versions = one.versions(SMALL, one.record)
+    frames = [BENT, RockingFrame(height=7.5, width=1.8, name="column")]
+    peaks = member_peaks([one.record, one.record], frames, SMALL, [versions, None])
+    alone = member_peaks([one.record], frames, SMALL)
+    assert_array_equal(peaks.peak_u[1], alone.peak_u[0])
+    for k, frame in enumerate(frames):
+        for m, member in enumerate(members(SMALL, frame)):
+            ground = versions.grounds[versions.of_member[m]].scaled(float(draws(SMALL)[m, 3]))
+            expected = respond(member, ground).peak_rotation_ratio
+            assert_allclose(peaks.peak_rotation_ratio[0, k, m], expected, rtol=1e-6)
+    low, high = versions.of_member.argmin(), versions.of_member.argmax()
+    assert peaks.peak_u[0, 0, low] != alone.peak_u[0, 0, low]
+    assert peaks.peak_u[0, 0, high] != alone.peak_u[0, 0, high]
+
+
+def test_versions_that_equal_the_motion_change_nothing(file: Path) -> None:
+    one = made_of(file)
+    same = Versions((as_ground(one.record),) * 3, np.arange(16) % 3, ("corner",))
+    alone = ensemble_responses([one.record], [BENT], SMALL)
+    assert str(ensemble_responses([one.record], [BENT], SMALL, [same])) == str(alone)
+
+
+@pytest.mark.parametrize("count", [16, 64, 100])
+def test_all_versions_are_equally_frequent(count: int) -> None:
+    factors = corner_factors(Ensemble(members=count, corner=4.0))
+    values, numbers = np.unique(factors, return_counts=True)
+    assert values.tolist() == [0.25, 0.5, 1.0, 2.0, 4.0]
+    assert numbers.max() - numbers.min() <= 1
+    # no structure with less height is shaken with a lower corner more often than by chance
+    ranks = np.argsort(np.argsort(factors + 1e-9 * np.arange(count)))
+    heights = np.argsort(np.argsort(draws(Ensemble(members=count))[:, 0]))
+    assert abs(np.corrcoef(ranks, heights)[0, 1]) < 2.5 / count**0.5
+
+
+def test_the_vertical_component_is_the_same_in_all_versions(file: Path) -> None:
+    one = made_of(file)
+    with open_records(file) as records:
+        motion = with_vertical(one.record, vertical_beside(records))
+    versions = one.versions(SMALL, motion)
+    for ground in versions.grounds:
+        assert_array_equal(ground.vertical, motion.vertical)
+    across = [ground.coefficients for ground in one.versions(SMALL, one.record).grounds]
+    assert_array_equal([ground.coefficients for ground in versions.grounds], across)
+
+
+def test_bridges_that_do_not_rock_are_shaken_by_the_same_versions(file: Path) -> None:
+    ensemble = BridgeEnsemble(members=16)
+    one = made_of(file, ensemble=ensemble)
+    versions = one.versions(ensemble, one.record)
+    deck = IsolatedDeck.lead_rubber(strength_ratio=0.05, period=3.0)
+    _, found = compare(Rivals(BENT, isolated=deck), one.record, ensemble, versions)
+    peaks = [
+        respond_oscillator(member, versions.grounds[k].scaled(scale)).peak_displacement
+        for member, k, scale in zip(
+            bridge_members(ensemble, deck),
+            versions.of_member,
+            draws(ensemble)[:, 3].tolist(),
+            strict=True,
+        )
+    ]
+    assert found.ensemble is not None
+    assert_allclose(found.ensemble.bands.peak_u, quantiles(np.array(peaks)))
+
+
+def test_the_stage_varies_the_corner_unless_it_is_switched_off(file: Path, tmp_path: Path) -> None:
+    found = {}
+    for corner in (1.0, 2.0):
+        options = RespondOptions(
+            structure="bridge-bent", margins="none", ensemble=replaced(corner), histories="none"
+        )
+        respond_stage(file, tmp_path / "response.nc", options)
+        with xr.open_dataset(tmp_path / "response.nc") as dataset:
+            found[corner] = dataset["peak_u_band"].load()
+    one = made_of(file, ensemble=replaced(2.0))
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    for corner, versions in ((1.0, None), (2.0, one.versions(replaced(2.0), one.record))):
+        [[expected]] = ensemble_responses([one.record], [frame], replaced(corner), [versions])
+        stored = found[corner].sel(record=0).values[0]
+        assert_allclose(stored, expected.bands.peak_u, rtol=1e-12)
+    assert (found[1.0] != found[2.0]).any()
+
+
+def replaced(corner: float) -> Ensemble:
+    return Ensemble(members=16, corner=corner)
