@@ -207,16 +207,55 @@ def _fits(one: Record, other: Record) -> bool:
     return one.time_step == other.time_step and min(sizes) >= (1.0 - _SPARE) * max(sizes)
 
 
+def pair_with(record: Record, other: Record) -> HorizontalPair | None:
+    """Return a horizontal record and the other horizontal of its motion as a pair.
+
+    The other one is cut or padded with zeros to the length of the record, by at most 5 %.
+
+    Parameters
+    ----------
+    record, other : Record
+        Two components of one motion.
+
+    Returns
+    -------
+    HorizontalPair or None
+        None if they are not sampled at the same times, or not at right angles.
+
+    Examples
+    --------
+    >>> one = Record(record_id="n", acceleration=[0.0, 1.0], time_step=0.1, azimuth=0.0)
+    >>> pair_with(one, replace(one, record_id="e", azimuth=90.0)).second.record_id
+    'e'
+    """
+    if not _fits(record, other):
+        return None
+    try:
+        return HorizontalPair(record, _of_length(other, record.acceleration.size))
+    except ParameterError:
+        return None
+
+
+def fitted(series: Float, count: int) -> Float:
+    """Return a series cut, or padded with zeros, to a number of samples.
+
+    Examples
+    --------
+    >>> fitted(np.ones(2), 3).tolist(), fitted(np.ones(2), 1).tolist()
+    ([1.0, 1.0, 0.0], [1.0])
+    """
+    return np.concatenate([series[:count], np.zeros(max(count - series.size, 0))])
+
+
 def _of_length(record: Record, count: int) -> Record:
     """Cut a record or pad it with zeros to a length, and note it in `processing`."""
     size = record.acceleration.size
     if size == count:
         return record
-    more = np.zeros(max(count - size, 0))
     what = f"cut to {count} of {size}" if size > count else f"continued with zeros to {count}"
     return replace(
         record,
-        acceleration=np.r_[record.acceleration[:count], more],
+        acceleration=fitted(record.acceleration, count),
         processing=(*record.processing, f"length: {what} samples, as of the motion"),
     )
 

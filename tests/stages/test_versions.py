@@ -11,16 +11,25 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rockframe import Ensemble, RespondOptions, RockingFrame, ingest_stage, respond, respond_stage
 from rockframe.components import vertical_beside
+from rockframe.errors import RockframeWarning
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.respond import BridgeEnsemble
 from rockframe.oscillators.comparison import Rivals, bridge_members, compare
 from rockframe.oscillators.response import respond_oscillator
-from rockframe.results.records import open_records
+from rockframe.results.records import RecordsFile, open_records, write_records
 from rockframe.rivals import IsolatedDeck
-from rockframe.rocking import Versions, as_ground, corner_factors, ensemble_responses, member_peaks
+from rockframe.rocking import (
+    Versions,
+    as_ground,
+    corner_factors,
+    ensemble_responses,
+    member_peaks,
+    turned_degrees,
+)
 from rockframe.rocking.margins.ensemble import draws, members, quantiles
+from rockframe.stages.common import horizontal
 from rockframe.stages.respond import with_vertical
-from rockframe.stages.versions import Uncertain, uncertain
+from rockframe.stages.versions import Uncertain, VersionSources
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 NAMES = ["Ridgecrest2019-CCC-090", "Ridgecrest2019-CCC-360"]
@@ -35,9 +44,13 @@ def file(bundled_records: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
     return path
 
 
+def sources(records: RecordsFile, ensemble: Ensemble) -> VersionSources:
+    return VersionSources.of(records, ensemble, horizontal(records))
+
+
 def made_of(path: Path, name: str = NAMES[0], ensemble: Ensemble = SMALL) -> Uncertain:
     with open_records(path) as records:
-        found = uncertain(records, records.read(name), ensemble)
+        found = sources(records, ensemble).uncertain(records.read(name))
     assert found is not None
     return found
 
@@ -93,11 +106,11 @@ def test_records_without_samples_as_read_have_one_version(file: Path, tmp_path: 
     for path in ("corrected.nc", "older.nc"):
         with open_records(tmp_path / path) as records:
             for record in records:
-                assert uncertain(records, record, SMALL) is None
+                assert sources(records, SMALL).uncertain(record) is None
     with open_records(file) as records:
         record = records.read(NAMES[0])
-        assert uncertain(records, record, Ensemble(corner=1.0)) is None
-        assert uncertain(records, record, Ensemble(members=0)) is None
+        assert sources(records, Ensemble(corner=1.0)).uncertain(record) is None
+        assert sources(records, Ensemble(members=0)).uncertain(record) is None
 
 
 def test_each_member_is_shaken_by_its_version(file: Path) -> None:
@@ -182,6 +195,56 @@ def test_the_stage_varies_the_corner_unless_it_is_switched_off(file: Path, tmp_p
         stored = found[corner].sel(record=0).values[0]
         assert_allclose(stored, expected.bands.peak_u, rtol=1e-12)
     assert (found[1.0] != found[2.0]).any()
+
+
+TURNED = Ensemble(members=16, corner=1.0, orientation_degree=5.0, seed=3)
+
+
+def test_turned_versions_are_the_records_rotated_toward_other_azimuths(
+    bundled_records: Path, file: Path, tmp_path: Path
+) -> None:
+    one = made_of(file, ensemble=TURNED)
+    versions = one.versions(TURNED, one.record)
+    assert versions.varied == ("orientation_degree",)
+    for ground, degrees in zip(versions.grounds, (-5.0, -2.5, 0.0, 2.5, 5.0), strict=True):
+        options = IngestOptions(azimuth_degree=90.0 + degrees)
+        source = bundled_records / "Ridgecrest2019-CCC.V1"
+        ingest_stage([source], tmp_path / "turned.nc", options, workers=0)
+        with open_records(tmp_path / "turned.nc") as records:
+            turned = records.read(f"{NAMES[0]}-rotated-{90.0 + degrees:g}")
+        assert_allclose(ground.acceleration(), turned.acceleration, rtol=0, atol=1e-12)
+
+
+def test_turned_versions_with_other_corners_are_those_of_both_components(file: Path) -> None:
+    both = Ensemble(members=16, orientation_degree=5.0, seed=3)
+    one, alone = made_of(file, ensemble=both), made_of(file)
+    other = made_of(file, NAMES[1])
+    versions = one.versions(both, one.record)
+    assert versions.varied == ("corner", "orientation_degree")
+    for m, (factor, degrees) in enumerate(
+        zip(corner_factors(both).tolist(), turned_degrees(both).tolist(), strict=True)
+    ):
+        own, across = (x.as_read.corrected(0.01, factor) for x in (alone, other) if x.as_read)
+        angle = np.radians(degrees)
+        expected = own * np.cos(angle) - across * np.sin(angle)  # toward 90 + angle
+        ground = versions.grounds[versions.of_member[m]]
+        assert_allclose(ground.acceleration(), expected, rtol=0, atol=1e-12)
+
+
+def test_a_record_without_its_partner_is_not_turned_and_named_once(
+    file: Path, tmp_path: Path
+) -> None:
+    with open_records(file) as records:
+        alone = [(records.read(name), None) for name in (NAMES[0], "Ridgecrest2019-CCC-UP")]
+    write_records(alone, tmp_path / "alone.nc", input_sha256={}, parameters={})
+    options = RespondOptions(structure="bridge-bent", margins="none", ensemble=TURNED)
+    with pytest.warns(
+        RockframeWarning, match=r"concern 1 of 1 records, .*: Ridgecrest2019-CCC-090"
+    ):
+        respond_stage(tmp_path / "alone.nc", tmp_path / "response.nc", options)
+    with open_records(file) as records:
+        found = VersionSources.of(records, TURNED, NAMES)
+        assert dict(found.others) == {NAMES[0]: NAMES[1], NAMES[1]: NAMES[0]}
 
 
 def replaced(corner: float) -> Ensemble:

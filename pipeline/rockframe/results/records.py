@@ -228,6 +228,11 @@ class RecordsFile:
         return [Orientation(int(value)) for value in self._values_of["orientation"].values]
 
     @property
+    def azimuths(self) -> list[float]:
+        """Azimuths of the records, clockwise from north [degree]; NaN if unknown."""
+        return list(map(float, self._values_of["azimuth"].values))
+
+    @property
     def motions(self) -> dict[Hashable, list[str]]:
         """Identifiers of the records of each motion, in the order of the file."""
         names, values = self.names, self._columns(*MOTION_FIELDS)

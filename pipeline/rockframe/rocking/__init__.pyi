@@ -37,6 +37,7 @@ from .margins.robust import RobustMargin as RobustMargin
 from .margins.robust import robust_margins as robust_margins
 from .margins.versions import Versions as Versions
 from .margins.versions import corner_factors as corner_factors
+from .margins.versions import turned_degrees as turned_degrees
 from .portrait import barrier_rate as barrier_rate
 from .portrait import restoring_moment as restoring_moment
 from .portrait import trajectory as trajectory

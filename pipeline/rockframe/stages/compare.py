@@ -25,7 +25,7 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
-from rockframe.stages.versions import uncertain
+from rockframe.stages.versions import VersionSources
 from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 
@@ -95,10 +95,11 @@ def compare_stage(
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = horizontal(file)
+        sources = VersionSources.of(file, stated.ensemble, names)
 
         def answer(name: str) -> tuple[str, list[list[Compared]] | None, str]:
             record, ensemble = file.read(name), stated.ensemble
-            made_of = uncertain(file, record, ensemble)
+            made_of = sources.uncertain(record)
             versions = None if made_of is None else made_of.versions(ensemble, record)
             try:
                 return name, [compare(one, record, ensemble, versions) for one in compared], ""

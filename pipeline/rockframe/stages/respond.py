@@ -49,7 +49,7 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
-from rockframe.stages.versions import Uncertain, uncertain
+from rockframe.stages.versions import Uncertain, VersionSources
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets.pulse import Pulse
 
@@ -162,6 +162,7 @@ def _motions(
 ) -> Iterator[_Motion]:
     """Read one record at a time, with its vertical record if requested."""
     beside = vertical_beside(file) if options.vertical else {}
+    sources = VersionSources.of(file, options.ensemble, names)
     for name in names:
         record = file.read(name)
         try:
@@ -169,7 +170,7 @@ def _motions(
         except ParameterError as error:
             left_out[name] = str(error)
         else:
-            yield record, motion, uncertain(file, record, options.ensemble)
+            yield record, motion, sources.uncertain(record)
 
 
 def _tasks(

@@ -1,4 +1,4 @@
-"""Versions of a motion of which the processing is uncertain, and the version of each member."""
+"""Versions of a motion of uncertain processing or orientation, and the version of each member."""
 
 from __future__ import annotations
 
@@ -51,12 +51,33 @@ def corner_factors(ensemble: Ensemble) -> Float:
     [0.5, 0.707, 1.0, 1.414, 2.0]
     """
     largest, root = ensemble.corner, math.sqrt(ensemble.corner)
-    factors: Float = np.array([1.0 / largest, 1.0 / root, 1.0, root, largest])[_drawn(ensemble)]
+    factors: Float = np.array([1.0 / largest, 1.0 / root, 1.0, root, largest])[_drawn(ensemble)[0]]
     factors.flags.writeable = False  # the cache returns this array again
     return factors
 
 
+@lru_cache(maxsize=16)
+def turned_degrees(ensemble: Ensemble) -> Float:
+    """Return the angle by which the motion of each member is turned clockwise [degree].
+
+    The angles are the same for all motions and structures.
+
+    Examples
+    --------
+    >>> sorted(set(turned_degrees(Ensemble(orientation_degree=3.0)).tolist()))
+    [-3.0, -1.5, 0.0, 1.5, 3.0]
+    """
+    degrees: Float = ensemble.orientation_degree * np.linspace(-1.0, 1.0, VALUES)
+    turned: Float = degrees[_drawn(ensemble)[1]]
+    turned.flags.writeable = False
+    return turned
+
+
 def _drawn(ensemble: Ensemble) -> NDArray[np.int64]:
-    """Return the value that each member has, counted from 0; all are equally frequent."""
+    """Return the values that each member has, counted from 0, shape (2, members).
+
+    All values of a spread are equally frequent.
+    """
     rng = np.random.default_rng([ensemble.seed, 2])  # not the draws of the structures
-    return rng.permutation(np.arange(ensemble.members) * VALUES // ensemble.members)
+    values = np.arange(ensemble.members) * VALUES // ensemble.members
+    return np.array([rng.permutation(values) for _ in range(2)])
