@@ -25,6 +25,7 @@ from rockframe.rocking import (
     ensemble_responses,
     member_peaks,
     turned_degrees,
+    with_envelope,
 )
 from rockframe.rocking.margins.ensemble import draws, members, quantiles
 from rockframe.stages.common import horizontal
@@ -249,3 +250,18 @@ def test_a_record_without_its_partner_is_not_turned_and_named_once(
 
 def replaced(corner: float) -> Ensemble:
     return Ensemble(members=16, corner=corner)
+
+
+def test_the_envelope_is_that_of_members_shaken_by_their_versions(file: Path) -> None:
+    one = made_of(file)
+    versions = one.versions(SMALL, one.record)
+    found = with_envelope(respond(BENT, one.record), one.record, SMALL, versions)
+    rotations = [
+        respond(member, versions.grounds[version].scaled(scale)).theta
+        for member, version, scale in zip(
+            members(SMALL, BENT), versions.of_member, draws(SMALL)[:, 3].tolist(), strict=True
+        )
+    ]
+    low, _, high = quantiles(np.stack(rotations, axis=-1)).T
+    assert_array_equal(found.theta_low, low)
+    assert_array_equal(found.theta_high, high)

@@ -27,6 +27,7 @@ from rockframe.rocking import (
     GroundAcceleration,
     Histories,
     Response,
+    Versions,
     as_ground,
     chosen_ensemble,
     ensemble_responses,
@@ -232,17 +233,16 @@ def _answer(task: _Task) -> list[tuple[str, list[Response] | None, str]]:
 
     Margins take most of the time and run in threads, because the kernel releases the GIL.
     """
-    answers = on_threads(partial(_answer_one, task), list(task.motions))
+    several = {
+        name: made_of.versions(task.options.ensemble, task.motions[name])
+        for name, made_of in task.uncertain.items()
+    }
+    answers = on_threads(partial(_answer_one, task, several), list(task.motions))
     known = [name for name, responses, _ in answers if responses]
     if not (known and task.options.ensemble.members):
         return answers
     motions = [task.motions[name] for name in known]
-    versions = [
-        task.uncertain[name].versions(task.options.ensemble, motion)
-        if name in task.uncertain
-        else None
-        for name, motion in zip(known, motions, strict=True)
-    ]
+    versions = [several.get(name) for name in known]
     rows = ensemble_responses(motions, task.frames, task.options.ensemble, versions)
     found = dict(zip(known, rows, strict=True))
     return [
@@ -257,7 +257,9 @@ def _with_ensembles(
     return [replace(response, ensemble=one) for response, one in zip(responses, found, strict=True)]
 
 
-def _answer_one(task: _Task, name: str) -> tuple[str, list[Response] | None, str]:
+def _answer_one(
+    task: _Task, several: Mapping[str, Versions], name: str
+) -> tuple[str, list[Response] | None, str]:
     try:
         motion = as_ground(task.motions[name])
         require_motion(task.options.ensemble, motion)
@@ -272,7 +274,10 @@ def _answer_one(task: _Task, name: str) -> tuple[str, list[Response] | None, str
     kept = [histories.keep(response) for response in responses]
     ensemble = chosen_ensemble(task.options)
     if ensemble is not None:
-        kept = [with_envelope(one, motion, ensemble) if one.time.size else one for one in kept]
+        versions = several.get(name)
+        kept = [
+            with_envelope(one, motion, ensemble, versions) if one.time.size else one for one in kept
+        ]
     return name, kept, ""
 
 

@@ -439,11 +439,17 @@ def with_ensemble(
     return [replace(one, ensemble=each) for one, each in zip(responses, found, strict=True)]
 
 
-def with_envelope(response: Response, motion: Motion, ensemble: Ensemble | None = None) -> Response:
+def with_envelope(
+    response: Response,
+    motion: Motion,
+    ensemble: Ensemble | None = None,
+    versions: Versions | None = None,
+) -> Response:
     """Add the 16 and 84 % quantiles of the members' rotations over time to a response.
 
-    Parameters and errors are those of `with_ensemble`. A member that has overturned counts as a
-    rotation of infinity, to the side to which it fell.
+    Parameters and errors are those of `with_ensemble`; with `versions`, each member is shaken by
+    its version of the motion. A member that has overturned counts as a rotation of infinity, to the
+    side to which it fell.
 
     Examples
     --------
@@ -455,14 +461,14 @@ def with_envelope(response: Response, motion: Motion, ensemble: Ensemble | None 
     """
     chosen = ensemble or Ensemble()
     require_members(chosen)
-    ground = as_ground(motion)
-    require_motion(chosen, ground)
+    grounds, [of_member] = _shaken([motion], chosen, [versions])
+    require_motion(chosen, grounds[0])  # the vertical motion of all versions is the same
     scales = draws(chosen)[:, 3].tolist()
     family = members(chosen, response.frame)
     rotations = np.stack(
         [
-            _until_fallen(respond(member, ground.scaled(scale)).theta)
-            for member, scale in zip(family, scales, strict=True)
+            _until_fallen(respond(member, grounds[version].scaled(scale)).theta)
+            for member, version, scale in zip(family, of_member, scales, strict=True)
         ],
         axis=-1,
     )
