@@ -230,8 +230,8 @@ def test_plots_have_a_text(page: Any, explorer: Address) -> None:
     opened(page, explorer)
     said = page.get_attribute("#plot-ratio", "aria-label")
     assert re.fullmatch(
-        r"Rotation over slenderness, the structure under Ridgecrest2019-CCC-090\. Nominally stands\. "
-        r"The largest rotation is 0\.\d{3} of the slenderness\.",
+        r"Rotation over slenderness, the structure under Ridgecrest2019-CCC-090\. "
+        r"Nominally stands\. The largest rotation is 0\.\d{3} of the slenderness\.",
         said,
     )
 

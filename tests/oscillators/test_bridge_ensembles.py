@@ -23,7 +23,8 @@ from rockframe.oscillators.response import respond_oscillators
 from rockframe.parts import Abutment
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.rocking import BANDS, ensemble_responses
-from rockframe.rocking.margins.ensemble import draws, quantiles
+from rockframe.rocking.margins.ensemble import quantiles
+from rockframe.rocking.margins.members import draws
 from rockframe.units import GRAVITY
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)

@@ -31,7 +31,8 @@ from rockframe.rocking import (
     reactions,
     with_contact,
 )
-from rockframe.rocking.margins.ensemble import draws, members, quantiles, share_interval
+from rockframe.rocking.margins.ensemble import quantiles, share_interval
+from rockframe.rocking.margins.members import draws, members
 from rockframe.units import GRAVITY
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")

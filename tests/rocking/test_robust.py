@@ -21,7 +21,7 @@ from rockframe.rocking import (
     respond_scenarios,
     robust_margins,
 )
-from rockframe.rocking.margins.ensemble import draws, members
+from rockframe.rocking.margins.members import draws, members
 from rockframe.rocking.margins.robust import RobustMargin
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse

@@ -23,7 +23,7 @@ from rockframe.rocking import (
     with_ensemble,
     with_envelope,
 )
-from rockframe.rocking.margins.ensemble import draws
+from rockframe.rocking.margins.members import draws
 from rockframe.wavelets.pulse import Pulse
 
 from .motions import BENT

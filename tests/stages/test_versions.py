@@ -27,7 +27,8 @@ from rockframe.rocking import (
     turned_degrees,
     with_envelope,
 )
-from rockframe.rocking.margins.ensemble import draws, members, quantiles
+from rockframe.rocking.margins.ensemble import quantiles
+from rockframe.rocking.margins.members import draws, members
 from rockframe.stages.common import horizontal
 from rockframe.stages.respond import with_vertical
 from rockframe.stages.versions import Uncertain, VersionSources

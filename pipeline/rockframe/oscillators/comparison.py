@@ -28,11 +28,10 @@ from rockframe.rocking.margins.ensemble import (
     BANDS,
     Bands,
     EnsembleResponse,
-    draws,
     ensemble_responses,
-    hypercube,
     quantiles,
 )
+from rockframe.rocking.margins.members import draws, hypercube
 from rockframe.rocking.margins.versions import Versions
 from rockframe.rocking.reactions import ground_at_nodes, reactions
 from rockframe.rocking.response import Response, as_ground, first_crossing, respond

@@ -42,7 +42,7 @@ from rockframe.results.tables.rows import (
     share_words,
 )
 from rockframe.results.writing import Origin, slices, write_rows
-from rockframe.rocking import Margin, ToPulse
+from rockframe.rocking import EnsembleResponse, Margin, ToPulse, correlation_by_chance
 from rockframe.rocking.response import Response
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum
@@ -143,11 +143,24 @@ def _complete(
         values |= margin_values(columns["margin"])
     if all(one is not None for row in columns["ensemble"] for one in row):
         values |= {**RESPONSE_NC.filled("ensemble", columns["ensemble"]), "quantile": [*QUANTILES]}
+        values |= _sensitivity(columns["ensemble"])
     if all(contact is not None for row in columns["contact"] for contact in row):
         values |= RESPONSE_NC.filled("contact", columns["contact"])
     if any(frame.restrained for frame in frames):
         values |= RESPONSE_NC.filled("restraint", columns["restraint"])
     return values
+
+
+def _sensitivity(rows: Sequence[Sequence[EnsembleResponse]]) -> dict[str, Any]:
+    """Return the values of the variables of sensitivity; none if all spreads are switched off."""
+    spreads = list(rows[0][0].rank_correlations)
+    chance = correlation_by_chance(rows[0][0].members)
+    found = {
+        "spread": spreads,
+        "rank_correlation": [[list(one.rank_correlations.values()) for one in row] for row in rows],
+        "rank_correlation_by_chance": [chance] * len(spreads),
+    }
+    return found if spreads else {}
 
 
 class ResponseFile:

@@ -33,8 +33,14 @@ from .margins.first_overturning import FirstOverturning as FirstOverturning
 from .margins.margins import Margin as Margin
 from .margins.margins import margins as margins
 from .margins.margins import with_margins as with_margins
+from .margins.members import chosen_ensemble as chosen_ensemble
+from .margins.members import members as members
+from .margins.members import require_motion as require_motion
 from .margins.robust import RobustMargin as RobustMargin
 from .margins.robust import robust_margins as robust_margins
+from .margins.spreads import correlation_by_chance as correlation_by_chance
+from .margins.spreads import rank_correlations as rank_correlations
+from .margins.spreads import spreads_of as spreads_of
 from .margins.versions import Versions as Versions
 from .margins.versions import corner_factors as corner_factors
 from .margins.versions import turned_degrees as turned_degrees

@@ -14,7 +14,12 @@ from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, flag, folder_to_write, path, whole_number
 from rockframe.errors import ParameterError
 from rockframe.options.model import ExecutionOptions
-from rockframe.options.respond import RespondOptions, RockingSpectrumOptions, SpectrumOptions
+from rockframe.options.respond import (
+    Ensemble,
+    RespondOptions,
+    RockingSpectrumOptions,
+    SpectrumOptions,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +40,11 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
         help="the same as --ensemble-members",
     )
     parser.add_argument(
+        "--sensitivity",
+        action="store_true",
+        help="print which spread of the ensemble matters most for each record and structure",
+    )
+    parser.add_argument(
         "--pulses",
         type=path,
         metavar="FILE",
@@ -47,15 +57,19 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.results.tables.rows import response_columns
+    from rockframe.results.tables.sensitivity import sensitivity_rows
     from rockframe.results.tables.table import response_rows
     from rockframe.stages.respond import respond_stage
 
+    stated = chosen(options, RespondOptions)
+    if options.sensitivity:
+        _require_spreads(stated.ensemble)
     written: list[xr.Dataset] = []
     with console.progress_bar("rocking") as progress:
         rejections = respond_stage(
             options.records,
             options.output,
-            chosen(options, RespondOptions),
+            stated,
             structures_path=arguments.chosen_structures(options),
             pulses_path=options.pulses,
             batch=arguments.chosen_batch(options),
@@ -66,9 +80,9 @@ def run_respond(options: argparse.Namespace) -> int:
     rows = response_rows(written[0])
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
-        console.show_json(
-            {"responses": list(rows), "rejected": rejected, "output": str(options.output)}
-        )
+        found = {"sensitivity": list(sensitivity_rows(written[0]))} if options.sensitivity else {}
+        said = {"responses": list(rows), "rejected": rejected, "output": str(options.output)}
+        console.show_json(said | found)
     else:
         one = next(rows, {})
         columns = response_columns(one, {"record_id": "Record"})
@@ -77,7 +91,33 @@ def run_respond(options: argparse.Namespace) -> int:
         every = chain([one], rows) if one else ()
         console.show_rows(f"Responses in {options.output}", columns, every)
         print(verdict_notes(one))
+        if options.sensitivity:
+            _show_sensitivity(written[0], str(options.output))
     return console.show_rejections(rejections)
+
+
+def _require_spreads(ensemble: Ensemble) -> None:
+    from rockframe.rocking import spreads_of
+
+    if not (ensemble.members and spreads_of(ensemble)):
+        lack = "all its spreads are switched off" if ensemble.members else "--members is 0"
+        raise ParameterError(f"--sensitivity without an ensemble: {lack}. State another one.")
+
+
+def _show_sensitivity(response: xr.Dataset, output: str) -> None:
+    """Print the rank correlations of the spreads, and their meaning."""
+    from rockframe.results.tables.sensitivity import (
+        SENSITIVITY_LEGEND,
+        sensitivity_columns,
+        sensitivity_rows,
+    )
+
+    rows = list(sensitivity_rows(response))
+    if rows:
+        columns = sensitivity_columns(rows[0])
+        console.show_rows(f"Sensitivity in {output}", columns, rows, group="record_id")
+        said = SENSITIVITY_LEGEND.format(chance=rows[0]["by_chance"])
+        print(_filled(said))
 
 
 def pulse_cell(row: Mapping[str, Any], _key: str = "") -> str:
@@ -101,10 +141,15 @@ def verdict_notes(row: Mapping[str, Any]) -> str:
     """Return the rule of verdicts and, if `row` has one, the meaning of the margin, wrapped."""
     from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE
 
-    width = max(40, min(console.table_width(), 120))
     said = VERDICT_RULE
     if math.isfinite(row.get("largest_robust_scale", math.nan)):
         said += f" {MARGIN_LEGEND}"
+    return _filled(said)
+
+
+def _filled(said: str) -> str:
+    """Return sentences wrapped to the width of tables; no line begins with a percent sign."""
+    width = max(40, min(console.table_width(), 120))
     return textwrap.fill(said.replace(" %", "\u00a0%"), width).replace("\u00a0", " ")
 
 

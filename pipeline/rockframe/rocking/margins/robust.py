@@ -16,7 +16,6 @@ from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.batch import Prepared, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.margins.ensemble import draws, members, require_members
 from rockframe.rocking.margins.first_overturning import (
     LARGEST_SCALE,
     advance,
@@ -24,6 +23,7 @@ from rockframe.rocking.margins.first_overturning import (
     least_scale_of,
     powers,
 )
+from rockframe.rocking.margins.members import draws, members, require_members
 from rockframe.rocking.response import as_ground, refuse_flight, require_some
 from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse

@@ -1,0 +1,85 @@
+"""Rows and words on the spreads of the ensemble that matter most."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+import xarray as xr
+
+from rockframe.cells import DASH, Column, number
+from rockframe.results.tables.rows import Row, rows_along
+
+#: Meaning of the rank correlations, for the line below a table or figure.
+SENSITIVITY_LEGEND: Final = (
+    "Rank correlation between each spread of the ensemble and the peak rotations of its members, "
+    "from -1 to 1. Of spreads without any effect, 5 % exceed {chance:.2f} by chance."
+)
+
+
+def sensitivity_rows(response: xr.Dataset) -> Iterator[Row]:
+    """Yield a row for each record and structure; none if the file has no rank correlations.
+
+    A row has ``record_id``, ``structure``, the rank correlation of each spread by its name,
+    ``by_chance``, and ``matters_most``: the spread with the largest correlation that is larger than
+    by chance, empty if there is none.
+
+    Parameters
+    ----------
+    response : Dataset
+        A response file, without its histories.
+    """
+    if "rank_correlation" not in response:
+        return
+    names = [str(name) for name in response["spread"].values]
+    chance = float(response["rank_correlation_by_chance"].values[0])
+    columns = {name: f"rank_correlation.{place}" for place, name in enumerate(names)}
+    stated = {"record_id": "record_id", "structure": "structure", **columns}
+    for row in rows_along(response, "record structure", stated):
+        found = {name: float(row[name]) for name in names}
+        yield {**row, "by_chance": chance, "matters_most": matters_most(found, chance)}
+
+
+def matters_most(found: Mapping[str, float], chance: float) -> str:
+    """Return the spread with the largest rank correlation, if that is larger than by chance.
+
+    Examples
+    --------
+    >>> matters_most({"height": 0.1, "corner": -0.6, "amplitude": 0.3}, 0.25)
+    'corner'
+    >>> matters_most({"height": 0.1, "corner": math.nan}, 0.25)
+    ''
+    """
+    beyond = {name: abs(one) for name, one in found.items() if abs(one) > chance}
+    return max(beyond, key=lambda name: beyond[name], default="")
+
+
+def spread_words(name: str) -> str:
+    """Return the name of a spread in words.
+
+    Examples
+    --------
+    >>> spread_words("impact_loss"), spread_words("orientation_degree")
+    ('impact loss', 'orientation')
+    """
+    return name.removesuffix("_degree").replace("_", " ")
+
+
+def sensitivity_columns(row: Mapping[str, Any]) -> list[Column]:
+    """Return the columns of a table of such rows."""
+    spreads = [name for name in row if name not in _OTHERS]
+    return [
+        Column("record", "record_id", once=True),
+        Column("structure", "structure"),
+        Column("matters most", "matters_most", rule=_most),
+        *(Column(f"{spread_words(name)}>", name, "+.2f") for name in spreads),
+    ]
+
+
+_OTHERS: Final = ("record_id", "structure", "by_chance", "matters_most")
+
+
+def _most(row: Mapping[str, Any], key: str) -> str:
+    known = any(math.isfinite(number(row[name])) for name in row if name not in _OTHERS)
+    return spread_words(str(row[key])) or ("none more than by chance" if known else DASH)
