@@ -290,6 +290,30 @@ def test_kinematics_of_every_shape(name: str, phase: float, half_cycles: float |
         assert_allclose(mother.spectrum(np.array([nu]))[0], integral, rtol=0, atol=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("name", "half_cycles"),
+    [
+        ("half_sine", None),
+        ("full_sine", None),
+        ("full_cosine", None),
+        ("mavroeidis_papageorgiou", 1.3),
+    ],
+)
+def test_outside_a_pulse_that_ends_the_velocity_stays(name: str, half_cycles: float | None) -> None:
+    """Before it the ground is at rest; after it the displacement grows at the last velocity."""
+    mother = shaped(name, 0.7 if half_cycles else 0.0, half_cycles).mother
+    assert mother.finite
+    beyond = np.linspace(1e-9, 2.0, 50)
+    before, after = -mother.reach - beyond, mother.reach + beyond
+    speed = float(mother.velocity(np.array(mother.reach)))
+    grown = float(mother.displacement(np.array(mother.reach))) + speed * beyond
+    assert not mother.acceleration(np.concatenate([before, after])).any()
+    assert_allclose(mother.velocity(before), 0.0, rtol=0, atol=1e-15)
+    assert_allclose(mother.displacement(before), 0.0, rtol=0, atol=1e-15)
+    assert_allclose(mother.velocity(after), speed, rtol=0, atol=1e-15)
+    assert_allclose(mother.displacement(after), grown, rtol=0, atol=1e-14)
+
+
 @every
 def test_no_net_area_and_no_end_velocity(
     name: str, phase: float, half_cycles: float | None
