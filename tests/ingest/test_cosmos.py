@@ -159,12 +159,34 @@ def test_raw_is_refused(reals: dict[int, float], message: str) -> None:
 @pytest.mark.parametrize(
     ("bits", "full_scale"),
     # Archives state the full range (5 V for +-2.5 V) or half of it (2.5 V).
-    [(24, 13.4), (24, 6.71), (-999, 13.4), (16, 0.0524), (16, 13.4)],
+    [(24, 13.4), (24, 6.71), (-999, 13.4), (16, 0.0524), (16, 13.4), (8, 2.05e-4), (32, 3436.0)],
 )
 def test_the_full_scale_is_that_of_all_counts(bits: int, full_scale: float) -> None:
     scales = {34: 0.005, 64: -2.0, 23: full_scale, 43: 4.8, 44: 4.0}
     raw = channel(stage=0, units="counts (50)", integers={35: bits}, reals=scales)
     assert len(read_bytes(PATH, cosmos(raw))) == 1
+
+
+@pytest.mark.parametrize(("bits", "full_scale"), [(7, 1.02e-4), (33, 6872.0)])
+def test_no_recorder_has_counts_of_so_few_or_many_bits(bits: int, full_scale: float) -> None:
+    """The full scale fits them, but only the usual 24 bits are believed."""
+    scales = {34: 0.005, 64: -2.0, 23: full_scale}
+    raw = channel(stage=0, units="counts (50)", integers={35: bits}, reals=scales)
+    with pytest.raises(InputError, match="V with 24 bits, but a full scale of"):
+        read_bytes(PATH, cosmos(raw))
+
+
+@pytest.mark.parametrize("ratio", [0.94, 0.96, 1.0, 1.04, 1.06])
+@pytest.mark.parametrize(("item", "words"), [(54, 0.03), (57, 20.0)])
+def test_corners_in_words_are_rounded_by_less_than_a_twentieth(
+    item: int, words: float, ratio: float
+) -> None:
+    file = cosmos(channel(reals={item: ratio * words}))
+    if abs(ratio - 1.0) < 0.05:
+        assert len(read_bytes(PATH, file)) == 1
+    else:
+        with pytest.raises(InputError, match=f"filter corner {words:g} Hz in words, but"):
+            read_bytes(PATH, file)
 
 
 def test_seed_channel_names_what_the_text_does_not() -> None:

@@ -150,6 +150,12 @@ def test_a_component_may_be_slightly_askew_or_reversed(azimuth: float) -> None:
     assert record.azimuth == azimuth
 
 
+@pytest.mark.parametrize(("stated", "azimuth"), [(360.0, 0.0), (-2.0, 358.0), (362.0, 362.0)])
+def test_azimuths_are_below_360_unless_a_warning_needs_them(stated: float, azimuth: float) -> None:
+    [record] = read_bytes(PATH, sac(fields={CMPAZ: stated}, name=b"HNN"), IN_G)
+    assert record.azimuth == azimuth
+
+
 def test_direction_by_the_name_where_unstated() -> None:
     [record] = read_bytes(PATH, sac(fields={CMPINC: -12345.0, CMPAZ: -12345.0}), IN_G)
     assert record.azimuth == 90.0
