@@ -113,6 +113,15 @@ def test_the_high_level_is_exceeded_by_a_twentieth_of_the_surrogates(
     assert (one.match_index < one.high) == (beaten > 0.05)
 
 
+@pytest.mark.parametrize("seed", [9, 13, 22, 23])
+def test_half_of_the_surrogates_exceed_their_median(seed: int) -> None:
+    """So noise that slightly more than half of them beat is below it, and vice versa."""
+    one = judged(noise(seed))["symmetric_ricker"]
+    beaten = (one.p_value * (one.surrogates + 1) - 1.0) / one.surrogates
+    assert 0.4 < beaten < 0.6
+    assert (one.match_index < one.median) == (beaten > 0.5)
+
+
 @pytest.mark.parametrize("weighting", list(Weighting))
 def test_the_verdict_is_under_the_weighting_of_the_pulse(weighting: Weighting) -> None:
     record = with_pulse(2, 5.0)
