@@ -10,7 +10,7 @@ import pytest
 
 from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit
 from rockframe.paper.claims import all_claims, checked_page
-from rockframe.paper.pulses import paper_records, record_claims
+from rockframe.paper.pulses import BORROWED, paper_records, record_claims, with_paper_facts
 from rockframe.results.tables.rows import Row
 
 Expected = Callable[[str], Any]
@@ -130,6 +130,20 @@ def test_a_unit_of_the_last_digit_is_forgiven(ours: float, finding: Finding) -> 
     assert sum(name.startswith("r1-") for name in found) == 4
     assert found["r1-T_p_s"].printed == "1.27 s"
     assert found["r1-T_p_s"].finding is finding
+
+
+@pytest.mark.parametrize("number", range(len(paper_records())))
+def test_only_what_a_record_lacks_is_taken_from_table_1(number: int) -> None:
+    whole = row(number, magnitude=5.5, epicentral_distance_km=99.0, facts_source="file")
+    assert with_paper_facts(whole) == whole
+    bare = whole | dict.fromkeys(("magnitude", "epicentral_distance_km"), math.nan)
+    paper = paper_records()[number]
+    assert with_paper_facts(bare) == whole | {
+        "magnitude": paper.magnitude,
+        "epicentral_distance_km": paper.epicentral_distance_km,
+        "facts_source": f"file; {BORROWED}",
+    }
+    assert with_paper_facts(bare | {"source_file": "mine.csv"})["facts_source"] == "file"
 
 
 def test_a_record_of_another_processing_is_not_judged() -> None:

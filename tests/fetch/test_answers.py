@@ -135,6 +135,19 @@ def test_one_channel_does_not_stop_the_others(
     assert pauses == []
 
 
+@pytest.mark.parametrize(("beyond", "verdict"), [(0, "complete"), (1, "more than {} bytes. Req")])
+def test_a_reply_has_a_largest_size(
+    centre: DataCentre, run: Run, monkeypatch: pytest.MonkeyPatch, beyond: int, verdict: str
+) -> None:
+    """Without a limit, a service could fill the memory."""
+    body = miniseed(waveform("CLC", "HNE", START, 3000.0))
+    centre.waveforms["CLC", "HNE"] = [Reply(body=body, content_type=MSEED)]
+    monkeypatch.setattr("rockframe.fetch.service._MOST_BYTES", len(body) - beyond)
+    fetched, _ = run()
+    assert fetched.coverage[0].verdict.startswith(verdict.format(len(body) - beyond))
+    assert all(other.complete for other in fetched.coverage[1:])
+
+
 def test_an_answer_cut_off_is_asked_for_again(centre: DataCentre, run: Run) -> None:
     short = Reply(body=SOUND, content_type=MSEED, keep_back=100)
     centre.waveforms["CLC", "HNE"] = [short, Reply(body=SOUND, content_type=MSEED)]
