@@ -196,6 +196,15 @@ def test_noise_is_unknown_where_nothing_shows_it(samples: Float) -> None:
     assert (length, math.isnan(level)) == (0.0, True)
 
 
+@pytest.mark.parametrize(("ratio", "length"), [(2.9, 8.0), (3.1, 0.0)])
+def test_noise_is_steady_within_a_factor_of_three(ratio: float, length: float) -> None:
+    """The window is 8 of the 10 s before the event; its last quarter has another level."""
+    levels = np.repeat([1.0, 1.0, 1.0, ratio, ratio], 200)
+    samples = np.r_[levels * (-1.0) ** np.arange(1000), 100.0, -100.0]
+    assert pre_event(samples, 0.01)[0] == pytest.approx(length)
+    assert pre_event(np.r_[samples[:800][::-1], samples[800:]], 0.01)[0] == pytest.approx(length)
+
+
 def test_the_band_above_the_noise_holds_the_motion_and_ends_where_that_ends() -> None:
     low, high = signal_to_noise_band(hum(0.01) + shake(2.0), STEP, 9.5, (12.0, 28.0), 3.0)
     assert 0.5 < low < 2.0 < high < 8.0
