@@ -20,13 +20,9 @@ from .histories import Histories as Histories
 from .margins.ensemble import BANDS as BANDS
 from .margins.ensemble import EnsembleResponse as EnsembleResponse
 from .margins.ensemble import MemberPeaks as MemberPeaks
-from .margins.ensemble import chosen_ensemble as chosen_ensemble
-from .margins.ensemble import draws as draws
 from .margins.ensemble import ensemble_responses as ensemble_responses
 from .margins.ensemble import member_peaks as member_peaks
-from .margins.ensemble import members as members
 from .margins.ensemble import quantiles as quantiles
-from .margins.ensemble import require_motion as require_motion
 from .margins.ensemble import with_ensemble as with_ensemble
 from .margins.ensemble import with_envelope as with_envelope
 from .margins.first_overturning import FirstOverturning as FirstOverturning
@@ -34,6 +30,7 @@ from .margins.margins import Margin as Margin
 from .margins.margins import margins as margins
 from .margins.margins import with_margins as with_margins
 from .margins.members import chosen_ensemble as chosen_ensemble
+from .margins.members import draws as draws
 from .margins.members import members as members
 from .margins.members import require_motion as require_motion
 from .margins.robust import RobustMargin as RobustMargin

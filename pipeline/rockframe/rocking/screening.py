@@ -13,8 +13,8 @@ from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.batch import respond_many, respond_scenarios, scales_of
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.margins.ensemble import draws, members
 from rockframe.rocking.margins.margins import margins
+from rockframe.rocking.margins.members import draws, members
 from rockframe.rocking.response import Response, as_ground, respond
 
 Arrays = dict[str, NDArray[Any]]
