@@ -135,8 +135,9 @@ def test_each_member_is_shaken_by_its_version(file: Path) -> None:
 def test_versions_that_equal_the_motion_change_nothing(file: Path) -> None:
     one = made_of(file)
     same = Versions((as_ground(one.record),) * 3, np.arange(16) % 3, ("corner",))
-    alone = ensemble_responses([one.record], [BENT], SMALL)
-    assert str(ensemble_responses([one.record], [BENT], SMALL, [same])) == str(alone)
+    [[alone]] = ensemble_responses([one.record], [BENT], SMALL)
+    [[found]] = ensemble_responses([one.record], [BENT], SMALL, [same])
+    assert (found.overturned, str(found.bands)) == (alone.overturned, str(alone.bands))
 
 
 @pytest.mark.parametrize("count", [16, 64, 100])
