@@ -93,8 +93,9 @@ def test_table1_writes_what_it_says(table1: Path) -> None:
         if path.is_file() and path.name != "manifest.json"
     }
     drawn = [name for name in manifest["outputs"] if name.endswith(".png")]
-    assert len(drawn) == 2 * 6  # histories and margins
-    assert sum(name.startswith("figures/margins/") for name in drawn) == 6
+    assert len(drawn) == 3 * 6  # histories, margins and sensitivity
+    for folder in ("margins", "sensitivity"):
+        assert sum(name.startswith(f"figures/{folder}/") for name in drawn) == 6
     assert "Ridgecrest2019-CLC.V1" in manifest["inputs"]
 
 

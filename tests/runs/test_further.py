@@ -68,6 +68,7 @@ def test_each_stage_has_its_figures_and_the_index_lists_them(made: Path) -> None
     shown = dict(line.split(",") for line in listed[1:])
     assert {file.partition("/")[0] for file in shown if "/" in file} == {
         "margins",
+        "sensitivity",
         "screen",
         "spectrum",
         "rocking_spectrum",

@@ -6,6 +6,7 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import xarray as xr
@@ -13,11 +14,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rockframe import Ensemble, RespondOptions, ingest_stage, respond_stage
 from rockframe.cli.main import main
+from rockframe.figures.sensitivity import draw_sensitivity
 from rockframe.results.records import open_records, write_records
-from rockframe.results.tables.sensitivity import sensitivity_rows
+from rockframe.results.tables.sensitivity import sensitivity_rows, sensitivity_words
 from rockframe.rocking import correlation_by_chance, ensemble_responses, spreads_of
 from rockframe.stages.versions import VersionSources
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
+from rockframe.web import bars_svg
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +123,44 @@ def test_structures_that_all_members_overturn_show_dashes(
         (row,) = sensitivity_rows(dataset)
     assert row["matters_most"] == ""
     assert math.isnan(row["height"])
+
+
+@pytest.mark.parametrize("structures", [1, 5, 7])
+def test_the_figure_has_a_bar_for_each_correlation(structures: int) -> None:
+    values = {"height": -0.5, "corner": 0.1, "width": math.nan}
+    row = {"record_id": "shake", **values, "by_chance": 0.25, "matters_most": "height"}
+    rows = [{**row, "structure": f"column-{k}"} for k in range(structures)]
+    drawn = draw_sensitivity(rows, "shake")
+    panels = [axes for axes in drawn.figure.axes if axes.axison]
+    assert [axes.get_title(loc="left") or axes.get_title() for axes in panels] == [
+        row["structure"] for row in rows
+    ]
+    for axes in panels:
+        extents = [
+            bar.get_window_extent().transformed(axes.transData.inverted()) for bar in axes.patches
+        ]
+        places = [(one.y0 + one.height / 2, *one.intervalx) for one in extents]
+        assert_allclose(places, [(0.0, -0.5, 0.0), (1.0, 0.0, 0.1)], atol=1e-9)
+        most, other = (bar.get_facecolor() for bar in axes.patches)
+        assert most != other
+    assert "5 % exceed 0.25 by chance" in drawn.caption
+
+
+def test_the_bars_of_the_page_are_the_correlations() -> None:
+    values = {"height": -0.5, "impact loss": 1.0, "corner": math.nan}
+    picture = bars_svg(values, 0.25, "impact loss", "which <spread> matters")
+    found = ElementTree.fromstring(picture)  # noqa: S314 -- our own picture
+    bars = {
+        one.get("class"): (float(one.get("x", "nan")), float(one.get("width", "nan")))
+        for one in found.iter("rect")
+    }
+    assert bars == {"bar": (150.0 - 40.0, 40.0), "bar-most": (150.0, 80.0)}
+    assert [one.text for one in found.iter("text")] == [*values]
+    assert [one.text for one in found.iter("title")] == ["which <spread> matters"]
+
+
+def test_words_name_the_spread_that_matters_most() -> None:
+    row = {"width": 0.1, "impact_loss": -0.6, "by_chance": 0.25, "matters_most": "impact_loss"}
+    assert sensitivity_words(row).startswith("Of the spreads of the ensemble, the impact loss matt")
+    none = sensitivity_words({**row, "matters_most": ""})
+    assert "none matters more than by chance. Rank correlation" in none

@@ -45,11 +45,12 @@ from rockframe.results.tables.rows import (
     spread_verdict,
     stated_pulse,
 )
+from rockframe.results.tables.sensitivity import sensitivity_words, spread_words, spreads_of_row
 from rockframe.risk import LimitState, Outcome, measure_of
 from rockframe.rocking import SpreadVerdict, VerdictKind
 from rockframe.signals.passport import CHECKS
 from rockframe.units import GRAVITY
-from rockframe.web import render_page, strip_svg, tone
+from rockframe.web import bars_svg, render_page, strip_svg, tone
 
 #: Exponents in CF units become superscripts.
 _SUPERSCRIPTS: Final = str.maketrans("-123", "⁻¹²³")
@@ -160,6 +161,7 @@ def payload(
                     "band": _band(row, stated),
                     "overturns": stated.overturns,
                     "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
+                    "spreads": _spreads(run.spreads[pair]) if pair in run.spreads else "",
                     "peak": _finite(row["peak_rotation_ratio"]),
                     "facts": _texts(_of_pair(run.pairs[pair], stated)),
                 }
@@ -372,6 +374,15 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
     if "robust_scale_10" in there:  # a table has one margin
         there.pop("critical_scale", None)
     return [*there.values()]
+
+
+def _spreads(row: Mapping[str, Any]) -> str:
+    """Return the bars of the spreads; empty if no correlation is known."""
+    values = {spread_words(name): float(row[name]) for name in spreads_of_row(row)}
+    if not any(math.isfinite(one) for one in values.values()):
+        return ""
+    most = spread_words(row["matters_most"])
+    return bars_svg(values, row["by_chance"], most, sensitivity_words(row))
 
 
 def _strip_of_each_row(run: Run) -> list[Markup]:

@@ -22,6 +22,7 @@ from rockframe.results.response import strips_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.rows import LabelledValues, LabelledValuesOf, spread_verdict
+from rockframe.results.tables.sensitivity import sensitivity_rows
 from rockframe.results.writing import slices
 from rockframe.rocking import Strip
 
@@ -59,6 +60,8 @@ class Run:
         Values of each record and its pulse, of each structure, and of each pair of them.
     strips : mapping of (str, str) to Strip
         Strips by record and structure of the rows; empty if margins were not computed.
+    spreads : mapping of (str, str) to mapping
+        Rows of `sensitivity_rows` by record and structure; empty without an ensemble.
     """
 
     folder: Path
@@ -71,6 +74,7 @@ class Run:
     structures: Mapping[str, LabelledValues]
     pairs: Mapping[Pair, LabelledValues]
     strips: Mapping[Pair, Strip] = field(default_factory=dict)
+    spreads: Mapping[Pair, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -119,6 +123,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
             LabelledValuesOf(response, keys=["structure"]),
             LabelledValuesOf(response, keys=["record_id", "structure"]),
             strips_of(response, {row["record_id"] for row in rows}),
+            {(row["record_id"], row["structure"]): row for row in sensitivity_rows(response)},
         )
 
 

@@ -11,6 +11,7 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.figures.captioned import save, save_captioned
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.margins import draw_margin_strips
+from rockframe.figures.sensitivity import draw_sensitivity
 from rockframe.options import STAGES, loaded
 from rockframe.options.model import FigureOptions
 from rockframe.provenance import refuse_obstacles, replaced_folder
@@ -20,6 +21,7 @@ from rockframe.results.records import open_records
 from rockframe.results.response import open_response
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.rows import Row, stated_pulse
+from rockframe.results.tables.sensitivity import sensitivity_rows
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.table import table_rows_of
 
@@ -133,7 +135,8 @@ def draw_records(
     chosen: Sequence[str],
     progress: Progress = silent,
 ) -> dict[str, str]:
-    """Draw each chosen record with the histories that were kept, and its margins if known.
+    """Draw each chosen record with the histories that were kept, and its margins and the
+    sensitivity to the spreads of the ensemble if they are known.
 
     Returns
     -------
@@ -161,6 +164,11 @@ def draw_records(
             if strips:
                 file = f"margins/{name}.png"
                 save_captioned(draw_margin_strips(strips, title), folder / file)
+                drawn[file] = name
+            spreads = list(sensitivity_rows(response.dataset, name))
+            if spreads:
+                file = f"sensitivity/{name}.png"
+                save_captioned(draw_sensitivity(spreads, title), folder / file)
                 drawn[file] = name
             progress(i + 1, len(chosen))
     return drawn

@@ -1,4 +1,4 @@
-"""Self-contained HTML pages from templates, and the strip of a margin as a picture.
+"""Self-contained HTML pages from templates, and the pictures of strips and bars in them.
 
 uPlot, in `vendor`, draws the plots.
 """
@@ -9,7 +9,7 @@ import base64
 import hashlib
 import html
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -167,3 +167,43 @@ def _place(scale: float) -> float:
 
 def _rect(name: str, x: float, y: float, width: float, height: float) -> str:
     return f'<rect class="{name}" x="{x:.1f}" y="{y:g}" width="{width:.1f}" height="{height:g}"/>'
+
+
+#: Height of a bar with its label, middle of the bars and half their width [units of the picture].
+_BAR: Final = 14.0
+_MIDDLE: Final = 150.0
+_HALF: Final = 80.0
+
+
+def bars_svg(values: Mapping[str, float], chance: float, most: str, words: str) -> str:
+    """Return rank correlations as SVG: one bar each, from -1 to 1; none for unknown values.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Values by their labels; NaN if unknown.
+    chance : float
+        Value that dotted lines mark, up and down.
+    most : str
+        Label of the bar that is marked.
+    words : str
+        The picture in words.
+    """
+    parts = []
+    for place, (label, value) in enumerate(values.items()):
+        y = _BAR * place
+        base = y + 0.7 * _BAR
+        parts.append(f'<text x="62" y="{base:g}" text-anchor="end">{html.escape(label)}</text>')
+        if math.isfinite(value):
+            name = "bar-most" if label == most else "bar"
+            start, length = _MIDDLE + min(value, 0.0) * _HALF, abs(value) * _HALF
+            parts.append(_rect(name, start, y + 2.0, length, _BAR - 4.0))
+    height = _BAR * len(values)
+    for one in (-chance, chance):
+        parts.append(f'<path class="bar-chance" d="M{_MIDDLE + one * _HALF:.1f} 0V{height:g}"/>')
+    parts.append(f'<path class="bar-zero" d="M{_MIDDLE:g} 0V{height:g}"/>')
+    said = html.escape(words)
+    return (
+        f'<svg class="bars" viewBox="0 0 {_WIDTH:g} {height:g}" role="img" '
+        f'aria-label="{said}"><title>{said}</title>{"".join(parts)}</svg>'
+    )

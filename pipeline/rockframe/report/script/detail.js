@@ -28,6 +28,9 @@ class Detail {
     at("pulse-key").textContent = ground.pulse || "matched pulse";
     this.player.describe(`${pair.structure} under ${pair.record}`, line);
     showStrip(pair.strip);
+    at("spread-bars").innerHTML = pair.spreads;
+    at("spread-words").textContent = at("spread-bars").querySelector("title")?.textContent ?? "";
+    at("spreads").hidden = !pair.spreads;
     list(at("pair-facts"), pair.facts);
     list(at("structure-facts"), structure.facts);
     list(at("record-facts"), ground.facts);

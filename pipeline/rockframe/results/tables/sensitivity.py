@@ -9,6 +9,7 @@ from typing import Any, Final
 import xarray as xr
 
 from rockframe.cells import DASH, Column, number
+from rockframe.results.reading import positions
 from rockframe.results.tables.rows import Row, rows_along
 
 #: Meaning of the rank correlations, for the line below a table or figure.
@@ -18,7 +19,7 @@ SENSITIVITY_LEGEND: Final = (
 )
 
 
-def sensitivity_rows(response: xr.Dataset) -> Iterator[Row]:
+def sensitivity_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]:
     """Yield a row for each record and structure; none if the file has no rank correlations.
 
     A row has ``record_id``, ``structure``, the rank correlation of each spread by its name,
@@ -28,10 +29,14 @@ def sensitivity_rows(response: xr.Dataset) -> Iterator[Row]:
     Parameters
     ----------
     response : Dataset
-        A response file, without its histories.
+        A response file.
+    record : str, optional
+        Only this record.
     """
     if "rank_correlation" not in response:
         return
+    if record is not None:
+        response = response.isel(record=[positions(response, record=record)["record"]])
     names = [str(name) for name in response["spread"].values]
     chance = float(response["rank_correlation_by_chance"].values[0])
     columns = {name: f"rank_correlation.{place}" for place, name in enumerate(names)}
@@ -66,14 +71,33 @@ def spread_words(name: str) -> str:
     return name.removesuffix("_degree").replace("_", " ")
 
 
+def sensitivity_words(row: Mapping[str, Any]) -> str:
+    """Return a row in words: the spread that matters most, and the meaning of the numbers.
+
+    Examples
+    --------
+    >>> row = {"corner": 0.6, "width": 0.1, "by_chance": 0.25, "matters_most": "corner"}
+    >>> sensitivity_words(row).partition(".")[0]
+    'Of the spreads of the ensemble, the corner matters most'
+    """
+    most = spread_words(row["matters_most"])
+    first = f"the {most} matters most" if most else "none matters more than by chance"
+    legend = SENSITIVITY_LEGEND.format(chance=row["by_chance"])
+    return f"Of the spreads of the ensemble, {first}. {legend}"
+
+
+def spreads_of_row(row: Mapping[str, Any]) -> list[str]:
+    """Return the names of the spreads in a row of `sensitivity_rows`."""
+    return [name for name in row if name not in _OTHERS]
+
+
 def sensitivity_columns(row: Mapping[str, Any]) -> list[Column]:
     """Return the columns of a table of such rows."""
-    spreads = [name for name in row if name not in _OTHERS]
     return [
         Column("record", "record_id", once=True),
         Column("structure", "structure"),
         Column("matters most", "matters_most", rule=_most),
-        *(Column(f"{spread_words(name)}>", name, "+.2f") for name in spreads),
+        *(Column(f"{spread_words(name)}>", name, "+.2f") for name in spreads_of_row(row)),
     ]
 
 
@@ -81,5 +105,5 @@ _OTHERS: Final = ("record_id", "structure", "by_chance", "matters_most")
 
 
 def _most(row: Mapping[str, Any], key: str) -> str:
-    known = any(math.isfinite(number(row[name])) for name in row if name not in _OTHERS)
+    known = any(math.isfinite(number(row[name])) for name in spreads_of_row(row))
     return spread_words(str(row[key])) or ("none more than by chance" if known else DASH)
