@@ -122,9 +122,8 @@ def correct(
     """
     low, high = band.corners(time_step, time_step * (acceleration.size - 1))
     pad = math.ceil(_PAD_PERIODS / (low * time_step))
-    level = _level(acceleration)
-    tapered = level * scipy.signal.windows.tukey(level.size, 2.0 * TAPER)
-    filtered = _both_ways(_butterworth(low * time_step, high * time_step), np.pad(tapered, pad))
+    padded = np.pad(_tapered(acceleration), pad)
+    filtered = _both_ways(_butterworth(low * time_step, high * time_step), padded)
     before = integrate(filtered[: pad + 1], time_step)
     start = float(before[-1]), float(integrate(before, time_step)[-1])
     steps = (
@@ -169,9 +168,18 @@ class AsRead:
         >>> bool((shake.corrected(0.01, 2.0) == again).all())
         True
         """
-        longest = (1.0 - 1e-12) * time_step * (self.samples.size - 1)
-        low = min(max(factor * self.band.low, 1.0 / longest), 0.5 * self.band.high)
-        return correct(self.samples, time_step, BandPass(low, self.band.high))[0]
+        longest, high = (1.0 - 1e-12) * time_step * (self.samples.size - 1), self.band.high
+        low = min(max(factor * self.band.low, 1.0 / longest), 0.5 * high)
+        pad = math.ceil(_PAD_PERIODS / (low * time_step))
+        # Zeros before the record would give zeros, and what is before it is cut off.
+        padded = np.pad(_tapered(self.samples), (0, pad))
+        filtered = _both_ways(_butterworth(low * time_step, high * time_step), padded)
+        return np.ascontiguousarray(filtered[: self.samples.size])
+
+
+def _tapered(series: Float) -> Float:
+    level = _level(series)
+    return np.asarray(level * scipy.signal.windows.tukey(level.size, 2.0 * TAPER))
 
 
 def _level(series: Float) -> Float:
