@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,14 @@ from tests.benchmarks.size import sized
 
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
-from rockframe.record import Record
 from rockframe.results.records import open_records
 from rockframe.rocking import (
     BANDS,
     EnsembleResponse,
     GroundAcceleration,
+    MemberPeaks,
     Verdict,
+    Versions,
     as_ground,
     ensemble_responses,
     member_peaks,
@@ -36,29 +37,47 @@ from rockframe.rocking import (
 from rockframe.rocking.margins.ensemble import quantiles, share_interval
 from rockframe.stages.common import horizontal
 from rockframe.stages.ingest import ingest_stage
+from rockframe.stages.versions import Uncertain, VersionSources
 from rockframe.study.structures import bundled_records, read_structures
 
 #: Multiples of the bundled motions: with 6 records and 5 structures, 60 pairs.
 SCALES: Final = (1.0, 1.5)
 #: Bands agree within this share of the value [1].
 CLOSE: Final = 0.10
+#: Motions, and a function that returns their versions for the members of an ensemble.
+Shaken: TypeAlias = tuple[list[GroundAcceleration], Callable[[Ensemble], list[Versions]]]
 
 
-def horizontal_records() -> list[Record]:
-    """Return the bundled horizontal records, as a run processes them."""
+def horizontal_records() -> list[Uncertain]:
+    """Return the bundled horizontal records, as a run processes them, with their versions."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "records.nc"
         ingest_stage([bundled_records()], path)
         with open_records(path) as file:
-            return [file.read(name) for name in horizontal(file)]
+            names = horizontal(file)
+            sources = VersionSources.of(file, Ensemble(), names)
+            found = [sources.uncertain(file.read(name)) for name in names]
+            return [one for one in found if one is not None]
 
 
-def print_table(records: Sequence[Record], frames: Sequence[RockingFrame]) -> None:
+def shaken(records: Sequence[Uncertain], scales: Sequence[float]) -> Shaken:
+    """Return the motions at these scales, and a function of an ensemble that returns versions."""
+    grounds = [as_ground(one.record).scaled(scale) for one in records for scale in scales]
+
+    def versions(ensemble: Ensemble) -> list[Versions]:
+        several = [one.versions(ensemble, one.record) for one in records]
+        return [one.scaled(scale) for one in several for scale in scales]
+
+    return grounds, versions
+
+
+def print_table(records: Sequence[Uncertain], frames: Sequence[RockingFrame]) -> None:
     """Print the nominal response and that of the ensemble of each pair."""
     head = ("record, structure", "theta/alpha", "16 %", "50 %", "84 %", "overturn", "90 % interval")
     print(f"{head[0]:42}{head[1]:>12}" + "".join(f"{one:>11}" for one in head[2:6]), head[6])
-    found = ensemble_responses(records, frames)
-    for record, row in zip(records, found, strict=True):
+    grounds, versions = shaken(records, [1.0])
+    found = ensemble_responses(grounds, frames, Ensemble(), versions(Ensemble()))
+    for record, row in zip((one.record for one in records), found, strict=True):
         for frame, ensemble in zip(frames, row, strict=True):
             response = respond(frame, record)
             fallen = response.verdict is Verdict.OVERTURNS
@@ -76,16 +95,18 @@ def _row(found: EnsembleResponse) -> str:
 
 
 def print_coverage(
-    grounds: Sequence[GroundAcceleration],
-    frames: Sequence[RockingFrame],
-    members: int,
-    seeds: int,
+    motions: Shaken, frames: Sequence[RockingFrame], members: int, seeds: int
 ) -> None:
     """Print how well 64 members represent many."""
-    many = member_peaks(grounds, frames, Ensemble(members=members, seed=2_000_000))
+    grounds, versions = motions
+
+    def peaks(ensemble: Ensemble) -> MemberPeaks:
+        return member_peaks(grounds, frames, ensemble, versions(ensemble))
+
+    many = peaks(Ensemble(members=members, seed=2_000_000))
     shares = (many.verdict == Verdict.OVERTURNS).mean(axis=2)
     stand, between = shares == 0.0, (shares > 0.05) & (shares < 0.95)
-    some = [member_peaks(grounds, frames, Ensemble(seed=seed)) for seed in range(seeds)]
+    some = [peaks(Ensemble(seed=seed)) for seed in range(seeds)]
     held = np.array([_holds(one.verdict, shares) for one in some])
     count = Ensemble().members
     print(f"\n{shares.size} pairs, {seeds} draws of {count} members against {members} members")
@@ -129,8 +150,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     records, frames = horizontal_records(), read_structures()
     records, frames = sized((records, frames), (records[:1], frames[:1]))
     print_table(records, frames)
-    grounds = [as_ground(record).scaled(scale) for record in records for scale in SCALES]
-    print_coverage(grounds, frames, options.members, options.seeds)
+    print_coverage(shaken(records, SCALES), frames, options.members, options.seeds)
 
 
 if __name__ == "__main__":

@@ -11,10 +11,13 @@ import pytest
 from numpy.typing import NDArray
 
 from rockframe import Ensemble, GroundAcceleration, ParameterError, RockingFrame, margins, respond
-from rockframe.explorer.answer import Motion, _places, answer, margin, read_settings
+from rockframe.explorer.answer import Motion, Settings, _places, answer, margin, read_settings
 from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
-from rockframe.rocking import ensemble_responses, with_envelope
+from rockframe.record import Record
+from rockframe.rocking import as_ground, ensemble_responses, with_envelope
+from rockframe.signals.processing import AsRead, BandPass, correct
+from rockframe.stages.versions import Uncertain
 
 BENT = {
     "height": "9.6",
@@ -56,6 +59,32 @@ def test_the_answer_is_that_of_respond(bundled: list[Motion]) -> None:
     np.testing.assert_allclose(v, expected.v, rtol=1e-6, atol=1e-12)
     np.testing.assert_allclose(acceleration, 1.5 * record.acceleration, rtol=1e-6)
     np.testing.assert_allclose(time, record.time, rtol=1e-6)
+
+
+@pytest.mark.parametrize("scale", ["1", "1.3"])
+def test_members_are_shaken_by_the_versions_of_an_uncorrected_record(
+    bundled: list[Motion], scale: str
+) -> None:
+    raw = bundled[0].record
+    band = BandPass(0.063, 40.0)
+    record = replace(raw, acceleration=correct(raw.acceleration, raw.time_step, band)[0])
+    uncertain = Uncertain(record, AsRead(raw.acceleration, band))
+    motion = Motion(record, as_ground(record), uncertain=uncertain)
+    found = margin({record.record_id: motion}, settings_of(record, scale=scale))
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    ground = as_ground(record).scaled(float(scale))
+    versions = uncertain.versions(Ensemble(), record).scaled(float(scale))
+    [[varied]] = ensemble_responses([ground], [frame], None, [versions])
+    [[unvaried]] = ensemble_responses([ground], [frame])
+    assert found["bands"] == varied.facts() != unvaried.facts()
+    drawn = with_envelope(respond(frame, ground), ground, None, versions)
+    assert len(found["envelope"]["high"]) == -(-ground.at_nodes()[0].size // 5)
+    highest = float(np.asarray(drawn.theta_high).max())
+    assert max(found["envelope"]["high"]) == pytest.approx(highest, abs=1e-6)
+
+
+def settings_of(record: Record, **other: str) -> Settings:
+    return read_settings({"record": record.record_id, **BENT, **other})
 
 
 def test_the_margin_is_that_of_margins(bundled: list[Motion]) -> None:

@@ -95,11 +95,13 @@ def _motions(options: argparse.Namespace) -> list[Motion]:
     """Return the horizontal records, each with the vertical component of its station."""
     from rockframe.components import vertical_beside
     from rockframe.explorer.answer import PULSE_SEARCH, Motion
+    from rockframe.options.respond import Ensemble
     from rockframe.results.records import open_records
     from rockframe.rocking.response import as_ground
     from rockframe.stages.common import horizontal
     from rockframe.stages.pulse import usable
     from rockframe.stages.respond import with_vertical
+    from rockframe.stages.versions import VersionSources
 
     with arguments.stated_records(options) as (given, _), open_records(given) as file:
         names, everything = set(horizontal(file)), list(file)
@@ -107,12 +109,15 @@ def _motions(options: argparse.Namespace) -> list[Motion]:
         for name in names:
             with suppress(ParameterError):
                 searches[name] = usable(name, file, PULSE_SEARCH)
+        sources = VersionSources.of(file, Ensemble(), [*names])
+        uncertain = {name: sources.uncertain(file.read(name)) for name in names}
     beside = vertical_beside(everything)
     return [
         Motion(
             record,
             with_vertical(record, beside) if record.record_id in beside else as_ground(record),
             searches[record.record_id],
+            uncertain[record.record_id],
         )
         for record in everything
         if record.record_id in names

@@ -23,11 +23,13 @@ from rockframe.rocking import (
     GroundAcceleration,
     Response,
     Verdict,
+    Versions,
     respond,
     with_ensemble,
     with_envelope,
     with_margins,
 )
+from rockframe.stages.versions import Uncertain
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 from rockframe.web import strip_svg, tone
@@ -162,11 +164,14 @@ class Motion:
         Acceleration of the ground, with the vertical component of the station if available.
     search : PulseOptions, optional
         Options of the search for the pulse; None if the record has no usable period.
+    uncertain : Uncertain, optional
+        The record with what its versions are made of, if it has several.
     """
 
     record: Record
     ground: GroundAcceleration
     search: PulseOptions | None = PULSE_SEARCH
+    uncertain: Uncertain | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,7 +292,9 @@ def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, Any]:
     """
     ground = _ground_motion(motions, settings)
     nominal = respond(settings.frame, ground)
-    [response] = with_ensemble(with_margins([nominal], ground, Ensemble()), ground)
+    versions = _versions(motions[settings.record], settings)
+    robust = with_margins([nominal], ground, Ensemble())
+    [response] = with_ensemble(robust, ground, versions=versions)
     assert response.margin is not None  # noqa: S101 -- with_margins adds it
     assert response.ensemble is not None  # noqa: S101 -- with_ensemble adds it
     return {
@@ -295,8 +302,16 @@ def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, Any]:
         "words": response.spread_verdict.sentence,
         "strip": strip_svg(response.margin.strip),
         "bands": response.ensemble.facts(),
-        "envelope": _envelope(with_envelope(nominal, ground)),
+        "envelope": _envelope(with_envelope(nominal, ground, versions=versions)),
     }
+
+
+def _versions(motion: Motion, settings: Settings) -> Versions | None:
+    """Return the versions of the motion of the settings, if the record has several."""
+    if settings.pulse or motion.uncertain is None:
+        return None
+    ground = motion.ground if settings.vertical else replace(motion.ground, vertical=None)
+    return motion.uncertain.versions(Ensemble(), ground).scaled(settings.scale)
 
 
 #: Number of intervals of time with the extremes of an envelope, and largest theta / alpha in it.

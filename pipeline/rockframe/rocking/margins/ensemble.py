@@ -255,7 +255,10 @@ def ensemble_responses(
 
 
 def with_ensemble(
-    responses: Sequence[Response], motion: Motion, ensemble: Ensemble | None = None
+    responses: Sequence[Response],
+    motion: Motion,
+    ensemble: Ensemble | None = None,
+    versions: Versions | None = None,
 ) -> list[Response]:
     """Add the response of an ensemble of plausible structures to each response.
 
@@ -267,6 +270,8 @@ def with_ensemble(
         The motion of all of them.
     ensemble : Ensemble, optional
         Number of members, spreads and seed.
+    versions : Versions, optional
+        Versions of the motion, one of which shakes each member; by default the motion itself.
 
     Raises
     ------
@@ -282,7 +287,8 @@ def with_ensemble(
     >>> response.verdict.label, response.spread_verdict.kind.label
     ('overturns', 'may overturn')
     """
-    [found] = ensemble_responses([motion], [one.frame for one in responses], ensemble)
+    frames = [one.frame for one in responses]
+    [found] = ensemble_responses([motion], frames, ensemble, [versions])
     return [replace(one, ensemble=each) for one, each in zip(responses, found, strict=True)]
 
 
@@ -294,9 +300,8 @@ def with_envelope(
 ) -> Response:
     """Add the 16 and 84 % quantiles of the members' rotations over time to a response.
 
-    Parameters and errors are those of `with_ensemble`; with `versions`, each member is shaken by
-    its version of the motion. A member that has overturned counts as a rotation of infinity, to the
-    side to which it fell.
+    Parameters and errors are those of `with_ensemble`. A member that has overturned counts as a
+    rotation of infinity, to the side to which it fell.
 
     Examples
     --------

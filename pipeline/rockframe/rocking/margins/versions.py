@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,10 @@ class Versions:
     grounds: tuple[GroundAcceleration, ...]
     of_member: NDArray[np.int64]
     varied: tuple[str, ...]
+
+    def scaled(self, factor: float) -> Self:
+        """Return the versions of the motion multiplied by a factor [1]."""
+        return replace(self, grounds=tuple(ground.scaled(factor) for ground in self.grounds))
 
 
 @lru_cache(maxsize=16)
