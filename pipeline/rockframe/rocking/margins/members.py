@@ -88,6 +88,8 @@ def _member(frame: RockingFrame, height: float, width: float, loss: float) -> Ro
     """Return a frame of another size of which each impact loses `loss` times as much speed."""
     resized = frame.resized(height * frame.height, width * frame.width)
     kept = resized.restitution
+    if loss * (1.0 - kept) >= 1.0:
+        raise ParameterError("A frame that loses all speed at an impact does not rock.")
     more = 1.0 + (1.0 - loss) * (1.0 - kept) / kept
     return replace(resized, restitution_factor=more * resized.restitution_factor)
 
