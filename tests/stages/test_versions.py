@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,13 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rockframe import Ensemble, RespondOptions, RockingFrame, ingest_stage, respond, respond_stage
-from rockframe.components import vertical_beside
+from rockframe.components import fitted, vertical_beside
 from rockframe.errors import RockframeWarning
-from rockframe.options.ingest import IngestOptions
+from rockframe.options.ingest import IngestOptions, PassportLimits
 from rockframe.options.respond import BridgeEnsemble
 from rockframe.oscillators.comparison import Rivals, bridge_members, compare
 from rockframe.oscillators.response import respond_oscillator
+from rockframe.outcome import InputOutcome
 from rockframe.results.records import RecordsFile, open_records, write_records
 from rockframe.rivals import IsolatedDeck
 from rockframe.rocking import (
@@ -30,7 +32,11 @@ from rockframe.rocking import (
 )
 from rockframe.rocking.margins.ensemble import quantiles
 from rockframe.rocking.margins.members import draws, members
+from rockframe.signals.corner import Corner, CornerSource
+from rockframe.signals.passport import passport
+from rockframe.signals.processing import AsRead, BandPass
 from rockframe.stages.common import horizontal
+from rockframe.stages.ingest import rotated
 from rockframe.stages.respond import with_vertical
 from rockframe.stages.versions import Uncertain, VersionSources
 
@@ -270,3 +276,34 @@ def test_the_envelope_is_that_of_members_shaken_by_their_versions(file: Path) ->
     low, _, high = quantiles(np.stack(rotations, axis=-1)).T
     assert_array_equal(found.theta_low, low)
     assert_array_equal(found.theta_high, high)
+
+
+@pytest.mark.parametrize(
+    ("corner", "longer", "known"), [(0.063, 0, True), (0.08, 0, False), (0.063, 5, False)]
+)
+def test_rotated_records_have_one_band_and_length_or_no_samples_as_read(
+    file: Path, tmp_path: Path, corner: float, longer: int, known: bool
+) -> None:
+    """The other component has another corner, or more samples, which rotation cuts off."""
+    limits = PassportLimits()
+    with open_records(file) as records:
+        one, other = (records.read(name) for name in NAMES)
+        before = [records.as_read(name) for name in NAMES]
+    more = np.zeros(longer)
+    other = replace(other, acceleration=np.r_[other.acceleration, more])
+    rows = []
+    for record, as_read, low in zip((one, other), before, (0.063, corner), strict=True):
+        assert as_read is not None
+        samples = fitted(as_read.samples, record.acceleration.size)
+        stated = replace(passport(record, record, limits), corner=Corner(low, CornerSource.STATED))
+        rows.append((record, stated, AsRead(samples, BandPass(low, 40.0))))
+    write_records(rows, tmp_path / "two.nc", input_sha256={}, parameters={})
+    outcomes = [
+        InputOutcome("a", status="accepted", record_id=row[0].record_id, passport=row[1])
+        for row in rows
+    ]
+    with open_records(tmp_path / "two.nc") as records:
+        turned = [
+            as_read for record, _, as_read in rotated(records, outcomes, [30.0], limits) if record
+        ]
+    assert [as_read is not None for as_read in turned] == [known]
