@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
-from tests.screening import sine, site, stored, structures, three
+from tests.screening import STRUCTURES, sine, site, stored, structures, three
 
 from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import ParameterError
 from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
 from rockframe.options.respond import QUANTILES, DesignOptions, Ensemble, ScreenOptions
+from rockframe.record import Record
 from rockframe.report.page import screening_content
 from rockframe.results.screen import read_screening, screening_of
 from rockframe.results.screen_tables import (
@@ -134,15 +135,24 @@ def test_fragility_and_rate_follow_from_the_shares(screen: Screen, tmp_path: Pat
     assert (found["annual_rate"] != nominal["annual_rate"]).any()
 
 
-def test_ranks_are_by_share_then_by_median(four: xr.Dataset) -> None:
-    at_one = four.sel(scale=1.0, limit_state="overturning")
-    for structure in four["structure"].values:
-        one = at_one.sel(structure=structure)
-        pairs = np.stack([one["share_reached"], one["peak_rotation_ratio_band"][:, 1]], axis=1)
-        severest = sorted(range(6), key=lambda i: tuple(-pairs[i]))
-        ranks = one["demand_rank"].values[severest]
-        assert (np.diff(ranks) >= 0.0).all()
-        assert ranks.sum() == 21.0
+def noise(seed: int) -> Record:
+    """Return a record of steps of random height."""
+    steps = np.random.default_rng(seed).standard_normal(60)
+    return sine(f"noise{seed}", 1.0, acceleration=np.repeat(steps, 10))
+
+
+def test_ranks_are_by_share_then_by_median(screen: Screen) -> None:
+    """The motion that overturns a member ranks before one with a larger median."""
+    asked = {"scenario_members": 4, "ensemble": Ensemble(amplitude=0.2)}
+    found = screen([noise(1), noise(4), noise(9)], **asked).sel(structure="slender")
+    at_one = found.sel(scale=1.0, limit_state="overturning")
+    shares, medians = (
+        at_one["share_reached"].values,
+        at_one["peak_rotation_ratio_band"][:, 1].values,
+    )
+    assert shares[0] == shares[1] == 0.0 < shares[2]
+    assert medians[1] < medians[2] < medians[0]
+    assert found["demand_rank"].values.tolist() == [2.0, 3.0, 1.0]
 
 
 def test_results_over_all_motions_pool_the_members(four: xr.Dataset, tmp_path: Path) -> None:
@@ -256,15 +266,31 @@ def test_a_member_that_cannot_rock_is_named(screen: Screen) -> None:
         screen(site(2), scenario_members=200, ensemble=Ensemble(height=0.99))
 
 
-def test_a_member_may_not_lift_off(tmp_path: Path) -> None:
+def test_a_motion_that_lifts_a_member_off_is_rejected(tmp_path: Path) -> None:
     """At 1.5 times the motion the ground would fall faster than gravity for some members only."""
-    records = stored(three("a", upward=6.5), tmp_path)
+    records = stored([*three("a", upward=6.5), *three("b")], tmp_path)
     options = ScreenOptions(margins="none", scales=[1.5], vertical=True)
     output, frames = tmp_path / "s.nc", structures(tmp_path)
-    assert screen_stage(records, output, options, structures_path=frames).motions == 2
+    assert screen_stage(records, output, options, structures_path=frames).motions == 4
     spread = options.replaced(scenario_members=16, ensemble=Ensemble(amplitude=0.05))
-    with pytest.raises(ParameterError, match="would lose contact"):
-        screen_stage(records, output, spread, structures_path=frames)
+    done = screen_stage(records, output, spread, structures_path=frames)
+    assert [one.file for one in done.rejections] == ["a-e", "a-n"]
+    assert all("would lose contact" in one.reason for one in done.rejections)
+    assert done.motions == 2
+
+
+def test_a_structure_without_a_gap_has_no_share_of_it(tmp_path: Path) -> None:
+    """It would otherwise be the share that overturns."""
+    text = f"{STRUCTURES}[structure.abutment]\ngap_m = 0.05\n"
+    screen_stage(
+        stored(site(4), tmp_path),
+        tmp_path / "screen.nc",
+        ScreenOptions(margins="none", scenario_members=3, limit_gap_ratio=[1.0]),
+        structures_path=structures(tmp_path, text),
+    )
+    share = read_screening(tmp_path / "screen.nc")["share_reached"].sel(limit_state="gap_ratio_1")
+    assert share.sel(structure="stout").isnull().all()
+    assert 0.0 < float(share.sel(structure="slender").mean(skipna=False)) < 1.0
 
 
 @pytest.mark.parametrize("members", [0, 1001])
