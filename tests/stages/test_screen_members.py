@@ -15,9 +15,16 @@ from tests.screening import STRUCTURES, sine, site, stored, structures, three
 from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import ParameterError
 from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
-from rockframe.options.respond import QUANTILES, DesignOptions, Ensemble, ScreenOptions
+from rockframe.options.respond import (
+    QUANTILES,
+    DesignOptions,
+    Ensemble,
+    RespondOptions,
+    ScreenOptions,
+)
 from rockframe.record import Record
 from rockframe.report.page import screening_content
+from rockframe.results.reading import opened
 from rockframe.results.screen import read_screening, screening_of
 from rockframe.results.screen_tables import (
     OVERALL,
@@ -29,6 +36,8 @@ from rockframe.results.screen_tables import (
 )
 from rockframe.risk import fit_fragility
 from rockframe.rocking import Verdict, as_ground, draws, members, respond
+from rockframe.stages.ingest import ingest_stage
+from rockframe.stages.respond import respond_stage
 from rockframe.stages.screen import screen_stage
 from rockframe.study.structures import read_structures
 
@@ -353,3 +362,43 @@ def test_figures_and_page_name_the_members(four: xr.Dataset) -> None:
     shown = [OVERALL[1].cell(row) for row in content["overall"]]
     shares = four["overall_share_overturned"].sel(scale=1.0).values
     assert shown == [f"{100.0 * one:.0f}" for one in shares]
+
+
+def test_members_are_shaken_by_the_versions_of_a_record(
+    bundled_records: Path, tmp_path: Path
+) -> None:
+    """Shares and bands at the motion itself are those of `respond`: the members are the same."""
+    records = tmp_path / "records.nc"
+    ingest_stage([bundled_records / "Ridgecrest2019-CCC.V1"], records, workers=0)
+    ensemble = Ensemble(members=16, orientation_degree=3.0)
+    frames = structures(tmp_path)
+    asked = {"margins": "none", "ensemble": ensemble}
+    screened = tmp_path / "screen.nc"
+    screen_stage(
+        records,
+        screened,
+        ScreenOptions(scales=[1.0], scenario_members=16, **asked),
+        structures_path=frames,
+    )
+    respond_stage(records, tmp_path / "r.nc", RespondOptions(**asked), structures_path=frames)
+    found = read_screening(screened)
+    with opened(tmp_path / "r.nc", "response") as file:
+        alone = file[["share_overturned", "share_uplifted", "peak_rotation_ratio_band"]].load()
+    shares = found["share_reached"].sel(scale=1.0, limit_state="overturning")
+    assert_array_equal(shares, alone["share_overturned"])
+    band = found["peak_rotation_ratio_band"].sel(scale=1.0)
+    assert_array_equal(band, alone["peak_rotation_ratio_band"])
+    assert_array_equal(found["share_uplifted"].sel(scale=1.0), alone["share_uplifted"])
+    screen_stage(
+        records,
+        screened,
+        ScreenOptions(
+            scales=[1.0],
+            scenario_members=16,
+            margins="none",
+            ensemble=ensemble.replaced(corner=1.0, orientation_degree=0.0),
+        ),
+        structures_path=frames,
+    )
+    unvaried = read_screening(screened)["peak_rotation_ratio_band"].sel(scale=1.0)
+    assert (unvaried != band).any()

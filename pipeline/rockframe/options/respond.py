@@ -199,7 +199,8 @@ class ScreenOptions(Options):
     scenario_members: Annotated[int, Field(ge=1, le=_MOST_SCENARIO_MEMBERS)] = 1
     """Number of members of the ensemble that respond in each scenario. With 1, only the stated
     structure responds, and all results are nominal. From 2 on, ranks, fragilities, rates and
-    designs are computed from shares of the members, and nominal results are stored beside them."""
+    designs are computed from shares of the members, and nominal results are stored beside them.
+    Pairs that are rotated toward azimuths keep their corners and orientations."""
     pulse_period_s: Annotated[Bounds | None, Field(examples=[(0.5, 5.0)])] = None
     """Only records whose selected pulse has a period in this range [s]."""
     pulse_length_m: Annotated[Bounds | None, Field(examples=[(0.1, 9.0)])] = None

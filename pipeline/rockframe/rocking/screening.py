@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
-from rockframe.rocking.batch import respond_many, respond_scenarios, scales_of
+from rockframe.rocking.batch import Prepared, respond_many, respond_scenarios, scales_of
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.margins.ensemble import shaken
 from rockframe.rocking.margins.margins import margins
 from rockframe.rocking.margins.members import draws, members
+from rockframe.rocking.margins.versions import MakesVersions
 from rockframe.rocking.response import Response, as_ground, respond
 
 Arrays = dict[str, NDArray[Any]]
@@ -37,12 +39,16 @@ class ScreeningBatch:
         Multiples of the motions [1].
     ensemble : Ensemble, optional
         Ensemble of `member_peaks_of`, or of the robust margins of `margins_of`.
+    uncertain : tuple of MakesVersions or None
+        For each motion, what its versions are made of, which shake the members of
+        `member_peaks_of`; None for motions with one version. Empty if all have only one.
     """
 
     motions: tuple[Record | GroundAcceleration, ...]
     frames: tuple[RockingFrame, ...]
     scales: tuple[float, ...] = (1.0,)
     ensemble: Ensemble | None = None
+    uncertain: tuple[MakesVersions | None, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -107,12 +113,18 @@ def member_peaks_of(batch: ScreeningBatch) -> Arrays:
     ensemble = batch.ensemble or Ensemble()
     scales, count = scales_of(batch.scales), ensemble.members
     family = [member for frame in batch.frames for member in members(ensemble, frame)]
+    made_of = batch.uncertain or (None,) * len(batch.motions)
+    versions = [
+        None if one is None else one.versions(ensemble, motion)
+        for one, motion in zip(made_of, batch.motions, strict=True)
+    ]
+    grounds, of_member = shaken(batch.motions, ensemble, versions)
     shape = (len(batch.motions), len(batch.frames), scales.size, count)
     motion, frame, scale, member = (axis.ravel() for axis in np.indices(shape))
     found = respond_scenarios(
-        batch.motions,
+        [Prepared(ground) for ground in grounds],
         family,
-        motion,
+        of_member[motion, member],
         frame * count + member,
         scales[scale] * draws(ensemble)[member, 3],
     )

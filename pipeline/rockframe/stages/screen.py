@@ -47,7 +47,8 @@ from rockframe.risk.fragility import QUANTITIES, Curve, limited_in
 from rockframe.rocking import Design, Verdict, quantiles
 from rockframe.stages.common import NamedFigure, Progress, Written, silent, unseen
 from rockframe.stages.respond import choose_structures
-from rockframe.stages.screen_batches import Motions, ScreeningRequest, ScreeningRun
+from rockframe.stages.screen_batches import ScreeningRequest, ScreeningRun
+from rockframe.stages.screen_motions import Motions
 from rockframe.study.structures import SHIPPED_STRUCTURES
 
 Float = NDArray[np.float64]

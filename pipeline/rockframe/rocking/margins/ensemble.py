@@ -313,7 +313,7 @@ def with_envelope(
     """
     chosen = ensemble or Ensemble()
     require_members(chosen)
-    grounds, [of_member] = _shaken([motion], chosen, [versions])
+    grounds, [of_member] = shaken([motion], chosen, [versions])
     require_motion(chosen, grounds[0])  # the vertical motion of all versions is the same
     scales = draws(chosen)[:, 3].tolist()
     family = members(chosen, response.frame)
@@ -377,7 +377,7 @@ def member_peaks(
     """
     require_some(motions=motions, frames=frames)
     require_members(ensemble)
-    grounds, of_member = _shaken(motions, ensemble, versions)
+    grounds, of_member = shaken(motions, ensemble, versions)
     for ground in grounds:
         require_motion(ensemble, ground)
     family = [*chain(*(members(ensemble, frame) for frame in frames))]
@@ -395,10 +395,13 @@ def member_peaks(
     return _peaks(found, ensemble, frames, shear.reshape(shape), friction.reshape(shape))
 
 
-def _shaken(
+def shaken(
     motions: Sequence[Motion], ensemble: Ensemble, versions: Sequence[Versions | None] | None
 ) -> tuple[list[GroundAcceleration], NDArray[np.int64]]:
-    """Return all versions of the motions, and the index of that of each member of each motion."""
+    """Return all versions of the motions, and the index of that of each member.
+
+    The indices have the shape (motions, members). Without `versions`, each motion has only one.
+    """
     grounds: list[GroundAcceleration] = []
     of_member = np.empty((len(motions), ensemble.members), dtype=np.int64)
     for i, motion in enumerate(motions):

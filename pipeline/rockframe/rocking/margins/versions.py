@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Final, Self
+from typing import Final, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.options.respond import Ensemble
+from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 
 Float = NDArray[np.float64]
@@ -40,6 +41,13 @@ class Versions:
     def scaled(self, factor: float) -> Self:
         """Return the versions of the motion multiplied by a factor [1]."""
         return replace(self, grounds=tuple(ground.scaled(factor) for ground in self.grounds))
+
+
+class MakesVersions(Protocol):
+    """A motion from which versions can be made."""
+
+    def versions(self, ensemble: Ensemble, motion: Record | GroundAcceleration) -> Versions:
+        """Return the versions that the members of an ensemble need."""
 
 
 @lru_cache(maxsize=16)

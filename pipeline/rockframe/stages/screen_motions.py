@@ -1,0 +1,247 @@
+"""The motions of a screening: chosen records, or pairs of them turned toward azimuths."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.components import HorizontalPair, pair_horizontals, rotate, vertical_beside
+from rockframe.errors import ParameterError
+from rockframe.options.ingest import Filters
+from rockframe.options.respond import ScreenOptions
+from rockframe.outcome import InputOutcome
+from rockframe.record import Record
+from rockframe.results.pulses import RecordMetadata
+from rockframe.results.records import RecordsFile
+from rockframe.risk import spectral
+from rockframe.rocking import (
+    GroundAcceleration,
+    draws,
+    refuse_flight,
+)
+from rockframe.signals.measures import spectral_acceleration
+from rockframe.signals.processing import integrate, peak
+from rockframe.stages.common import horizontal
+from rockframe.stages.respond import with_vertical
+from rockframe.stages.versions import Uncertain, VersionSources
+from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """One motion of a screening.
+
+    Parameters
+    ----------
+    name : str
+        Identifier.
+    row : int
+        Row of the (first) record in the file.
+    cluster : int
+        Motions with the same number are azimuths of one pair, or components of one recording.
+    records : tuple of str
+        The record, or the two rotated ones.
+    azimuth : float
+        Direction of the motion [degree].
+    numbers : mapping of str to float
+        Metadata, as in `RecordMetadata.numbers`, and spectral accelerations [m s-2].
+    """
+
+    name: str
+    row: int
+    cluster: int
+    records: tuple[str, ...]
+    azimuth: float
+    numbers: Mapping[str, float]
+
+
+class Motions:
+    """The motions of a file that pass the filters and can be scaled, read on demand.
+
+    Raises
+    ------
+    ParameterError
+        If no motion is left.
+    """
+
+    def __init__(
+        self,
+        file: RecordsFile,
+        metadata: RecordMetadata,
+        options: ScreenOptions,
+        filters: Filters,
+        periods: Sequence[float] = (),
+    ) -> None:
+        self._file = file
+        self._metadata = metadata
+        self._options = options
+        self.filters = filters
+        self._vertical = options.vertical
+        self._periods = periods
+        self._beside: dict[str, Record] = {}
+        self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
+        self.rejections: list[InputOutcome] = []
+        self.left_out: dict[str, str] = {}
+        self.motions: list[Motion] = []
+        self._choose()
+        ensemble, names = options.scenario_ensemble(), [one.name for one in self.motions]
+        versions = None if ensemble is None or options.azimuths_degree else ensemble
+        self._sources = None if versions is None else VersionSources.of(file, versions, names)
+
+    def _choose(self) -> None:
+        # azimuths from 0 to 360 degrees
+        azimuths = [azimuth % 360.0 for azimuth in self._options.azimuths_degree or ()]
+        ensemble = self._options.scenario_ensemble()
+        amplitude = 1.0 if ensemble is None else float(draws(ensemble)[:, 3].max())
+        scale = self._options.scales[-1] * max(1.0, amplitude)
+        rows = {name: row for row, name in enumerate(self._metadata.names)}
+        names = horizontal(self._file)
+        if self._vertical and not azimuths:
+            self._beside = vertical_beside(self._file)
+        found = self._turned(rows, azimuths) if azimuths else self._recorded(rows, names)
+        for motion in found:
+            like = None if azimuths else self._metadata.pulse_like[motion.row]
+            site = self._metadata.texts["site"][motion.row]
+            reason = self._filtered_by(motion.numbers, like, site)
+            if reason:
+                self.left_out[motion.name] = reason
+                continue
+            try:
+                if self._vertical:
+                    refuse_flight(self._ground_motion(motion), scale)
+            except ParameterError as error:
+                self.rejections.append(InputOutcome(motion.name, str(error)))
+                continue
+            self.motions.append(self._with_spectrum(motion))
+        if not self.motions:
+            raise ParameterError(self._why_none())
+
+    def _with_spectrum(self, motion: Motion) -> Motion:
+        if not self._periods:
+            return motion
+        record = self._component(motion)
+        found = spectral_acceleration(record.acceleration, record.time_step, self._periods)
+        named = {spectral(t).name: float(a) for t, a in zip(self._periods, found, strict=True)}
+        return replace(motion, numbers={**motion.numbers, **named})
+
+    def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None, site: str) -> str:
+        """Return the reason why a motion is filtered out, or ""."""
+        reason = self.filters.refusal(
+            site=site,
+            magnitude=numbers["magnitude"],
+            epicentral_distance_km=numbers["epicentral_distance"],
+            distance_rrup_km=numbers["distance_rrup"],
+            distance_rjb_km=numbers["distance_rjb"],
+            distance_hypocentral_km=numbers["distance_hypocentral"],
+            vs30_m_s=numbers["vs30"],
+            pga_g=numbers["pga"] / GRAVITY,
+            pgv_m_s=numbers["pgv"],
+        )
+        if reason:
+            return reason
+        for name, number in (("pulse_period_s", "T_p"), ("pulse_length_m", "L_p")):
+            bounds, value = getattr(self._options, name), numbers[number]
+            if bounds is not None and not bounds[0] <= value <= bounds[1]:
+                known = "unknown" if math.isnan(value) else f"{value:g}"
+                return f"{name} {known}. Must be from {bounds[0]:g} to {bounds[1]:g}"
+        wanted = self._options.pulse_like
+        if wanted is not None and pulse_like is not wanted:
+            known = "unknown" if pulse_like is None else "yes" if pulse_like else "no"
+            return f"pulse_like {known}. Must be {'yes' if wanted else 'no'}"
+        return ""
+
+    def read(self, motion: Motion) -> Record | GroundAcceleration:
+        """Read a motion.
+
+        Raises
+        ------
+        InputError
+            If a record of the motion is corrupted.
+        """
+        return self._ground_motion(motion) if self._vertical else self._component(motion)
+
+    def uncertain(self, motion: Motion) -> Uncertain | None:
+        """Return what versions of a motion for the members are made of; None if it has only one."""
+        sources = self._sources
+        return None if sources is None else sources.uncertain(self._file.read(motion.name))
+
+    def _ground_motion(self, motion: Motion) -> GroundAcceleration:
+        record = self._component(motion)
+        if len(motion.records) == 1:
+            return with_vertical(record, self._beside)
+        upward = self._paired(motion.records).vertical
+        return with_vertical(record, {} if upward is None else {record.record_id: upward})
+
+    def _component(self, motion: Motion) -> Record:
+        if len(motion.records) == 1:
+            return self._file.read(motion.name)
+        return rotate(self._paired(motion.records), motion.azimuth)
+
+    def _paired(self, names: tuple[str, ...]) -> HorizontalPair:
+        """Return the pair of two records with its vertical record; the last pair is cached."""
+        if self._pair is None or self._pair[0] != names:
+            row = self._metadata.names.index(names[0])
+            together = self._recordings()[self._recording(row)]
+            pairs, _ = pair_horizontals(map(self._file.read, together))
+            self._pair = (
+                names,
+                next(
+                    pair for pair in pairs if (pair.first.record_id, pair.second.record_id) == names
+                ),
+            )
+        return self._pair[1]
+
+    def _recording(self, row: int) -> tuple[str, ...]:
+        """Return the key of a recording; a record without a station is its own recording."""
+        texts = self._metadata.texts
+        alone = "" if texts["station"][row] else self._metadata.names[row]
+        return (*(texts[n][row] for n in ("event", "network", "station", "start_time")), alone)
+
+    def _recordings(self) -> dict[tuple[str, ...], list[str]]:
+        together: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
+        for row, name in enumerate(self._metadata.names):
+            together[self._recording(row)].append(name)
+        return together
+
+    def _recorded(self, rows: Mapping[str, int], names: Sequence[str]) -> Iterator[Motion]:
+        """Yield each horizontal record; the components of one recording form a cluster."""
+        clusters: dict[tuple[str, ...], int] = {}
+        for name in names:
+            row = rows[name]
+            cluster = clusters.setdefault(self._recording(row), len(clusters))
+            numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
+            yield Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
+
+    def _turned(self, rows: Mapping[str, int], azimuths: Sequence[float]) -> Iterator[Motion]:
+        """Yield each pair of horizontals toward each azimuth; these motions have no pulse."""
+        cluster = 0
+        for together in self._recordings().values():
+            pairs, unpaired = pair_horizontals(map(self._file.read, together))
+            for alone in unpaired:
+                self.rejections.append(InputOutcome(alone.record_id, alone.reason))
+            for pair in pairs:
+                names = pair.first.record_id, pair.second.record_id
+                row = rows[names[0]]
+                known = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
+                known |= dict.fromkeys(("a_p", "T_p", "L_p"), math.nan)
+                for azimuth in azimuths:
+                    record = rotate(pair, azimuth)
+                    peaks = {
+                        "pga": peak(record.acceleration),
+                        "pgv": peak(integrate(record.acceleration, record.time_step)),
+                        "azimuth": azimuth,
+                    }
+                    yield Motion(record.record_id, row, cluster, names, azimuth, known | peaks)
+                cluster += 1
+
+    def _why_none(self) -> str:
+        reasons = {r.file: r.reason for r in self.rejections} | self.left_out
+        name, reason = next(iter(reasons.items()))
+        return f"no record is left to screen; {name!r}: {reason.rstrip('.')}."
