@@ -55,6 +55,14 @@ def test_a_wrong_value(make: Any, valid: dict[str, Any], wrong: dict[str, Any], 
     assert f"Invalid {key} {value!r}" in str(raised.value)
 
 
+def test_isolators_have_no_viscous_damping_unless_it_is_stated() -> None:
+    """Their strength dissipates; damping beside it would count that twice."""
+    own = IsolatedDeck(**RUBBER, yield_displacement=0.01)
+    pendulum = IsolatedDeck.friction_pendulum(radius=2.0, friction=0.06)
+    assert own == IsolatedDeck.lead_rubber(**RUBBER, yield_displacement=0.01)
+    assert own.damping_ratio == pendulum.damping_ratio == 0.0
+
+
 def test_the_strength_alone_is_stiffer_than_the_effective_period() -> None:
     with pytest.raises(ParameterError, match=r"effective_period 3.0 .* below 2.006 s"):
         IsolatedDeck.lead_rubber(strength_ratio=0.1, effective_period=3.0, design_displacement=0.1)
