@@ -252,6 +252,13 @@ def test_what_does_not_belong_together_is_named(second: Record, words: str) -> N
     assert words in unpaired[0].reason
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_horizontals_are_square_within_a_hundredth_of_a_degree(sign: float) -> None:
+    HorizontalPair(component(90.0), component(0.009 * sign))
+    with pytest.raises(ParameterError, match="90 degrees apart"):
+        HorizontalPair(component(90.0), component(0.011 * sign))
+
+
 def test_three_horizontals_are_ambiguous() -> None:
     _, unpaired = pair_horizontals([component(a) for a in (0.0, 90.0, 180.0)])
     assert {u.reason for u in unpaired} == {

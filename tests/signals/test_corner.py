@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rockframe.signals.corner import CORNERS, DEFAULT, Corner, CornerSource, choose_corner
+from rockframe.signals.corner import CORNERS, DEFAULT, Corner, CornerSource, _powers, choose_corner
 from rockframe.signals.noise import arrival
 from rockframe.signals.processing import BandPass, correct, integrate, peak
 
@@ -134,3 +134,22 @@ def test_weak_shocks_before_the_event_and_offsets_are_no_arrival() -> None:
     record = hum(1e-5) + np.roll(early, round(-90.0 / STEP)) + wavelet()
     for offset in (0.0, -3.0):
         assert arrival(record + offset) * STEP == pytest.approx(QUIET + 2.4, abs=0.3)
+
+
+@pytest.mark.parametrize(("before", "found"), [(9, 0), (10, 10)])
+def test_an_arrival_needs_ten_samples_on_either_side(before: int, found: int) -> None:
+    quiet, loud = 1e-3 * (-1.0) ** np.arange(before), np.r_[(-1.0) ** np.arange(9), 2.0]
+    assert arrival(np.r_[quiet, loud, np.zeros(20)]) == found
+
+
+@pytest.mark.parametrize(
+    ("frequency", "inside"), [(0.71, True), (1.41, True), (0.69, False), (1.44, False)]
+)
+def test_amplitudes_around_a_corner_are_those_of_an_octave(frequency: float, inside: bool) -> None:
+    """A sine within half an octave of 1 Hz is seen there, and one outside is not."""
+    time = 0.01 * np.arange(100_000)
+    [around], [own] = (
+        _powers(np.sin(2 * np.pi * one * time), 0.01, [1.0]) for one in (frequency, 1.0)
+    )
+    assert (around > 0.5 * own) == inside
+    assert inside or around < 0.01 * own

@@ -146,6 +146,14 @@ def test_rest_after_a_one_sided_pulse_is_not_clipping() -> None:
     assert clipped_samples(np.r_[np.sin(np.pi * np.arange(0, 1, 0.013)), np.zeros(500)]) == 1
 
 
+@pytest.mark.parametrize(("least", "run"), [(-0.51, 3), (-0.49, 1)])
+def test_an_extreme_less_than_half_as_far_as_the_other_is_not_clipped(
+    least: float, run: int
+) -> None:
+    around = np.zeros(50)
+    assert clipped_samples(np.r_[around, 1.0, around, least, least, least, around] + 7.0) == run
+
+
 def test_a_held_value_is_a_gap() -> None:
     held = shake()
     held[1500:1571] = held[1500]
@@ -166,6 +174,13 @@ def test_the_peak_is_held_to_the_stated_one(ratio: float, expected: str) -> None
 def test_opening_share_is_that_of_a_record_cut_at_its_start() -> None:
     assert opening_share(shake(), STEP) == 0.0
     assert opening_share(shake()[1850:], STEP) > 0.5
+
+
+@pytest.mark.parametrize(("place", "share"), [(9, 0.5), (10, 0.0)])
+def test_the_opening_is_a_tenth_of_a_second(place: int, share: float) -> None:
+    samples = np.zeros(1000)
+    samples[[place, 500]] = 1.0, -2.0
+    assert opening_share(samples, 0.01) == share
 
 
 def test_closing_share_is_that_of_a_record_cut_at_its_end() -> None:
@@ -196,6 +211,22 @@ def test_noise_is_unknown_where_nothing_shows_it(samples: Float) -> None:
     assert (length, math.isnan(level)) == (0.0, True)
 
 
+def alternating(seconds: float, event: float) -> Float:
+    """Return noise of level 1, at 100 Hz, before an event of two samples."""
+    return np.concatenate([(-1.0) ** np.arange(round(100 * seconds)), [event, -event]])
+
+
+@pytest.mark.parametrize(
+    ("seconds", "event", "length"),
+    [(2.5, 100.0, 2.0), (1.9, 100.0, 0.0), (10.0, 8.1, 8.0), (10.0, 7.9, 0.0)],
+)
+def test_an_event_is_eight_times_the_level_of_the_first_two_seconds(
+    seconds: float, event: float, length: float
+) -> None:
+    """The noise before it is known if it is longer than these, without its last fifth."""
+    assert pre_event(alternating(seconds, event), 0.01)[0] == pytest.approx(length)
+
+
 @pytest.mark.parametrize(("ratio", "length"), [(2.9, 8.0), (3.1, 0.0)])
 def test_noise_is_steady_within_a_factor_of_three(ratio: float, length: float) -> None:
     """The window is 8 of the 10 s before the event; its last quarter has another level."""
@@ -208,6 +239,13 @@ def test_noise_is_steady_within_a_factor_of_three(ratio: float, length: float) -
 def test_the_band_above_the_noise_holds_the_motion_and_ends_where_that_ends() -> None:
     low, high = signal_to_noise_band(hum(0.01) + shake(2.0), STEP, 9.5, (12.0, 28.0), 3.0)
     assert 0.5 < low < 2.0 < high < 8.0
+
+
+@pytest.mark.parametrize("quiet", [5.0, 7.0, 9.5])
+def test_bands_are_thirds_of_an_octave_from_two_cycles_of_the_noise(quiet: float) -> None:
+    band = signal_to_noise_band(hum(0.01) + shake(2.0), STEP, quiet, (12.0, 28.0), 3.0)
+    for thirds in 3.0 * np.log2(np.array(band) * quiet / 2.0):
+        assert thirds == pytest.approx(round(thirds), abs=1e-9)
 
 
 def test_no_band_without_motion() -> None:
