@@ -99,12 +99,13 @@ def test_table1_writes_what_it_says(table1: Path) -> None:
     assert "Ridgecrest2019-CLC.V1" in manifest["inputs"]
 
 
-def test_without_histories_there_is_nothing_to_draw(tmp_path: Path) -> None:
+def test_without_histories_margins_and_members_there_is_nothing_to_draw(tmp_path: Path) -> None:
     motion, output = tmp_path / "motion.csv", tmp_path / "run"
     motion.write_text("".join(f"{3.0 * math.sin(0.06 * k)}\n" for k in range(800)))
     words = ("--units", "m/s2", "--time-step-s", "0.01", "--surrogates", "0", "--workers", "0")
     options = ("--histories", "none", "--margins", "none", "--structure", "slender-frame")
-    assert run("table1", "--records", motion, *words, *options, "--output", output) == 0
+    nobody = ("--ensemble-members", "0")
+    assert run("table1", "--records", motion, *words, *options, *nobody, "--output", output) == 0
     assert not list(output.rglob("*.png"))
 
 
