@@ -75,11 +75,11 @@ class Ensemble(Options):
     corner: _Factor = 2.0
     """Largest factor, up or down, on the lower corner of the band-pass of records that this package
     corrected; 1 switches the spread off. Default: between half and twice the corner, chosen. It
-    concerns the responses to the motion itself, neither robust margins nor screenings."""
+    concerns responses to the motion and scenarios of screenings, not robust margins."""
     orientation_degree: Annotated[float, Field(ge=0.0, le=45.0)] = 0.0
     """Largest misorientation of the sensor, each way [degree]; 0 switches the spread off. Of 1075
     stations, 34 to 44 % were oriented to within 3 degrees (Ojo and others, 2019). Both horizontals
-    of a station are needed. It concerns what the corner concerns."""
+    of a station are needed. As the corner, it does not concern robust margins."""
     seed: Seed = 0
     """Random seed of the members."""
 
