@@ -42,6 +42,17 @@ def test_an_independent_solver_agrees(period: float) -> None:
     assert_allclose(spectral_acceleration(NOISE, STEP, [period]), expected, rtol=5e-5)
 
 
+def test_the_peak_between_steps_is_found_to_five_in_100000() -> None:
+    """The ground is straight between samples, so 16 times as many describe the same motion."""
+    periods = np.geomspace(STEP, 2.0, 40)
+    samples, finer = np.arange(NOISE.size), np.arange(16 * (NOISE.size - 1) + 1) / 16
+    for seed in (5, 7):
+        noise = np.random.default_rng(seed).normal(size=NOISE.size) * np.hanning(NOISE.size)
+        found = spectral_acceleration(noise, STEP, periods)
+        same = spectral_acceleration(np.interp(finer, samples, noise), STEP / 16, periods)
+        assert_allclose(found, same, rtol=5e-5)
+
+
 def test_stiff_oscillators_move_with_the_ground() -> None:
     assert_allclose(spectral_acceleration(NOISE, STEP, [1e-4]), peak(NOISE), rtol=1e-3)
 

@@ -22,7 +22,7 @@ OPENING: Final = 0.1
 #: clipped.
 _COMPARABLE: Final = 0.5
 #: Least number of steps per period of the oscillator. The relative error of the peak, interpolated
-#: between steps, is then at most 3e-5.
+#: between steps, is then below 5e-5.
 _STEPS: Final = 20
 #: Least number of steps between samples, because the slope of the ground jumps at each sample.
 _PARTS: Final = 4
