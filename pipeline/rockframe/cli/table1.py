@@ -210,7 +210,7 @@ _OF_PAPER: Final = (
     Column("", "remark"),
 )
 #: Smallest width for one table of records and responses [characters]; otherwise two are printed.
-_WIDE: Final = 157
+_WIDE: Final = 206
 
 
 def show(rows: Sequence[Row], comparisons: Sequence[Row], said: Sequence[str]) -> None:
