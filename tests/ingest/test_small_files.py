@@ -284,6 +284,7 @@ def test_a_file_without_its_end_is_rejected(name: str) -> None:
         ("volume1_pairs", b"-0.320 G", b"-0.420 G", "peak -0.42 g stated"),
         ("volume1_pairs", b"0.060 SEC", b"0.160 SEC", "peak stated at 0.16 s"),
         ("volume1_pairs", b"LENGTH =  0.180", b"LENGTH =  0.280", "length 0.280 s stated"),
+        ("volume1_pairs", b"LENGTH =  0.180", b"LENGTH =  0.080", "length 0.080 s stated"),
         ("volume1_pairs", b"RECORD = 0.", b"RECORD = 0.9", "root mean square 0.9"),
     ],
 )  # fmt: skip
