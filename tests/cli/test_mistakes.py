@@ -360,8 +360,7 @@ def test_a_file_in_the_folder_that_is_no_netcdf_is_not_replaced(
         (("--ensemble-height", "-0.1"), "--ensemble-height -0.1. Must be zero or positive."),
         (
             ("--ensemble-width", "0.99"),
-            "Invalid spread width 0.99 and impact_loss 2 of the ensemble of frame 'wide': member 1 "
-            "has width 6.4",
+            "Invalid spread width 0.99 of the ensemble of frame 'wide': member 1 has width 6.4",
         ),
         (
             ("--ensemble-impact-loss", "0.5"),

@@ -64,10 +64,10 @@ class Ensemble(Options):
     """Largest deviation of the columns' width, as a fraction of the width. Default: chosen; 1 cm of
     a section of 1 m."""
     impact_loss: _Factor = 2.0
-    """Largest factor, up or down, on the velocity that an impact loses; 1 switches the spread off.
-    Default: between half and twice the loss, chosen because measurements lie on both sides of eq
-    (43): 1.8 and 1.2 times its loss on concrete (ElGawady and others), and less than its loss
-    (Kalliontzis and others, 2016)."""
+    """Largest factor, up or down, on the loss of an impact, the logarithm of its velocity ratio; 1
+    switches the spread off. Default: between half and twice the loss, chosen because measurements
+    lie on both sides of eq (43): 1.9 and 1.2 times its loss on concrete (ElGawady and others), and
+    less than its loss (Kalliontzis and others, 2016)."""
     amplitude: _Spread = 0.01
     """Largest deviation of the motion's amplitude, as a fraction of the amplitude. Default: no
     seismic sensor in the field is to be trusted to better than about 1 % (J. R. Evans, U.S.

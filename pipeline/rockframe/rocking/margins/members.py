@@ -85,12 +85,14 @@ def members(ensemble: Ensemble, frame: RockingFrame) -> tuple[RockingFrame, ...]
 
 
 def _member(frame: RockingFrame, height: float, width: float, loss: float) -> RockingFrame:
-    """Return a frame of another size of which each impact loses `loss` times as much speed."""
+    """Return a frame of another size, of which an impact counts as `loss` impacts.
+
+    The logarithm of the velocity ratio is `loss` times that of the frame. It is rounded from
+    extended precision, so that it is the same on every processor.
+    """
     resized = frame.resized(height * frame.height, width * frame.width)
-    kept = resized.restitution
-    if loss * (1.0 - kept) >= 1.0:
-        raise ParameterError("A frame that loses all speed at an impact does not rock.")
-    more = 1.0 + (1.0 - loss) * (1.0 - kept) / kept
+    kept = np.log(np.longdouble(resized.restitution))
+    more = float(np.exp((np.longdouble(loss) - 1.0) * kept))
     return replace(resized, restitution_factor=more * resized.restitution_factor)
 
 
@@ -112,7 +114,7 @@ def _impossible(
     values = {
         "height": f"height {row[0] * frame.height:.4g} m",
         "width": f"width {row[1] * frame.width:.4g} m",
-        "impact_loss": f"impacts that lose {row[2] * (1.0 - frame.restitution):.4g} of the speed",
+        "impact_loss": f"a velocity ratio of impacts of {frame.restitution ** row[2]:.4g}",
     }
     spreads = " and ".join(f"{name} {getattr(ensemble, name):g}" for name in reasons)
     stated = " and ".join(values[name] for name in reasons)
