@@ -117,7 +117,7 @@ def test_the_legend_of_the_figure_has_the_same_words(folder: Path) -> None:
         figure = draw_response_history(records.read(RECORD).acceleration, None, histories, "")
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels[: len(EXPECTED)] == [f"{name}: {words}" for name, words in EXPECTED.items()]
-    assert labels[-1].startswith("16 to 84 % of the ensemble")
+    assert labels[-1].startswith("lines: nominal; shaded: 16 to 84 % of the ensemble")
 
 
 def test_the_report_has_the_same_words_and_the_colour_of_the_verdict(folder: Path) -> None:

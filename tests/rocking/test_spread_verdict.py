@@ -52,6 +52,14 @@ def test_the_verdict_follows_from_the_share_alone(
         assert SpreadVerdict(nominal, share_overturned=share, share_uplifted=1.0).kind is kind
 
 
+@pytest.mark.parametrize(
+    ("share", "words"), [(0.051, "5.1"), (0.949, "94.9"), (0.31, "31"), (0.94, "94")]
+)
+def test_a_rounded_share_does_not_contradict_the_rule(share: float, words: str) -> None:
+    verdict = SpreadVerdict(Verdict.STANDS, share_overturned=share)
+    assert verdict.words == f"may overturn ({words} %)"
+
+
 def test_no_uplift_means_that_no_member_uplifts() -> None:
     alone = SpreadVerdict(Verdict.NO_UPLIFT, share_overturned=0.0, share_uplifted=1.0 / 64.0)
     assert alone.words == "stands"
@@ -66,11 +74,11 @@ def test_no_uplift_means_that_no_member_uplifts() -> None:
         (SpreadVerdict(Verdict.OVERTURNS, overturning_time=5.84), "overturns 5.8 s"),
         (
             SpreadVerdict(Verdict.STANDS, critical_scale=0.906),
-            "stands; nominally overturns at 0.91",
+            "stands; nominal critical scale 0.91",
         ),
         (
             SpreadVerdict(Verdict.STANDS, critical_scale=math.nan, largest_scale=10.0),
-            "stands; nominally overturns at > 10",
+            "stands; nominal critical scale > 10",
         ),
         (
             SpreadVerdict(

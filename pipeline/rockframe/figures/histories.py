@@ -93,7 +93,7 @@ def draw_response_history(
             falling = f"beyond {DRAWN_TO:g} α, falling: drawn no further"
             handles.append(Line2D([], [], color="0.4", marker="x", linestyle="", label=falling))
         if any("theta_low" in history for history in histories):
-            shaded = "16 to 84 % of the ensemble of plausible structures"
+            shaded = "lines: nominal; shaded: 16 to 84 % of the ensemble of plausible structures"
             handles.append(Patch(facecolor="0.4", alpha=0.2, label=shaded))
         figure.legend(handles=handles, loc="outside lower center")
     return figure
@@ -304,8 +304,8 @@ def _caption(records: Sequence[Record], responses: Sequence[Response], vertical:
         "Ground acceleration, rotation θ over slenderness α, uplift v and drift u of the beam; "
         "panels of one kind have one scale. "
         f"{of_structure(responses[0].frame)} {ground} ground motion; eq (26), with the "
-        "restitution of eq (43) at each impact. Largest values, free rocking after the record "
-        f"included: {'; '.join(parts)}."
+        "restitution of eq (43) at each impact. Largest nominal values, free rocking after the "
+        f"record included: {'; '.join(parts)}."
     )
 
 

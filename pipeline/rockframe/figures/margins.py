@@ -73,7 +73,7 @@ def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
         "Share of the ensemble that overturns at multiples of the motion: up to the scale of 10 %, "
         "and above those of 10, 25 and 50 %; the motion itself is the dotted line. The line below "
         "each strip is black where the multiple overturns the structure as given, as far as they "
-        f"were searched. {STRIP_LEGEND}",
+        f"were searched; islands thinner than 1.3 % of the multiple are missed. {STRIP_LEGEND}",
     )
 
 
@@ -131,7 +131,7 @@ def _head(axes: Axes, *, robust: bool) -> None:
     axes.figure.legend(handles=handles, loc="outside lower center", ncols=5, fontsize=7)
 
 
-#: Colours and labels in the order of the verdicts: no uplift, safe, overturned.
+#: Colours and labels in the order of the verdicts: no uplift, stands, overturns.
 _COLOURS: Final = ("#ffffff", _STANDS, _OVERTURNS)
 _WORDS: Final = ("no uplift", "rocks and stands", "overturns")
 
@@ -201,7 +201,7 @@ def draw_stability_map(
         ]
         figure.legend(handles=[*handles, cross], loc="outside lower center", ncols=2, fontsize=7)
     caption = (
-        f"Verdict of frames of all sizes under multiples of record {record.record_id} "
+        f"Nominal verdict of frames of all sizes under multiples of record {record.record_id} "
         f"({printed_pga(record)}): columns from {heights[0]:.3g} to "
         f"{heights[-1]:.3g} m ({heights.size} heights), scales from {scales[0]:.3g} to "
         f"{scales[-1]:.3g} ({scales.size}), slenderness and mass ratio as the structure's; the "

@@ -285,7 +285,7 @@ def bridge_members(
             raise ParameterError(
                 f"Invalid spread cracked_stiffness {ensemble.cracked_stiffness:g} of the ensemble "
                 f"of {model.name!r}: member {number} has {stiff:.4g} times the stiffness. {error} "
-                "Must be a smaller spread."
+                "State a smaller spread."
             ) from None
     return found
 

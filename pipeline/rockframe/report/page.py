@@ -157,7 +157,7 @@ def payload(
                     "event": row["event"],
                     "structure": history.structure,
                     "tone": tone(stated),
-                    "words": stated.sentence,
+                    "words": f"{'nominally ' * stated.is_nominal}{stated.sentence}",
                     "band": _band(row, stated),
                     "overturns": stated.overturns,
                     "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
@@ -362,7 +362,7 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
     Examples
     --------
     >>> [column.head for column in shown([{"record": "A", "magnitude": "", "verdict": "stands"}])]
-    ['Record', 'Verdict']
+    ['Record', 'Nominal verdict']
     """
     ruled = (critical_scale, band_words)  # their values are in several columns of the table
     there = {
@@ -373,6 +373,8 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
     }
     if "robust_scale_10" in there:  # a table has one margin
         there.pop("critical_scale", None)
+    if "verdict" in there and all(spread_verdict(row).is_nominal for row in rows):
+        there["verdict"] = replace(there["verdict"], head="Nominal verdict")
     return [*there.values()]
 
 

@@ -272,7 +272,7 @@ class Response(Shown):
             said["largest u"] = f"{self.peak_u:.3f} m"
             said["largest v"] = f"{self.peak_v:.4f} m"
         else:
-            said["nominally overturns at"] = f"{self.overturning_time:.2f} s"
+            said["nominal overturning time"] = f"{self.overturning_time:.2f} s"
         if math.isfinite(self.gap_closed_time):
             said["gap closes at"] = f"{self.gap_closed_time:.2f} s"
         return {

@@ -150,7 +150,7 @@ class SpreadVerdict:
         """The verdict in words, with the event that ends the model, if there is one."""
         words = self.kind.label
         if self.kind is VerdictKind.MAY_OVERTURN:
-            words += f" ({100.0 * self.share_overturned:.0f} %)"
+            words += f" ({_percent(self.share_overturned)})"
         if self.is_nominal and math.isfinite(self.overturning_time):
             words += f" {self.overturning_time:.1f} s"
         return words + self._end
@@ -164,7 +164,7 @@ class SpreadVerdict:
             return ""
         none = math.isnan(scale)
         stated = f"> {self.largest_scale:.3g}" if none else f"{scale:.2f}"
-        return f"{'10 % overturn' if robust else 'nominally overturns'} at {stated}"
+        return f"10 % overturn at {stated}" if robust else f"nominal critical scale {stated}"
 
     @property
     def sentence(self) -> str:
@@ -203,7 +203,15 @@ class SpreadVerdict:
         event = MODEL_ENDS.get(name, "model ends")
         if self.share_model_ends > 0.0:
             return f"; {event} in {100.0 * self.share_model_ends:.0f} %"
-        return f"; {event} {time:.1f} s" if known else ""
+        nominally = "" if self.is_nominal else " nominally"
+        return f"; {event}{nominally} {time:.1f} s" if known else ""
+
+
+def _percent(share: float) -> str:
+    """Return a share between the limits of the rule, which rounding must not move onto one."""
+    whole = f"{100.0 * share:.0f}"
+    limits = {f"{100.0 * one:.0f}" for one in (STANDS_UP_TO, OVERTURNS_FROM)}
+    return f"{100.0 * share:.1f} %" if whole in limits else f"{whole} %"
 
 
 @dataclass(frozen=True)

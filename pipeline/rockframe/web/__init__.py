@@ -122,7 +122,7 @@ _LEAST: Final = 1.2
 
 
 def tone(verdict: SpreadVerdict) -> str:
-    """Return the class of a verdict's colour in the style sheets: one of eleven, safe to not.
+    """Return the class of a verdict's colour in the style sheets, one of eleven by its danger.
 
     Examples
     --------

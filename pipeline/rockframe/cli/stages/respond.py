@@ -201,6 +201,11 @@ def run_compare(options: argparse.Namespace) -> int:
         console.show_json({"comparison": rows, "rejected": rejected, "output": str(options.output)})
     else:
         console.show_rows(f"Bridges in {options.output}", COMPARISON, rows)
+        print(
+            "Values without a quantile (16, 50, 84 %) are nominal, those of the bridge exactly as "
+            "given.\nMembers: plausible bridges around it, whose share that overturns has a 90 % "
+            "interval."
+        )
     for file in drawn:
         print(options.figures / file)
     return console.show_rejections(rejections)

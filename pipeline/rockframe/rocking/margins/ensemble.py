@@ -108,13 +108,12 @@ class EnsembleResponse:
         )
         stated = {f"of {self.members} plausible structures": f"{self.overturned} overturn"}
         stated["share that overturns, 90 % interval"] = f"{share:.0f} % ({low:.0f} to {high:.0f})"
-        for label, band, form in (
-            ("θ/α, 16 50 84 %", self.bands.peak_rotation_ratio, ".3f"),
-            ("u, 16 50 84 % [m]", self.bands.peak_u, ".3f"),
+        for label, band, form, factor in (
+            ("θ/α, 16 50 84 %", self.bands.peak_rotation_ratio, ".3f", 1.0),
+            ("u, 16 50 84 % [cm]", self.bands.peak_u, ".1f", 100.0),
         ):
-            stated[label] = " ".join(
-                f"{one:{form}}" if math.isfinite(one) else "overturns" for one in band
-            )
+            known = [f"{factor * one:{form}}" for one in band if math.isfinite(one)]
+            stated[label] = " ".join([*known, *["overturns"] * (len(known) < len(band))])
         return stated
 
     @property

@@ -120,7 +120,7 @@ def _impossible(
     stated = " and ".join(values[name] for name in reasons)
     return ParameterError(
         f"Invalid spread {spreads} of the ensemble of frame {frame.name!r}: member {number} has "
-        f"{stated}. {error} Must be a smaller spread."
+        f"{stated}. {error} State a smaller spread."
     )
 
 
@@ -151,7 +151,7 @@ def require_motion(ensemble: Ensemble, ground: GroundAcceleration) -> None:
     except ParameterError as error:
         raise ParameterError(
             f"Invalid spread amplitude {ensemble.amplitude:g} of the ensemble: a member has "
-            f"{largest:.4g} times the motion. {error} Must be a smaller spread."
+            f"{largest:.4g} times the motion. {error} State a smaller spread."
         ) from None
 
 

@@ -88,8 +88,8 @@ def turned_degrees(ensemble: Ensemble) -> Float:
 def _drawn(ensemble: Ensemble) -> NDArray[np.int64]:
     """Return the values that each member has, counted from 0, shape (2, members).
 
-    All values of a spread are equally frequent.
+    The values are as equally frequent as their number allows, and symmetric about the middle one.
     """
     rng = np.random.default_rng([ensemble.seed, 2])  # not the draws of the structures
-    values = np.arange(ensemble.members) * VALUES // ensemble.members
+    values = (2 * np.arange(ensemble.members) + 1) * VALUES // (2 * ensemble.members)
     return np.array([rng.permutation(values) for _ in range(2)])

@@ -67,6 +67,7 @@ class Player {
 
   take(motion) {
     this.motion = motion;
+    at("band-key").hidden = !motion.low?.length;
     this.largest = motion.acceleration.reduce((most, a) => Math.max(most, Math.abs(a)), 0);
     // The history of a structure that overturns ends early; then show its last rotation.
     const ended = motion.theta.findIndex(Number.isNaN);
