@@ -15,6 +15,7 @@ from rockframe import (
     RespondOptions,
     RockingFrame,
     ingest_stage,
+    respond,
     respond_many,
     respond_stage,
 )

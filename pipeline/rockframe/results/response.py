@@ -460,12 +460,12 @@ def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
     --------
     >>> row = {"validity": "gap_closes", "valid_until_s": 3.5, "share_model_ends": 0.625}
     >>> validity_words(row), validity_words({"validity": "holds", "valid_until_s": math.nan})
-    ('gap closes 3.50 s; ends in 62 % of members', 'holds')
+    ('gap closes 3.50 s; ends in 62 %', 'holds')
     """
     words = str(row["validity"]).replace("_", " ")
     when, share = float(row["valid_until_s"]), number(row.get("share_model_ends"))
     words += f" {when:.2f} s" if math.isfinite(when) else ""
-    return words + (f"; ends in {100.0 * share:.0f} % of members" if share > 0.0 else "")
+    return words + (f"; ends in {100.0 * share:.0f} %" if share > 0.0 else "")
 
 
 #: Columns of a comparison table, in the terminal and on the page.
