@@ -203,8 +203,8 @@ def run_compare(options: argparse.Namespace) -> int:
         console.show_rows(f"Bridges in {options.output}", COMPARISON, rows)
         print(
             "Values without a quantile (16, 50, 84 %) are nominal, those of the bridge exactly as "
-            "given.\nOverturn: share of plausible bridges around it, with its 90 % interval. Ends in: "
-            "share of them\nthat reach a limit of the model."
+            "given.\nOverturn: share of plausible bridges around it, with its 90 % interval. "
+            "Ends in: share of them\nthat reach a limit of the model."
         )
     for file in drawn:
         print(options.figures / file)
