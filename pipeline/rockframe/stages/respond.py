@@ -131,7 +131,6 @@ def respond_stage(
     beside = [Path(pulses_path)] if pulses_path else []
     refuse_overwriting([output], [records_path, structures_path, *beside])
     frames = choose_structures(structures_path, options.structure)
-    chosen_ensemble(options, frames)
     for frame in frames if options.ensemble.members else ():
         members(options.ensemble, frame)
     left_out: dict[str, str] = {}
