@@ -34,7 +34,8 @@ from rockframe.rocking import (
     member_peaks,
     respond,
 )
-from rockframe.rocking.margins.ensemble import quantiles, share_interval
+from rockframe.rocking.assessments import share_interval
+from rockframe.rocking.margins.ensemble import quantiles
 from rockframe.stages.common import horizontal
 from rockframe.stages.ingest import ingest_stage
 from rockframe.stages.versions import Uncertain, VersionSources

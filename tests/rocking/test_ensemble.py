@@ -31,7 +31,8 @@ from rockframe.rocking import (
     reactions,
     with_contact,
 )
-from rockframe.rocking.margins.ensemble import quantiles, share_interval
+from rockframe.rocking.assessments import share_interval
+from rockframe.rocking.margins.ensemble import quantiles
 from rockframe.rocking.margins.members import draws, members
 from rockframe.units import GRAVITY
 

@@ -163,8 +163,9 @@ def lost_in_impacts(response: Response, nodes: int) -> tuple[Float, Float]:
     """Return the energy lost in the impacts of each interval, and the jumps of the rate."""
     rate, kept = response.impact_velocities, response.frame.restitution
     place = np.searchsorted(response.time, response.impact_times) - 1
-    loss = np.bincount(place, 0.5 * (1.0 - kept**2) * rate**2, minlength=nodes)
-    jumps = np.bincount(place, (1.0 - kept) * np.abs(rate), minlength=nodes)
+    # the last one may be after the motion, before the frame overturns on the other side
+    loss = np.bincount(place, 0.5 * (1.0 - kept**2) * rate**2, minlength=nodes)[:nodes]
+    jumps = np.bincount(place, (1.0 - kept) * np.abs(rate), minlength=nodes)[:nodes]
     return loss.astype(np.float64), jumps.astype(np.float64)
 
 
@@ -174,7 +175,8 @@ def test_impacts_follow_each_other(kind: str, motion: str, seed: int) -> None:
     times = response.impact_times
     assert np.all(np.diff(times) > 0.0)
     assert times.size == 0 or response.uplift_time < times[0]
-    assert times.size == 0 or times[-1] <= np.nanmin([ground.time[-1], response.overturning_time])
+    falls = response.verdict is Verdict.OVERTURNS
+    assert times.size == 0 or times[-1] <= (response.overturning_time if falls else ground.time[-1])
 
 
 @every_kind
@@ -215,8 +217,11 @@ def test_energy_is_lost_only_in_impacts_and_yielding(kind: str, motion: str, see
         assert response.restraint is not None
         work = response.restraint.dissipated_energy / frame.moment_arm
         work *= frame.effective_frequency_parameter**2
-        later = work - dissipated.sum()  # after the motion, at most what is left at its end
-        assert -1e-8 < later < after[-1] + stored_by_prestress(frame) + 1e-8
+        later = work - dissipated.sum()  # after the motion
+        # strong bars may hold columns leaning beyond 2 alpha: they rest below the upright position
+        resting = math.cos(frame.slenderness - response.restraint.residual_rotation)
+        resting = frame.effective_frequency_parameter**2 * (resting - math.cos(frame.slenderness))
+        assert -1e-8 < later < after[-1] - resting + stored_by_prestress(frame) + 1e-8
 
 
 def stored_by_prestress(frame: RockingFrame) -> float:

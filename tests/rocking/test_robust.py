@@ -21,8 +21,8 @@ from rockframe.rocking import (
     respond_scenarios,
     robust_margins,
 )
+from rockframe.rocking.assessments import RobustMargin
 from rockframe.rocking.margins.members import draws, members
-from rockframe.rocking.margins.robust import RobustMargin
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

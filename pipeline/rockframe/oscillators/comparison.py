@@ -22,15 +22,10 @@ from rockframe.options.respond import QUANTILES, BridgeEnsemble
 from rockframe.oscillators.response import OscillatorResponse, respond_oscillator
 from rockframe.record import Record
 from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
+from rockframe.rocking.assessments import BANDS, Bands, EnsembleResponse
 from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.margins.ensemble import (
-    BANDS,
-    Bands,
-    EnsembleResponse,
-    ensemble_responses,
-    quantiles,
-)
+from rockframe.rocking.margins.ensemble import ensemble_responses, quantiles
 from rockframe.rocking.margins.members import draws, hypercube
 from rockframe.rocking.margins.versions import Versions
 from rockframe.rocking.reactions import ground_at_nodes, reactions

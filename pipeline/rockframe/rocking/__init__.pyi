@@ -1,10 +1,17 @@
 """Rocking response of frames: ground motions, responses, joint forces, margins and spectra."""
 
+from .assessments import BANDS as BANDS
+from .assessments import Bands as Bands
+from .assessments import ContactDemand as ContactDemand
+from .assessments import EnsembleResponse as EnsembleResponse
+from .assessments import FirstOverturning as FirstOverturning
+from .assessments import Margin as Margin
+from .assessments import RobustMargin as RobustMargin
+from .assessments import share_interval as share_interval
 from .batch import Peaks as Peaks
 from .batch import Scenarios as Scenarios
 from .batch import respond_many as respond_many
 from .batch import respond_scenarios as respond_scenarios
-from .contact import ContactDemand as ContactDemand
 from .contact import Impulses as Impulses
 from .contact import impact_friction_demand as impact_friction_demand
 from .contact import impact_impulses as impact_impulses
@@ -17,23 +24,18 @@ from .design import smallest as smallest
 from .excitation import GroundAcceleration as GroundAcceleration
 from .histories import NEAR as NEAR
 from .histories import Histories as Histories
-from .margins.ensemble import BANDS as BANDS
-from .margins.ensemble import EnsembleResponse as EnsembleResponse
 from .margins.ensemble import MemberPeaks as MemberPeaks
 from .margins.ensemble import ensemble_responses as ensemble_responses
 from .margins.ensemble import member_peaks as member_peaks
 from .margins.ensemble import quantiles as quantiles
 from .margins.ensemble import with_ensemble as with_ensemble
 from .margins.ensemble import with_envelope as with_envelope
-from .margins.first_overturning import FirstOverturning as FirstOverturning
-from .margins.margins import Margin as Margin
 from .margins.margins import margins as margins
 from .margins.margins import with_margins as with_margins
 from .margins.members import chosen_ensemble as chosen_ensemble
 from .margins.members import draws as draws
 from .margins.members import members as members
 from .margins.members import require_motion as require_motion
-from .margins.robust import RobustMargin as RobustMargin
 from .margins.robust import robust_margins as robust_margins
 from .margins.spreads import correlation_by_chance as correlation_by_chance
 from .margins.spreads import rank_correlations as rank_correlations

@@ -13,38 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
+from rockframe.rocking.assessments import ContactDemand
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.reactions import Reactions, ground_at_nodes, reactions_under
 from rockframe.rocking.response import Response
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
-
-
-@dataclass(frozen=True)
-class ContactDemand:
-    """Extreme joint forces of all columns together, over the nodes of a response.
-
-    Parameters
-    ----------
-    base_friction_demand, top_friction_demand : float
-        Largest shear over vertical force at the base and under the beam [1]; NaN without a beam.
-    impact_friction_demand : float
-        Coefficient of friction that each impact needs [1]; NaN without impacts.
-    least_base_vertical, least_top_vertical : float
-        Least vertical force at the base and under the beam, over the static force [1]. If it is not
-        positive, the joint would lift off.
-    least_spacing : float
-        Distance between two columns beyond which the beam does not lift off either column, also
-        during impacts [m]; NaN without a stated depth of the beam, and for restrained frames.
-    """
-
-    base_friction_demand: float
-    top_friction_demand: float
-    impact_friction_demand: float
-    least_base_vertical: float
-    least_top_vertical: float
-    least_spacing: float
 
 
 def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration) -> Response:

@@ -15,6 +15,7 @@ from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown, history_dataset
 from rockframe.parts import Abutment
 from rockframe.record import Record
+from rockframe.rocking.assessments import ContactDemand, EnsembleResponse, Margin
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel, ties
 from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
@@ -26,9 +27,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-    from rockframe.rocking.contact import ContactDemand
-    from rockframe.rocking.margins.ensemble import EnsembleResponse
-    from rockframe.rocking.margins.margins import Margin
 
 Float = NDArray[np.float64]
 
@@ -209,8 +207,8 @@ class Response(Shown):
     uplift_time, overturning_time : float
         Times of the first uplift and of overturning [s]; NaN if there is none.
     impacts : int
-        Number of impacts during the motion. Impacts slower than 1e-10 p-hat, just before rest, are
-        not counted.
+        Number of impacts during the motion, and the one after it that may precede overturning.
+        Impacts slower than 1e-10 p-hat, just before rest, are not counted.
     impact_times, impact_velocities : array
         Time [s] of each of the first 4096 impacts, and the rate just before it [rad s-1].
     to_pulse : ToPulse, optional

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain
-from typing import Final, TypeAlias
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import QUANTILES, Ensemble
 from rockframe.parts import Lever
 from rockframe.record import Record
+from rockframe.rocking.assessments import BANDS, Bands, EnsembleResponse
 from rockframe.rocking.batch import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.contact import impact_friction_demand
 from rockframe.rocking.excitation import GroundAcceleration
@@ -30,132 +29,6 @@ from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 Motion = Record | Pulse | GroundAcceleration
-
-#: Level of the interval of a share [1].
-CONFIDENCE: Final = 0.90
-
-
-#: The 16, 50 and 84 % quantiles of a peak; infinite where a quantile falls on a member that
-#: overturns.
-Band: TypeAlias = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Bands:
-    """Bands of the peaks of an ensemble.
-
-    Parameters
-    ----------
-    peak_rotation_ratio, peak_u, peak_v, impact_velocity : tuple of float
-        Largest |theta| / slenderness [1], largest |u| and v [m], and largest velocity at which the
-        base of a column hits the ground [m s-1].
-    friction_demand : tuple of float
-        Largest coefficient of friction that base and top joints need, also in impacts [1].
-    base_shear : tuple of float
-        Largest force of the ground on the structure, including that of tendons, over the weight of
-        columns and beam [1].
-    tendon_force, dissipater_force : tuple of float
-        Largest force of a tendon, and of the dissipaters across one joint [N]; NaN without them.
-    """
-
-    peak_rotation_ratio: Band
-    peak_u: Band
-    peak_v: Band
-    impact_velocity: Band
-    friction_demand: Band
-    base_shear: Band
-    tendon_force: Band
-    dissipater_force: Band
-
-
-#: Names of the peaks that have bands.
-BANDS: Final = tuple(field.name for field in fields(Bands))
-
-
-@dataclass(frozen=True)
-class EnsembleResponse:
-    """Responses of an ensemble to the motion itself: shares of the members, and bands of peaks.
-
-    Parameters
-    ----------
-    members : int
-        Number of members.
-    uplifted : int or None
-        Number of members that uplift; None for bridges that do not rock.
-    overturned : int
-        Number of members that overturn or collapse.
-    model_ends : int or None
-        Number of members for which the gap of an abutment closes, the allowed lift is exceeded or a
-        tendon yields that is modelled as elastic; None if the structure has no such limit.
-    bands : Bands
-        Bands of the peaks.
-    rank_correlations : mapping of str to float
-        Spearman's rank correlation between the draws of each spread and the peak of |theta| /
-        slenderness [1], see `rank_correlations`; empty for bridges that do not rock.
-    """
-
-    members: int
-    uplifted: int | None
-    overturned: int
-    model_ends: int | None
-    bands: Bands
-    rank_correlations: Mapping[str, float] = field(default_factory=dict)
-
-    def facts(self) -> dict[str, str]:
-        """Return the share that overturns and the bands of peaks, for the table in notebooks."""
-        share, low, high = (
-            100.0 * getattr(self, f"share_overturned{end}") for end in ("", "_low", "_high")
-        )
-        stated = {f"of {self.members} plausible structures": f"{self.overturned} overturn"}
-        stated["share that overturns, 90 % interval"] = f"{share:.0f} % ({low:.0f} to {high:.0f})"
-        for label, band, form, factor in (
-            ("θ/α, 16 50 84 %", self.bands.peak_rotation_ratio, ".3f", 1.0),
-            ("u, 16 50 84 % [cm]", self.bands.peak_u, ".1f", 100.0),
-        ):
-            known = [f"{factor * one:{form}}" for one in band if math.isfinite(one)]
-            stated[label] = " ".join([*known, *["overturns"] * (len(known) < len(band))])
-        return stated
-
-    @property
-    def share_overturned(self) -> float:
-        """Share of the members that overturn [1]."""
-        return self.overturned / self.members
-
-    @property
-    def share_overturned_low(self) -> float:
-        """Lower limit of the 90 % interval of the share that overturns [1]."""
-        return share_interval(self.overturned, self.members)[0]
-
-    @property
-    def share_overturned_high(self) -> float:
-        """Upper limit of the 90 % interval of the share that overturns [1]."""
-        return share_interval(self.overturned, self.members)[1]
-
-    @property
-    def share_uplifted(self) -> float:
-        """Share of the members that uplift [1]; NaN for bridges that do not rock."""
-        return math.nan if self.uplifted is None else self.uplifted / self.members
-
-    @property
-    def share_model_ends(self) -> float:
-        """Share of the members for which the model ends [1]; NaN without a limit."""
-        return math.nan if self.model_ends is None else self.model_ends / self.members
-
-
-@lru_cache(maxsize=4096)
-def share_interval(count: int, members: int) -> tuple[float, float]:
-    """Return the interval of Clopper and Pearson of a share, at the level `CONFIDENCE` [1].
-
-    Examples
-    --------
-    >>> [round(limit, 3) for limit in share_interval(0, 64)]
-    [0.0, 0.046]
-    """
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    inverse = scipy.special.betaincinv
-    low = 0.0 if count == 0 else float(inverse(count, members - count + 1, tail))
-    high = 1.0 if count == members else float(inverse(count + 1, members - count, 1.0 - tail))
-    return low, high
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.rocking.assessments import FirstOverturning
 from rockframe.rocking.batch import Prepared, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.tails import compare
@@ -67,39 +68,6 @@ _BETWEEN: Final = 32
 _AT_A_TIME: Final = 16
 #: Number of parts into which bisection divides an interval.
 _PARTS: Final = 4
-
-
-@dataclass(frozen=True)
-class FirstOverturning:
-    """The lowest interval of overturning that was found, and the outcome at larger scales.
-
-    Parameters
-    ----------
-    lower, upper : float
-        Ends of the interval of scales that overturn [1]. The frame overturns at both ends. NaN if
-        no interval was found. `upper` is the largest scale if the interval reaches it.
-    prevails_from : float
-        Least scale s from which overturning prevails: whichever larger scale t is chosen, more than
-        half of the scales from s to t overturn [1]. NaN if there is none.
-    share_before : float
-        Share of the scales between `lower` and `prevails_from` that overturn [1]; NaN if the two
-        are equal.
-    islands : tuple of (float, float)
-        Intervals of scale above `lower` in which the frame stands [1], found from samples 0.64 to
-        2.56 % apart.
-    standing_share : float
-        Share of the scales from `lower` to the largest at which the frame stands [1].
-    responses : int
-        Number of responses that were computed.
-    """
-
-    lower: float
-    upper: float
-    prevails_from: float
-    share_before: float
-    islands: tuple[tuple[float, float], ...]
-    standing_share: float
-    responses: int
 
 
 @dataclass(frozen=True, eq=False)

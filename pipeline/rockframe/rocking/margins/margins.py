@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, overload
 
@@ -12,95 +11,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.notebook import Shown
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
+from rockframe.rocking.assessments import Margin, RobustMargin
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.first_overturning import (
     LARGEST_SCALE,
-    FirstOverturning,
     first_overturnings,
     largest_scale_of,
     least_scale_of,
 )
 from rockframe.rocking.margins.robust import (
-    RobustMargin,
     robust_margins,
 )
 from rockframe.rocking.response import Response, as_ground, refuse_flight, require_some
-from rockframe.rocking.verdict import Strip, strip_of
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 Float = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Margin(Shown):
-    """The margin of one frame against overturning under one motion.
-
-    Parameters
-    ----------
-    first : FirstOverturning
-        The first overturning that was found, and the outcome at larger scales.
-    largest_scale : float
-        Largest multiple of the motion that was searched [1].
-    robust : RobustMargin, optional
-        The scales at which 10, 25 and 50 % of an ensemble overturn, if they were requested.
-    """
-
-    first: FirstOverturning
-    largest_scale: float
-    robust: RobustMargin | None = None
-
-    def facts(self) -> dict[str, str]:
-        """Return robust margin, critical scale and islands, for the table in notebooks."""
-        least = self.critical_scale
-        scale = f"none up to {self.largest_scale:g}" if math.isnan(least) else f"{least:.4f}"
-        return {
-            **({"robust margin": self.strip.shares} if self.robust else {}),
-            "nominal critical scale": scale,
-            "islands above it in which the frame stands": str(self.safe_islands),
-        }
-
-    def draw(self, axes: Axes) -> None:
-        """Draw the scales at which the frame stands and those at which it overturns."""
-        least = self.critical_scale
-        end = self.largest_scale if math.isnan(least) else min(self.largest_scale, 3.0 * least)
-        axes.axvspan(0.0, end, color="C2", alpha=0.3, label="stands")
-        for k, (low, high) in enumerate(self.strip.overturning):
-            if low < end:  # the edge line keeps slivers visible that are thinner than a pixel
-                label = "_" * (k > 0) + "overturns"
-                axes.axvspan(low, min(high, end), color="C3", linewidth=0.8, label=label)
-        axes.axvline(1.0, color="black", linewidth=0.8, label="the motion itself")
-        axes.set(xlim=(0.0, max(end, 1.1)), yticks=[], xlabel="scale of the motion")
-        axes.legend(loc="upper left", fontsize=8)
-
-    @property
-    def critical_scale(self) -> float:
-        """Least multiple of the motion found to overturn [1]; NaN if none was found."""
-        return self.first.lower
-
-    @property
-    def islands(self) -> tuple[tuple[float, float], ...]:
-        """Intervals above the critical scale in which the frame stands [1].
-
-        They are found from scales 0.64 to 2.56 % apart.
-        """
-        return self.first.islands
-
-    @property
-    def safe_islands(self) -> int:
-        """Number of `islands`; more closely spaced scales would show more."""
-        return len(self.first.islands)
-
-    @property
-    def strip(self) -> Strip:
-        """Scales that overturn and the robust margin, for figures and pages."""
-        robust = self.robust and (self.robust.s10, self.robust.s25, self.robust.s50)
-        return strip_of(self.critical_scale, self.largest_scale, self.islands, robust or ())
 
 
 Motion = Record | Pulse | GroundAcceleration

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
+from rockframe.rocking.assessments import RobustMargin
 from rockframe.rocking.batch import Prepared, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.first_overturning import (
@@ -55,37 +56,6 @@ _BLOCK: Final = 3
 _SOME: Final = 8
 #: Number of bootstrap samples of the members, for the sampling error.
 _RESAMPLED: Final = 100
-
-
-@dataclass(frozen=True)
-class RobustMargin:
-    """Least scales at which shares of an ensemble overturn.
-
-    Parameters
-    ----------
-    s10, s25, s50 : float
-        Least multiple of the motion at which 10, 25 and 50 % overturn [1]. Two averages reduce the
-        sampling error: the share at a scale is the mean over the scales from 4 % below to 4 %
-        above it, and `s25` is the mean of the scales at which nine shares from 22 to 28 % are
-        reached. NaN if the share is not reached at any scale.
-    error10, error25, error50 : float
-        Relative sampling errors of these scales [1]: half the width of the central 68 % interval
-        over ensembles drawn again from the members (bootstrap). NaN where the scale is NaN.
-    responses : int
-        Number of responses that were computed.
-    sampling_changes : int
-        Number of members that stand instead of overturning, or overturn instead of standing, under
-        the motion itself when the record is sampled twice as finely.
-    """
-
-    s10: float
-    s25: float
-    s50: float
-    error10: float
-    error25: float
-    error50: float
-    responses: int
-    sampling_changes: int = 0
 
 
 def robust_margins(

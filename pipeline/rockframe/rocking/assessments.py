@@ -1,0 +1,300 @@
+"""Assessments that a response may carry: demand on the joints, ensemble, margins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import scipy
+
+from rockframe.notebook import Shown
+from rockframe.rocking.verdict import Strip, strip_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class ContactDemand:
+    """Extreme joint forces of all columns together, over the nodes of a response.
+
+    Parameters
+    ----------
+    base_friction_demand, top_friction_demand : float
+        Largest shear over vertical force at the base and under the beam [1]; NaN without a beam.
+    impact_friction_demand : float
+        Coefficient of friction that each impact needs [1]; NaN without impacts.
+    least_base_vertical, least_top_vertical : float
+        Least vertical force at the base and under the beam, over the static force [1]. If it is not
+        positive, the joint would lift off.
+    least_spacing : float
+        Distance between two columns beyond which the beam does not lift off either column, also
+        during impacts [m]; NaN without a stated depth of the beam, and for restrained frames.
+    """
+
+    base_friction_demand: float
+    top_friction_demand: float
+    impact_friction_demand: float
+    least_base_vertical: float
+    least_top_vertical: float
+    least_spacing: float
+
+
+#: Level of the interval of a share [1].
+CONFIDENCE: Final = 0.90
+
+
+#: The 16, 50 and 84 % quantiles of a peak; infinite where a quantile falls on a member that
+#: overturns.
+Band: TypeAlias = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Bands of the peaks of an ensemble.
+
+    Parameters
+    ----------
+    peak_rotation_ratio, peak_u, peak_v, impact_velocity : tuple of float
+        Largest |theta| / slenderness [1], largest |u| and v [m], and largest velocity at which the
+        base of a column hits the ground [m s-1].
+    friction_demand : tuple of float
+        Largest coefficient of friction that base and top joints need, also in impacts [1].
+    base_shear : tuple of float
+        Largest force of the ground on the structure, including that of tendons, over the weight of
+        columns and beam [1].
+    tendon_force, dissipater_force : tuple of float
+        Largest force of a tendon, and of the dissipaters across one joint [N]; NaN without them.
+    """
+
+    peak_rotation_ratio: Band
+    peak_u: Band
+    peak_v: Band
+    impact_velocity: Band
+    friction_demand: Band
+    base_shear: Band
+    tendon_force: Band
+    dissipater_force: Band
+
+
+#: Names of the peaks that have bands.
+BANDS: Final = tuple(field.name for field in fields(Bands))
+
+
+@dataclass(frozen=True)
+class EnsembleResponse:
+    """Responses of an ensemble to the motion itself: shares of the members, and bands of peaks.
+
+    Parameters
+    ----------
+    members : int
+        Number of members.
+    uplifted : int or None
+        Number of members that uplift; None for bridges that do not rock.
+    overturned : int
+        Number of members that overturn or collapse.
+    model_ends : int or None
+        Number of members for which the gap of an abutment closes, the allowed lift is exceeded or a
+        tendon yields that is modelled as elastic; None if the structure has no such limit.
+    bands : Bands
+        Bands of the peaks.
+    rank_correlations : mapping of str to float
+        Spearman's rank correlation between the draws of each spread and the peak of |theta| /
+        slenderness [1], see `rank_correlations`; empty for bridges that do not rock.
+    """
+
+    members: int
+    uplifted: int | None
+    overturned: int
+    model_ends: int | None
+    bands: Bands
+    rank_correlations: Mapping[str, float] = field(default_factory=dict)
+
+    def facts(self) -> dict[str, str]:
+        """Return the share that overturns and the bands of peaks, for the table in notebooks."""
+        share, low, high = (
+            100.0 * getattr(self, f"share_overturned{end}") for end in ("", "_low", "_high")
+        )
+        stated = {f"of {self.members} plausible structures": f"{self.overturned} overturn"}
+        stated["share that overturns, 90 % interval"] = f"{share:.0f} % ({low:.0f} to {high:.0f})"
+        for label, band, form, factor in (
+            ("θ/α, 16 50 84 %", self.bands.peak_rotation_ratio, ".3f", 1.0),
+            ("u, 16 50 84 % [cm]", self.bands.peak_u, ".1f", 100.0),
+        ):
+            known = [f"{factor * one:{form}}" for one in band if math.isfinite(one)]
+            stated[label] = " ".join([*known, *["overturns"] * (len(known) < len(band))])
+        return stated
+
+    @property
+    def share_overturned(self) -> float:
+        """Share of the members that overturn [1]."""
+        return self.overturned / self.members
+
+    @property
+    def share_overturned_low(self) -> float:
+        """Lower limit of the 90 % interval of the share that overturns [1]."""
+        return share_interval(self.overturned, self.members)[0]
+
+    @property
+    def share_overturned_high(self) -> float:
+        """Upper limit of the 90 % interval of the share that overturns [1]."""
+        return share_interval(self.overturned, self.members)[1]
+
+    @property
+    def share_uplifted(self) -> float:
+        """Share of the members that uplift [1]; NaN for bridges that do not rock."""
+        return math.nan if self.uplifted is None else self.uplifted / self.members
+
+    @property
+    def share_model_ends(self) -> float:
+        """Share of the members for which the model ends [1]; NaN without a limit."""
+        return math.nan if self.model_ends is None else self.model_ends / self.members
+
+
+@lru_cache(maxsize=4096)
+def share_interval(count: int, members: int) -> tuple[float, float]:
+    """Return the interval of Clopper and Pearson of a share, at the level `CONFIDENCE` [1].
+
+    Examples
+    --------
+    >>> [round(limit, 3) for limit in share_interval(0, 64)]
+    [0.0, 0.046]
+    """
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    inverse = scipy.special.betaincinv
+    low = 0.0 if count == 0 else float(inverse(count, members - count + 1, tail))
+    high = 1.0 if count == members else float(inverse(count + 1, members - count, 1.0 - tail))
+    return low, high
+
+
+@dataclass(frozen=True)
+class FirstOverturning:
+    """The lowest interval of overturning that was found, and the outcome at larger scales.
+
+    Parameters
+    ----------
+    lower, upper : float
+        Ends of the interval of scales that overturn [1]. The frame overturns at both ends. NaN if
+        no interval was found. `upper` is the largest scale if the interval reaches it.
+    prevails_from : float
+        Least scale s from which overturning prevails: whichever larger scale t is chosen, more than
+        half of the scales from s to t overturn [1]. NaN if there is none.
+    share_before : float
+        Share of the scales between `lower` and `prevails_from` that overturn [1]; NaN if the two
+        are equal.
+    islands : tuple of (float, float)
+        Intervals of scale above `lower` in which the frame stands [1], found from samples 0.64 to
+        2.56 % apart.
+    standing_share : float
+        Share of the scales from `lower` to the largest at which the frame stands [1].
+    responses : int
+        Number of responses that were computed.
+    """
+
+    lower: float
+    upper: float
+    prevails_from: float
+    share_before: float
+    islands: tuple[tuple[float, float], ...]
+    standing_share: float
+    responses: int
+
+
+@dataclass(frozen=True)
+class RobustMargin:
+    """Least scales at which shares of an ensemble overturn.
+
+    Parameters
+    ----------
+    s10, s25, s50 : float
+        Least multiple of the motion at which 10, 25 and 50 % overturn [1]. Two averages reduce the
+        sampling error: the share at a scale is the mean over the scales from 4 % below to 4 %
+        above it, and `s25` is the mean of the scales at which nine shares from 22 to 28 % are
+        reached. NaN if the share is not reached at any scale.
+    error10, error25, error50 : float
+        Relative sampling errors of these scales [1]: half the width of the central 68 % interval
+        over ensembles drawn again from the members (bootstrap). NaN where the scale is NaN.
+    responses : int
+        Number of responses that were computed.
+    sampling_changes : int
+        Number of members that stand instead of overturning, or overturn instead of standing, under
+        the motion itself when the record is sampled twice as finely.
+    """
+
+    s10: float
+    s25: float
+    s50: float
+    error10: float
+    error25: float
+    error50: float
+    responses: int
+    sampling_changes: int = 0
+
+
+@dataclass(frozen=True)
+class Margin(Shown):
+    """The margin of one frame against overturning under one motion.
+
+    Parameters
+    ----------
+    first : FirstOverturning
+        The first overturning that was found, and the outcome at larger scales.
+    largest_scale : float
+        Largest multiple of the motion that was searched [1].
+    robust : RobustMargin, optional
+        The scales at which 10, 25 and 50 % of an ensemble overturn, if they were requested.
+    """
+
+    first: FirstOverturning
+    largest_scale: float
+    robust: RobustMargin | None = None
+
+    def facts(self) -> dict[str, str]:
+        """Return robust margin, critical scale and islands, for the table in notebooks."""
+        least = self.critical_scale
+        scale = f"none up to {self.largest_scale:g}" if math.isnan(least) else f"{least:.4f}"
+        return {
+            **({"robust margin": self.strip.shares} if self.robust else {}),
+            "nominal critical scale": scale,
+            "islands above it in which the frame stands": str(self.safe_islands),
+        }
+
+    def draw(self, axes: Axes) -> None:
+        """Draw the scales at which the frame stands and those at which it overturns."""
+        least = self.critical_scale
+        end = self.largest_scale if math.isnan(least) else min(self.largest_scale, 3.0 * least)
+        axes.axvspan(0.0, end, color="C2", alpha=0.3, label="stands")
+        for k, (low, high) in enumerate(self.strip.overturning):
+            if low < end:  # the edge line keeps slivers visible that are thinner than a pixel
+                label = "_" * (k > 0) + "overturns"
+                axes.axvspan(low, min(high, end), color="C3", linewidth=0.8, label=label)
+        axes.axvline(1.0, color="black", linewidth=0.8, label="the motion itself")
+        axes.set(xlim=(0.0, max(end, 1.1)), yticks=[], xlabel="scale of the motion")
+        axes.legend(loc="upper left", fontsize=8)
+
+    @property
+    def critical_scale(self) -> float:
+        """Least multiple of the motion found to overturn [1]; NaN if none was found."""
+        return self.first.lower
+
+    @property
+    def islands(self) -> tuple[tuple[float, float], ...]:
+        """Intervals above the critical scale in which the frame stands [1].
+
+        They are found from scales 0.64 to 2.56 % apart.
+        """
+        return self.first.islands
+
+    @property
+    def safe_islands(self) -> int:
+        """Number of `islands`; more closely spaced scales would show more."""
+        return len(self.first.islands)
+
+    @property
+    def strip(self) -> Strip:
+        """Scales that overturn and the robust margin, for figures and pages."""
+        robust = self.robust and (self.robust.s10, self.robust.s25, self.robust.s50)
+        return strip_of(self.critical_scale, self.largest_scale, self.islands, robust or ())
