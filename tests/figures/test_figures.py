@@ -158,6 +158,21 @@ def test_joints_show_both_bounds_and_say_whether_they_hold() -> None:
     assert "no sliding does not hold" in draw_joints(shake(), BENT, friction=0.18).caption
 
 
+@pytest.mark.parametrize("spacing", [None, 12.0])
+def test_legends_of_joints_are_above_their_panels_and_no_wider(spacing: float | None) -> None:
+    """Forces on each column add names to the legend."""
+    drawn = draw_joints(shake(), BENT, spacing=spacing)
+    drawn.figure.draw_without_rendering()
+    legends = [(axes, axes.get_legend()) for axes in axes_of(drawn) if axes.get_legend()]
+    assert len(legends) == 2
+    for axes, legend in legends:
+        assert legend is not None
+        box, panel = legend.get_window_extent(), axes.get_window_extent()
+        assert box.y0 >= panel.y1
+        for text in legend.get_texts():
+            assert text.get_window_extent().x1 <= panel.x1
+
+
 def test_joints_of_columns_too_close_say_that_the_beam_lifts() -> None:
     close = draw_joints(shake(), BENT, spacing=1.7, beam_centre=3.0)
     assert "no lift-off does not hold" in close.caption

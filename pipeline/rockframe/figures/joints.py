@@ -141,8 +141,11 @@ def _draw_vertical(panel: Axes, time: Float, base: Float, beam: Float | None) ->
 
 
 def _legend_above(panel: Axes) -> None:
-    """Put the legend above the panel, where it hides no curve."""
-    panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, fontsize=7, borderpad=0)
+    """Put the legend above the panel, where it hides no curve, and no wider than the panel."""
+    panel.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.0), mode="expand", ncols=2, fontsize=7,
+        borderpad=0, borderaxespad=0.5, handlelength=1.6, handletextpad=0.5,
+    )  # fmt: skip
 
 
 def _largest(values: Float) -> float:
