@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 from numpy.testing import assert_allclose
 from scipy.stats import norm
 from tests.screening import sine, stored, structures
@@ -84,7 +87,7 @@ def test_without_a_curve_the_panel_says_so(screening: xr.Dataset) -> None:
     stands = screening.sel(structure="stout").copy(deep=True)
     outcome = stands["fragility_outcome"].values
     stands["fragility_outcome"][:] = np.where(outcome == 5, 5, 1)  # 5: unknown, 1: none overturn
-    (told, *_) = [axes.texts[0].get_text() for axes in axes_of(draw_fragility(stands))]
+    (told, *_) = [axes.get_title("left") for axes in axes_of(draw_fragility(stands))]
     assert told == "no curve: none overturn"
 
 
@@ -110,9 +113,84 @@ def test_the_same_screening_gives_the_same_picture(
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "other.png").read_bytes()
 
 
-def test_equal_curves_of_two_limit_states_are_both_visible(screening: xr.Dataset) -> None:
+@pytest.fixture(scope="module")
+def states(screening: xr.Dataset) -> xr.Dataset:
+    """The slender structure with limit states that equal, and that precede, overturning."""
     one = screening.sel(structure="slender")
-    other = one.assign_coords(limit_state=["u_0.2m"])
-    both = xr.concat([one, other], dim="limit_state", data_vars="minimal")
-    lines = axes_of(draw_fragility(both))[0].get_lines()
-    assert {line.get_linestyle() for line in lines if line.get_marker() != "o"} == {"-", "--"}
+    weaker = one.assign_coords(limit_state=["u_0.1m"])
+    for name in ("fragility_median", "fragility_intensity"):
+        weaker[name] = one[name] if name.endswith("intensity") else 0.5 * one[name]
+    weaker["fragility"] = 0.5 + 0.5 * one["fragility"].assign_coords(limit_state=["u_0.1m"])
+    same = one.assign_coords(limit_state=["u_0.2m"])
+    return xr.concat([one, weaker, same], dim="limit_state", data_vars="minimal")
+
+
+def curves_of(axes: Axes) -> dict[object, list[float]]:
+    return {
+        line.get_linestyle(): np.asarray(line.get_ydata(), dtype=np.float64).tolist()
+        for line in axes.get_lines()
+        if line.get_linestyle() in ("-", "--")
+    }
+
+
+def test_each_limit_state_has_its_panels_and_overturning_is_in_all(states: xr.Dataset) -> None:
+    """Two measures are known, so that each limit state has a row of two panels."""
+    first, _, other, _ = axes_of(draw_fragility(states))
+    fits = states.sel(measure="pga")["fragility"].values
+    assert curves_of(first) == {"-": fits[0].tolist()}
+    assert curves_of(other) == {"-": fits[1].tolist(), "--": fits[0].tolist()}
+
+
+def test_limit_states_with_the_same_curves_share_a_row_that_says_so(states: xr.Dataset) -> None:
+    drawn = draw_fragility(states)
+    titles = [part.get_suptitle() for part in drawn.figure.subfigs]
+    assert titles == ["overturning; u ≥ 0.2 m has the same curves", "u ≥ 0.1 m"]
+    assert "Overturning; u ≥ 0.2 m has the same curves." in drawn.caption
+
+
+def test_panels_name_the_median_in_the_unit_of_the_axis(screening: xr.Dataset) -> None:
+    one = screening.sel(structure="slender")
+    panel = axes_of(draw_fragility(one))[0]
+    fit = one.sel(measure="pga", limit_state="overturning")
+    assert panel.get_title("left") == f"median {float(fit['fragility_median']) / GRAVITY:.3g} g"
+
+
+def texts_of(figure: Figure) -> Iterator[Text]:
+    """Yield the texts that are drawn; axes also have labels of ticks beyond their limits."""
+    hidden: set[Text] = set()
+    for axes in figure.axes:
+        for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+            ticks = [*axis.get_major_ticks(), *axis.get_minor_ticks()]
+            beyond = [tick for tick in ticks if not low <= tick.get_loc() <= high]
+            hidden |= {label for tick in beyond for label in (tick.label1, tick.label2)}
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        if text.get_visible() and text.get_text() and text not in hidden:
+            yield text
+
+
+@pytest.mark.parametrize("count", [2, 7])
+def test_texts_of_a_fragility_do_not_overlap(states: xr.Dataset, count: int) -> None:
+    """Seven limit states and seven measures, over three decades of intensity."""
+    one = states.isel(limit_state=[0])
+    one["fragility_intensity"] = one["fragility_intensity"] ** 2.5
+    more = [one.assign_coords(limit_state=[f"u_{k}m"]) for k in range(1, count)]
+    for k, other in enumerate(more):
+        other["fragility"] = other["fragility"] * 0.9 ** (1 + k)
+    several = xr.concat([one, *more], dim="limit_state", data_vars="minimal")
+    wide = xr.concat(
+        [several.sel(measure=["pga"]).assign_coords(measure=[f"sa_{k}s"]) for k in range(count)],
+        dim="measure",
+        data_vars="minimal",
+    )
+    figure = draw_fragility(wide).figure
+    figure.draw_without_rendering()
+    texts = list(texts_of(figure))
+    boxes = [text.get_window_extent() for text in texts]
+    assert len(boxes) > 10 * count
+    for k, box in enumerate(boxes):
+        assert figure.bbox.x0 <= box.x0
+        assert box.x1 <= figure.bbox.x1
+        apart = box.expanded(1.2, 1.0)  # a gap between the numbers of an axis
+        crossed = [texts[m].get_text() for m in range(k) if apart.overlaps(boxes[m])]
+        assert not crossed, texts[k].get_text()

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, NullFormatter
 
-from rockframe.figures.captioned import LINES, PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
+from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
 from rockframe.results.screen_tables import (
     fragility_curve,
     members_of,
@@ -22,7 +25,9 @@ from rockframe.rocking import Verdict
 
 
 def draw_fragility(screening: xr.Dataset) -> Captioned:
-    """Draw the fragility of one structure over each known measure: a curve for each limit state.
+    """Draw the fragility of one structure: a row for each limit state, a panel for each measure.
+
+    Limit states with the same curves share a row. The curve of overturning is in all rows.
 
     Parameters
     ----------
@@ -35,72 +40,142 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
         for name in screening["measure"].values
         if int(screening["fragility_outcome"].sel(measure=name)[0]) != Outcome.UNKNOWN
     ]
-    limits = [LimitState.named(str(name)) for name in screening["limit_state"].values]
-    rows = max(1, (len(known) + 1) // 2)
+    states = _equal_states(screening)
+    across = max(1, min(len(known), _ACROSS if len(states) > 1 else 2))
+    down = max(1, -(-len(known) // across))
+    structure = str(screening["structure"].item())
     with styled():
-        figure = Figure(figsize=(PAGE_WIDTH, 0.8 + 2.3 * rows), layout="constrained")
-        panels = figure.subplots(rows, 2, squeeze=False, sharey=True).ravel()
-        for axes in panels[len(known) :]:
-            axes.set_visible(False)
-        for axes, measure in zip(panels, known, strict=False):
-            for k, limit in enumerate(limits):
-                _draw_curve(axes, screening.isel(limit_state=k).sel(measure=measure.name), limit, k)
-            _set_axes(axes, screening.sel(measure=measure.name), measure)
-        structure = str(screening["structure"].item())
+        height = 0.8 + len(states) * (0.25 + (1.65 if across > 2 else 2.3) * down)
+        figure = Figure(figsize=(PAGE_WIDTH, height), layout="constrained")
+        for state, part in zip(
+            states, figure.subfigures(len(states), 1, squeeze=False)[:, 0], strict=True
+        ):
+            panels = part.subplots(down, across, squeeze=False, sharey=True)
+            for axes in panels.ravel()[len(known) :]:
+                axes.set_visible(False)
+            for axes, measure in zip(panels.ravel(), known, strict=False):
+                fits = screening.sel(measure=measure.name)
+                if state[0] is not states[0][0]:
+                    fit = fits.sel(limit_state=states[0][0].name)
+                    _draw_curve(axes, fit, measure, **_BESIDE)
+                _draw_state(axes, fits.sel(limit_state=state[0].name), state[0], measure)
+                _set_axes(axes, fits, measure, width=PAGE_WIDTH / across)
+            part.suptitle(_title(state), fontsize=8, fontweight="bold", x=0.01, ha="left")
+            several = "reaching it" if state[0].quantity else "overturning"
+            part.supylabel(f"probability of {several}", fontsize=8)
         figure.suptitle(structure, fontsize=9)
-        if known:
-            handles, _ = panels[0].get_legend_handles_labels()
-            shade = Patch(facecolor="C0", alpha=0.2, linewidth=0, label="90 % confidence")
-            shares = Line2D([], [], linestyle="", marker="o", color="0.35", markersize=3.5,
-                            label="observed shares")  # fmt: skip
-            figure.legend(
-                handles=[*handles, shade, shares],
-                loc="outside lower center",
-                ncols=len(handles) + 2,
-                fontsize=7,
-            )
-        several = "reaching the limit state" if len(limits) > 1 else "overturning"
-        figure.supylabel(f"probability of {several}", fontsize="medium")
+        figure.legend(
+            handles=_handles(several=len(states) > 1),
+            loc="outside lower center",
+            ncols=4,
+            fontsize=7,
+        )
+    limits = [limit for state in states for limit in state]
     told = [part for limit in limits for part in _results_in_words(screening, limit, known)]
     title = (
         f"Overturning fragility of {structure}" if len(limits) == 1 else f"Fragility of {structure}"
     )
-    return Captioned(figure, title, _caption(screening, structure, told))
+    return Captioned(figure, title, _caption(screening, structure, told, states))
 
 
-def _draw_curve(axes: Axes, fit: xr.Dataset, limit: LimitState, k: int) -> None:
-    printed, color = measure_of(str(fit["measure"].item())).printed, f"C{k}"
-    intensity = fit["fragility_intensity"].values / printed
+#: Largest number of panels side by side, if there are several limit states.
+_ACROSS: Final = 4
+#: Style of the curve of overturning beside those of other limit states.
+_BESIDE: Final[Mapping[str, Any]] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
+
+
+def _equal_states(screening: xr.Dataset) -> list[list[LimitState]]:
+    """Return the limit states in groups of equal curves and shares, overturning first."""
+    groups: list[tuple[xr.Dataset, list[LimitState]]] = []
+    variables = ["bin_share", "fragility", "fragility_outcome"]
+    for name in screening["limit_state"].values:
+        fits = screening[variables].sel(limit_state=name).drop_vars("limit_state")
+        found = next((states for known, states in groups if known.equals(fits)), None)
+        if found is None:
+            groups.append((fits, [LimitState.named(str(name))]))
+        else:
+            found.append(LimitState.named(str(name)))
+    return [states for _, states in groups]
+
+
+def _title(state: Sequence[LimitState]) -> str:
+    """Return the title of a row: its limit state, and those with the same curves.
+
+    Examples
+    --------
+    >>> _title([LimitState("", 0.0), LimitState("u", 0.2)])
+    'overturning; u ≥ 0.2 m has the same curves'
+    """
+    first, *others = (limit.words for limit in state)
+    if not others:
+        return first
+    return f"{first}; {', '.join(others)} {'has' if len(others) == 1 else 'have'} the same curves"
+
+
+def _handles(*, several: bool) -> list[Line2D | Patch]:
+    """Return the entries of the legend."""
+    curve = "limit state" if several else "overturning"
+    handles: list[Line2D | Patch] = [Line2D([], [], color="C0", label=curve)]
+    if several:
+        handles.append(Line2D([], [], label="overturning", **_BESIDE))
+    return [
+        *handles,
+        Patch(facecolor="C0", alpha=0.2, linewidth=0, label="90 % confidence"),
+        Line2D([], [], linestyle="", marker="o", color="0.35", markersize=3.5,
+               label="observed shares"),
+    ]  # fmt: skip
+
+
+def _draw_curve(axes: Axes, fit: xr.Dataset, measure: Measure, **style: Any) -> None:
+    """Draw the curve of a fit, if there is one."""
+    if int(fit["fragility_outcome"]) == Outcome.FITTED:
+        axes.plot(fit["fragility_intensity"] / measure.printed, fit["fragility"], **style)
+
+
+def _draw_state(axes: Axes, fit: xr.Dataset, limit: LimitState, measure: Measure) -> None:
+    """Draw the curve of one limit state, its band and its observed shares; name its median."""
+    intensity = fit["fragility_intensity"].values / measure.printed
     low, high = fit["fragility_low"], fit["fragility_high"]
-    axes.fill_between(intensity, low, high, color=color, alpha=0.2, linewidth=0)
+    axes.fill_between(intensity, low, high, color="C0", alpha=0.2, linewidth=0)
+    _draw_curve(axes, fit, measure, color="C0")
     outcome = Outcome(int(fit["fragility_outcome"]))
     if outcome is Outcome.FITTED:
-        style = LINES[k % len(LINES)]  # equal curves stay visible
-        axes.plot(intensity, fit["fragility"], color=color, linestyle=style, label=limit.words)
+        median = float(fit["fragility_median"]) / measure.printed
+        words = f"median {f'{median:#.3g}'.rstrip('.')} {measure.unit}"
+        axes.plot([median, median, intensity[0]], [0.0, 0.5, 0.5], color="C0", linewidth=0.6,
+                  linestyle=":")  # fmt: skip
     else:
-        state = f"{limit.words}: " if limit.quantity else ""
-        words = f"{state}no curve: {outcome.name.lower().replace('_', ' ')}"
-        axes.text(0.03, 0.9 - 0.08 * k, words, transform=axes.transAxes, fontsize=8)
+        words = f"no curve: {outcome.name.lower().replace('_', ' ')}"
+        if limit.quantity:
+            words = words.replace("overturn", "reach it")
+    axes.set_title(words, fontsize=7, fontweight="normal", pad=3)
     axes.plot(
-        fit["bin_intensity"] / printed,
+        fit["bin_intensity"] / measure.printed,
         fit["bin_share"],
         "o",
-        color=color if k else "0.35",
+        color="0.35",
         markersize=3.5,
         clip_on=False,
     )
 
 
-def _set_axes(axes: Axes, fit: xr.Dataset, measure: Measure) -> None:
+def _set_axes(axes: Axes, fit: xr.Dataset, measure: Measure, *, width: float) -> None:
+    """Set the limits, labels and ticks of a panel of some width [inch]."""
     intensity = fit["fragility_intensity"].values / measure.printed
+    wide = width / float(np.log10(intensity[-1] / intensity[0])) > _WIDE
     axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if wide else (1.0,)))
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlim(intensity[0], intensity[-1])
     axes.set_ylim(0.0, 1.0)
+    axes.yaxis.set_major_locator(FixedLocator([0.0, 0.25, 0.5, 0.75, 1.0]))
     symbol = measure.symbol if "_" not in measure.symbol else f"${measure.symbol}$"
     axes.set_xlabel(f"{symbol}  [{measure.unit}]")
+
+
+#: Width of a decade [inch] above which its numbers 2 and 5 have labels.
+_WIDE: Final = 0.95
 
 
 def _results_in_words(screening: xr.Dataset, limit: LimitState, known: list[Measure]) -> list[str]:
@@ -123,19 +198,23 @@ def _results_in_words(screening: xr.Dataset, limit: LimitState, known: list[Meas
     return told
 
 
-def _caption(screening: xr.Dataset, structure: str, told: list[str]) -> str:
+def _caption(
+    screening: xr.Dataset, structure: str, told: list[str], states: Sequence[Sequence[LimitState]]
+) -> str:
     recordings = np.unique(screening["cluster"].values).size
     scales, members = screening["scale"].values, members_of(screening)
     each = "the stated structure alone (nominal)" if members == 1 else f"{members} members each"
     overturns = "overturns" if screening.sizes["limit_state"] == 1 else "reaches each limit state"
     better = str(screening["better_measure"].item())
+    equal = "".join(f"{_title(state).capitalize()}. " for state in states if len(state) > 1)
     named = f"The better measure is {better}" if better else "No better measure is named"
     return (
         f"Probability that {structure} {overturns}, {fragility_curve(screening)} in the intensity, "
         f"of maximum likelihood, from {screening.sizes['record']} motions of {recordings} "
         f"recordings at {scales.size} scales from {scales[0]:g} to {scales[-1]:g}, {each}; shaded, "
         "90 % confidence with all scales and components of a recording as one observation, or what "
-        "is left open where there is no curve; dots, observed shares in classes of equal numbers. "
+        "is left open where there is no curve; dots, observed shares in classes of equal numbers; "
+        f"dotted, the median. {equal}"
         f"{'; '.join(told)}. {named}: {screening['better_measure_reason'].item()}."
     )
 
