@@ -7,19 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.axes import Axes
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.figures.captioned import Captioned, save_captioned
-from rockframe.figures.histories import draw_response_grid
+from rockframe.figures.histories import draw_response_grid, draw_response_history
 from rockframe.figures.joints import draw_joints, draw_moment_rotation, draw_phase_portrait
 from rockframe.figures.parameters import draw_equivalent_size, draw_restitution
 from rockframe.frame import RockingFrame
+from rockframe.matching.match import PulseMatch
 from rockframe.parts import Abutment, Tendon
 from rockframe.record import Record
-from rockframe.rocking import GroundAcceleration, column_forces, reactions, respond
+from rockframe.rocking import GroundAcceleration, Response, column_forces, reactions, respond
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -213,6 +215,64 @@ def test_vertical_motion_presses_the_joints() -> None:
     assert least[0] < least[1]
     assert "shake, with its vertical motion" in lifted.caption
     assert "shake, without its vertical motion" in without.caption
+
+
+def history(name: str, lift: float, response: Response) -> xr.Dataset:
+    """Return the history of a structure with a multiple of the uplift of a response."""
+    return xr.Dataset(
+        {
+            "theta": ("time", response.theta),
+            "u": ("time", response.u),
+            "v": ("time", lift * response.v),
+            "verdict": 1.0,
+            "peak_rotation_ratio": response.peak_rotation_ratio,
+            "slenderness": response.frame.slenderness,
+            "overturning_time": np.nan,
+            "structure": name,
+        },
+        coords={"time": response.time},
+    )
+
+
+def test_structures_that_lift_off_have_panels_of_one_scale_for_their_uplift() -> None:
+    response = respond(BENT, shake())
+    histories = [history(f"s{k}", lift, response) for k, lift in enumerate((1.0, 0.0, 3.0))]
+    figure = draw_response_history(shake().acceleration, None, histories, "Shake")
+    _, rotation, *uplift, drift = figure.axes
+    assert len(rotation.get_legend_handles_labels()[0]) == 3
+    assert len(drift.get_lines()) == 3
+    assert [panel.texts[0].get_text() for panel in uplift] == ["uplift of s0", "uplift of s2"]
+    for panel, k in zip(uplift, (0, 2), strict=True):
+        (line,) = panel.get_lines()
+        assert_allclose(curve(panel, 0)[1], 100.0 * histories[k]["v"].values)
+        assert line.get_color() == drift.get_lines()[k].get_color()
+        assert panel.get_ylim() == uplift[0].get_ylim()
+    assert uplift[0].get_ylim()[1] >= 300.0 * response.peak_v
+
+
+@pytest.mark.parametrize("lifts", [(1.0,), (0.0, 0.0), (1.0, 0.0)])
+def test_one_uplift_has_one_panel(lifts: tuple[float, ...]) -> None:
+    response = respond(BENT, shake())
+    histories = [history(f"s{k}", lift, response) for k, lift in enumerate(lifts)]
+    figure = draw_response_history(shake().acceleration, None, histories, "Shake")
+    assert len(figure.axes) == 4
+    assert len(figure.axes[2].get_lines()) == len(lifts)
+
+
+def test_the_legend_of_the_ground_covers_no_trace() -> None:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5, time=5.0)
+    match = PulseMatch(pulse=pulse, match_index=0.9, at_period_bound=False)
+    figure = draw_response_history(
+        shake().acceleration, match, [history("s", 1.0, respond(BENT, shake()))], "A title",
+        tested="best match, could be noise (p = 0.32)",
+    )  # fmt: skip
+    figure.draw_without_rendering()
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    box = legend.get_window_extent()
+    assert box.y0 >= figure.axes[0].get_window_extent().y1
+    title = next(text for text in figure.texts if text.get_text() == "A title")
+    assert not box.overlaps(title.get_window_extent())
 
 
 # Files

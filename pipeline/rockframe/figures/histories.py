@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
 
 import numpy as np
 import xarray as xr
+from matplotlib import rcParams
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from rockframe.figures.captioned import (
     DRAWN_TO,
+    LINES,
     PAGE_WIDTH,
     Captioned,
     of_structure,
@@ -67,28 +69,38 @@ def draw_response_history(
     Returns
     -------
     matplotlib.figure.Figure
-        Four panels over one time axis.
+        Panels over one time axis; if several structures lift off, each has a panel of its uplift.
     """
+    lifting = [one for one in histories if np.nanmax(one["v"].values, initial=0.0) > 0.0]
+    apart = len(lifting) > 1
+    small = max(_SMALL, _LIFTS / max(len(lifting), 1)) if apart else 1.2
+    heights = [1.4, 1.6, *[small] * (len(lifting) if apart else 1), 1.3]
     with styled():
-        size = (7.2, 6.2 + 0.16 * (2 + len(histories)))  # a line of the legend for each structure
+        # a line of the legend for each structure
+        size = (7.2, 1.2 + sum(heights) + 0.16 * (3 + len(histories)))
         figure = Figure(figsize=size, layout="constrained")
-        panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.25, 1.25, 1.0, 1.0])
+        panels = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+        ground, rotation, *uplift, drift = panels
         time = histories[0]["time"].values
-        _draw_ground(panels[0], time, acceleration, match, tested)
-        for history in histories:
-            _draw_structure(panels[1:], history)
-        panels[0].set_title(title)
-        for panel, label in zip(
-            panels[1:], ("rotation  θ/α", "uplift  v [cm]", "drift  u [cm]"), strict=True
-        ):
-            panel.set_ylabel(label)
-        panels[1].axhline(1.0, color="0.6", linewidth=0.8, linestyle=":")
-        panels[1].axhline(-1.0, color="0.6", linewidth=0.8, linestyle=":")
-        panels[1].set_ylim(*_rotation_limits(histories))
-        panels[-1].set_xlabel("time [s]")
-        panels[-1].set_xlim(*_window(time, histories))
+        _draw_ground(ground, time, acceleration, match, tested)
+        own = dict(zip([str(one["structure"].item()) for one in lifting], uplift, strict=False))
+        for k, history in enumerate(histories):
+            panel = own.get(str(history["structure"].item())) if apart else uplift[0]
+            _draw_structure((rotation, panel, drift), history, k)
+        if apart:
+            _name_uplifts(own)
+        else:
+            uplift[0].set_ylabel("uplift  v [cm]")
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
+        rotation.set_ylabel("rotation  θ/α")
+        drift.set_ylabel("drift  u [cm]")
+        rotation.axhline(1.0, color="0.6", linewidth=0.8, linestyle=":")
+        rotation.axhline(-1.0, color="0.6", linewidth=0.8, linestyle=":")
+        rotation.set_ylim(*_rotation_limits(histories))
+        drift.set_xlabel("time [s]")
+        drift.set_xlim(*_window(time, histories))
         figure.align_ylabels(list(panels))
-        handles: list[Artist] = [*panels[1].get_legend_handles_labels()[0]]
+        handles: list[Artist] = [*rotation.get_legend_handles_labels()[0]]
         if any(np.isfinite(history["overturning_time"]) for history in histories):
             falling = f"beyond {DRAWN_TO:g} α, falling: drawn no further"
             handles.append(Line2D([], [], color="0.4", marker="x", linestyle="", label=falling))
@@ -97,6 +109,21 @@ def draw_response_history(
             handles.append(Patch(facecolor="0.4", alpha=0.2, label=shaded))
         figure.legend(handles=handles, loc="outside lower center")
     return figure
+
+
+#: Heights of all panels of uplift together, and of one of them at least [inch].
+_LIFTS: Final = 2.6
+_SMALL: Final = 0.4
+
+
+def _name_uplifts(panels: Mapping[str, Axes]) -> None:
+    """Name the panels of the uplift of each structure, and give them one scale."""
+    highest = max(panel.get_ylim()[1] for panel in panels.values())
+    for name, panel in panels.items():
+        panel.set_ylim(-0.03 * highest, highest)
+        panel.set_ylabel("v [cm]", fontsize=8)
+        panel.annotate(f"uplift of {name}", (0.99, 0.95), xycoords="axes fraction", fontsize=7,
+                       ha="right", va="top")  # fmt: skip
 
 
 def _draw_ground(
@@ -112,8 +139,8 @@ def _draw_ground(
         _draw_pulse(panel, match, tested)
         largest = max(largest, match.pulse.a_p)
     panel.set_ylabel("ground  [g]")
-    panel.legend(loc="upper right", ncols=2)
-    panel.set_ylim(-1.1 * largest / GRAVITY, 1.45 * largest / GRAVITY)
+    panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
+    panel.set_ylim(-1.1 * largest / GRAVITY, 1.1 * largest / GRAVITY)
     _draw_metric_axis(panel)
 
 
@@ -138,18 +165,23 @@ def _draw_pulse(panel: Axes, match: PulseMatch, tested: str) -> None:
     panel.plot(near, pulse.acceleration(near) / GRAVITY, color="black", linewidth=1.8, label=label)
 
 
-def _draw_structure(panels: Sequence[Axes], history: xr.Dataset) -> None:
+def _draw_structure(panels: Sequence[Axes | None], history: xr.Dataset, number: int) -> None:
+    """Draw theta/alpha, v and u of a structure in the panels that there are."""
     time = history["time"].values
     verdict = _verdict_in(history)
     label = f"{history['structure'].item()}: {verdict.sentence}"
+    colours = len(rcParams["axes.prop_cycle"])
+    colour, line = f"C{number}", LINES[number // colours % len(LINES)]
     series = (history[name].values for name in ("theta", "v", "u"))
     drawn = _until_falling(float(history["slenderness"]), *series)
     for panel, values in zip(panels, drawn, strict=True):
-        (line,) = panel.plot(time[: values.size], values, label=label)
+        if panel is None:
+            continue
+        panel.plot(time[: values.size], values, label=label, color=colour, linestyle=line)
         if verdict.overturns and values.size:
-            panel.plot(time[values.size - 1], values[-1], marker="x", color=line.get_color())
-    if "theta_low" in history:
-        _draw_envelope(panels[0], history, line.get_color())
+            panel.plot(time[values.size - 1], values[-1], marker="x", color=colour)
+    if "theta_low" in history and panels[0] is not None:
+        _draw_envelope(panels[0], history, colour)
 
 
 def _draw_envelope(panel: Axes, history: xr.Dataset, colour: Any) -> None:
