@@ -73,6 +73,17 @@ def test_names_are_broken_between_their_parts_and_columns_without_values_are_not
     assert {"slender-", "frame", "stands;"} <= set(text.split())
 
 
+def test_a_share_keeps_its_percent_sign(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for width in range(50, 90):
+        monkeypatch.setenv("COLUMNS", str(width))
+        lines = printed(
+            capsys, ["record", "verdict", "structure"], [NAME, "may overturn (67 %)", NAME]
+        )
+        assert any("(67 %)" in line for line in lines)
+
+
 def test_columns_that_do_not_fit_are_named_and_identifiers_and_the_verdict_stay(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -28,9 +28,9 @@ _GAP: Final = 2
 _SHORTEST: Final = 6
 #: Headings of columns that are never left out.
 _KEYS: Final = frozenset({"record", "structure", "verdict"})
-#: Places where a text may be broken: after spaces, but not before a unit of one letter, and after
-#: -, _ or / within a name.
-_PARTS: Final = r"\n|(?<= )(?!\S$)|(?<=\w\w[-_/])(?=\w)"
+#: Places where a text may be broken: after spaces, but not before a unit of one letter or a percent
+#: sign, and after -, _ or / within a name.
+_PARTS: Final = r"\n|(?<= )(?!\S$|%)|(?<=\w\w[-_/])(?=\w)"
 
 
 def show_table(
@@ -168,6 +168,8 @@ def _wrapped(text: str, width: int) -> str:
     --------
     >>> _wrapped("apollo-frame", 8), _wrapped("overturns 5.8 s", 14)
     ('apollo-\nframe', 'overturns\n5.8 s')
+    >>> _wrapped("may overturn (67 %)", 17)
+    'may overturn\n(67 %)'
     """
     lines = []
     for line in text.split("\n"):

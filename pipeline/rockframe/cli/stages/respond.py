@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Mapping
 from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, flag, folder_to_write, path, whole_number
@@ -137,11 +137,20 @@ def pulse_cell(row: Mapping[str, Any], _key: str = "") -> str:
     return ratio if math.isnan(error) else f"{ratio}, {100.0 * error:+.0f} %"
 
 
+#: Explanation of the columns of the ensemble.
+SPREAD_LEGEND: Final = (
+    "Overturn (90 %): share of the ensemble that overturns, with its 90 % interval. 16 50 84 %: "
+    "quantiles of the peaks of the ensemble."
+)
+
+
 def verdict_notes(row: Mapping[str, Any]) -> str:
-    """Return the rule of verdicts and, if `row` has one, the meaning of the margin, wrapped."""
+    """Return the rule of verdicts and the meaning of the columns that `row` has, wrapped."""
     from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE
 
     said = VERDICT_RULE
+    if math.isfinite(row.get("share_overturned", math.nan)):
+        said += f" {SPREAD_LEGEND}"
     if math.isfinite(row.get("largest_robust_scale", math.nan)):
         said += f" {MARGIN_LEGEND}"
     return _filled(said)

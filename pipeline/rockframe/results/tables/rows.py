@@ -60,15 +60,28 @@ def verdict_words(row: Cells, _key: str = "") -> str:
 
 
 def standing(row: Cells, key: str) -> float | str:
-    """Return a peak, or a dash for structures that overturn, whose peak only describes the fall.
+    """Return a peak, or ``overturns`` for structures that do: their peak only describes the fall.
 
     Examples
     --------
     >>> fallen = {"verdict": "overturns", "u_max_m": "2.9"}
     >>> standing(fallen, "u_max_m"), standing({"verdict": "stands", "u_max_m": "0.4"}, "u_max_m")
-    ('–', 0.4)
+    ('overturns', 0.4)
     """
-    return DASH if Verdict[row["verdict"].upper()] is Verdict.OVERTURNS else number(row[key])
+    verdict = Verdict[row["verdict"].upper()]
+    return verdict.label if verdict is Verdict.OVERTURNS else number(row[key])
+
+
+def magnitude_words(row: Cells, key: str) -> str:
+    """Return a magnitude with the decimals that it was stated with, one at least and two at most.
+
+    Examples
+    --------
+    >>> [magnitude_words({"magnitude": one}, "magnitude") for one in (6.95, "7.1", 7.0, "")]
+    ['6.95', '7.1', '7.0', '–']
+    """
+    value = number(row.get(key))
+    return DASH if math.isnan(value) else f"{value:.2f}".removesuffix("0")
 
 
 def critical_scale(row: Cells, key: str = "critical_scale") -> float | str:
@@ -190,7 +203,7 @@ OVERVIEW: Final = (
     Column("u, nominal", "u_max_m", ".1f", 100.0, rule=standing, unit="cm", minor=True),
     Column("v, nominal", "v_max_m", ".2f", 100.0, rule=standing, unit="cm", minor=True),
     Column("Earthquake", "event", minor=True, wraps=True),
-    Column("M", "magnitude", ".1f", minor=True),
+    Column("M", "magnitude", ".2f", rule=magnitude_words, minor=True),
     Column("Repi", "epicentral_distance_km", ".1f", unit="km", minor=True),
     Column("PGA", "pga_g", ".2f", unit="g", minor=True),
     Column("PGV", "pgv_m_s", ".2f", unit="m/s", minor=True),
