@@ -278,8 +278,9 @@ def test_the_plots_fit_the_sheet_and_come_back(page: Any, bundled_run: Path) -> 
     assert max(map(abs, page.evaluate(beyond))) < 1.0
 
 
-def test_no_word_of_a_passport_is_broken(page: Any, bundled_run: Path) -> None:
-    page.set_viewport_size({"width": 1070, "height": 900})  # where three columns are narrowest
+@pytest.mark.parametrize("width", [1070, 390])  # where three columns are narrowest, and a phone
+def test_no_word_of_a_passport_is_broken(page: Any, bundled_run: Path, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 900})
     opened(page, bundled_run, 0)
     page.locator("#checks td:last-child").evaluate_all(
         "cells => cells.forEach((cell) => { cell.textContent = 'not measured'; })"
@@ -295,3 +296,54 @@ def test_no_word_of_a_passport_is_broken(page: Any, bundled_run: Path) -> None:
     })"""
     assert page.locator("#checks tr").count() > 5
     assert page.evaluate(broken) == []
+
+
+@pytest.mark.parametrize("width", [1400, 1070, 390])
+def test_values_and_limits_have_one_line(page: Any, bundled_run: Path, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 900})
+    opened(page, bundled_run, 29)
+    found = page.evaluate("""() => [...document.querySelectorAll(
+      '#checks td:nth-child(2), #checks td:nth-child(3), .facts dl div:not(.long) dd')]
+      .map((cell) => {
+        const range = document.createRange();
+        range.selectNodeContents(cell);
+        const inside = cell.closest('section').getBoundingClientRect().right;
+        const [box] = range.getClientRects();
+        return [cell.textContent, range.getClientRects().length, box.right - inside];
+      })""")
+    assert len(found) > 50
+    assert [text for text, lines, beyond in found if lines != 1 or beyond > 1.0] == []
+
+
+def test_the_table_of_results_uses_the_margins_of_the_page(page: Any, bundled_run: Path) -> None:
+    page.set_viewport_size({"width": 1400, "height": 900})
+    opened(page, bundled_run, 0)
+    ends = """(name) => { const box = document.querySelector(name).getBoundingClientRect();
+      return [box.left, box.right]; }"""
+    (left, right), (first, last) = (page.evaluate(ends, name) for name in (".wide.full", "main"))
+    assert 0.0 < left < first - 50.0
+    assert 1400.0 > right > last + 50.0
+
+
+@pytest.mark.parametrize("width", [1400, 390])
+def test_the_scale_of_a_strip_is_logarithmic(page: Any, bundled_run: Path, width: int) -> None:
+    """Each number stands at its tick, which is at the logarithm of the number."""
+    page.set_viewport_size({"width": width, "height": 900})
+    opened(page, bundled_run, 5)
+    strip, numbers = page.evaluate("""() => {
+      const place = (one) => {
+        const box = one.getBoundingClientRect();
+        return [box.left, box.right];
+      };
+      return [place(document.querySelector('#strip svg')),
+        [...document.querySelectorAll('#margin .strip-scale span')].map((one) =>
+          [one.textContent, ...place(one)])];
+    }""")
+    assert len(numbers) == 7
+    for text, left, right in numbers[1:-1]:
+        wanted = strip[0] + (strip[1] - strip[0]) * (np.log10(float(text)) + 1.0) / 2.0
+        assert 0.5 * (left + right) == pytest.approx(wanted, abs=1.0)
+    path = page.get_attribute("#strip .strip-tick", "d")
+    ticks = [float(x) for x in re.findall(r"M(\S+) ", path)]
+    scales = [10.0 ** (x / 120.0 - 1.0) for x in ticks]
+    assert scales == pytest.approx([float(text) for text, *_ in numbers], rel=2e-3)

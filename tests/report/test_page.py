@@ -103,8 +103,18 @@ def test_samples_are_those_of_the_files(hostile_run: Path, page: str) -> None:
 def test_of_a_fall_no_rotation_is_told_and_checks_have_units(page: str) -> None:
     facts = json.loads(Parsed(page).texts["facts"])
     told = {pair["structure"]: dict(pair["facts"]) for pair in facts["pairs"]}
-    assert [name for name, of in told.items() if "largest v" in of] == ["bent", "squat"]
+    assert [name for name, of in told.items() if "nominal: largest v" in of] == ["bent", "squat"]
     assert facts["grounds"][0]["checks"][0][2].replace("\N{NO-BREAK SPACE}", " ") == "≤ 19.62 m s⁻²"
+
+
+def test_labels_say_which_values_are_nominal_and_which_of_the_ensemble(page: str) -> None:
+    """All but the shares and the robust margins are of the structure as given."""
+    facts = json.loads(Parsed(page).texts["facts"])
+    for pair in facts["pairs"]:
+        plain = [label for label, _ in pair["facts"] if not label.startswith("nominal")]
+        assert len(plain) > 5
+        assert all("ensemble" in label or "share" in label or "%" in label for label in plain)
+        assert "nominal: number of impacts" in dict(pair["facts"])
 
 
 def test_the_pulse_is_that_of_the_pulse_file(page: str) -> None:

@@ -24,6 +24,7 @@ from rockframe.frame import unusual
 from rockframe.provenance import source_code_hash
 from rockframe.results.response import COMPARISON
 from rockframe.results.run import Ground, History, Run, rank
+from rockframe.results.schema import KINDS, RESPONSE
 from rockframe.results.screen_tables import (
     OVERALL,
     demand_words,
@@ -183,9 +184,23 @@ def _band(row: Mapping[str, str], verdict: SpreadVerdict) -> str:
 
 
 def _of_pair(facts: Iterable[LabelledValue], stated: SpreadVerdict) -> list[LabelledValue]:
-    """Return the values to show, with the nominal verdict in words."""
+    """Return the values to show, with the nominal verdict in words.
+
+    Beside values of the ensemble, the labels of the others say that they are nominal.
+    """
+
+    def label(fact: LabelledValue) -> str:
+        source = KINDS[RESPONSE][fact.name].source
+        of_members = stated.is_nominal or source.partition(".")[0] in {"ensemble", "robust"}
+        plain = of_members or fact.label.startswith("nominal")
+        return fact.label if plain else f"nominal: {fact.label}"
+
     return [
-        replace(fact, value=stated.nominal.label) if fact.name == "verdict" else fact
+        replace(
+            fact,
+            label=label(fact),
+            value=stated.nominal.label if fact.name == "verdict" else fact.value,
+        )
         for fact in facts
         if not (fact.name in _OF_THE_FALL and stated.overturns)
     ]

@@ -118,6 +118,8 @@ def _hash(content: str) -> str:
 #: Scales at the ends of a strip [1], and the width of the strip in units of the picture.
 STRIP_ENDS: Final = (0.1, 10.0)
 _WIDTH: Final = 240.0
+#: Scales at the ticks of a strip [1]; `strip.html` and the table of results write them.
+_TICKS: Final = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 _LEAST: Final = 1.2
 
 
@@ -149,6 +151,8 @@ def strip_svg(strip: Strip) -> str:
     for low, high in strip.overturning:
         start = _place(low)
         parts.append(_rect("strip-falls", start, 13.0, max(_place(high) - start, _LEAST), 4.0))
+    ticks = "".join(f"M{_place(scale):.1f} 11v2" for scale in _TICKS)
+    parts.append(f'<path class="strip-tick" d="{ticks}"/>')
     middle = _place(1.0)
     parts.append(f'<path class="strip-one" d="M{middle:g} 0V17"/>')
     words = html.escape(strip.words)

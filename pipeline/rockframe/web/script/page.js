@@ -9,9 +9,12 @@ function element(name, attributes = {}, ...children) {
   return made;
 }
 
+// Longest value that stands beside its label, on one line [characters].
+const LONGEST = 17;
+
 function list(host, entries) {
   host.replaceChildren(...entries.map(([label, value]) =>
-    element("div", { class: value.length > 40 ? "long" : "" },
+    element("div", { class: value.length > LONGEST ? "long" : "" },
       element("dt", {}, label), element("dd", {}, value))));
 }
 
