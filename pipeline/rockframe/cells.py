@@ -22,6 +22,9 @@ TABLE_FORMATS: Final = MappingProxyType(
     {"csv": ".csv", "xlsx": ".xlsx", "markdown": ".md", "latex": ".tex", "parquet": ".parquet"}
 )
 
+#: Quantities of a table of records by structures: share that overturns, drift, rotation, margin.
+MATRIX_QUANTITIES: Final = ("share", "u", "rotation", "margin")
+
 
 def decimal(text: str) -> float:
     """Return the finite number in a text.

@@ -171,7 +171,7 @@ def test_a_pulse_that_could_be_noise_is_marked(
     p_value = float(rows[0]["pulse_p_value"])
     assert p_value > 0.05
     files = (folder / f"{name}.nc" for name in ("records", "pulses", "response"))
-    show(list(table_rows(*files)), [], [])
+    show(list(table_rows(*files)), [], [], [])
     printed = capsys.readouterr().out
     assert "antisym†" in printed
     assert "† best match, could be noise" in printed

@@ -51,7 +51,7 @@ def steps_done(home: Path, capsys: pytest.CaptureFixture[str], *words: str) -> s
     return set(json.loads(capsys.readouterr().out)["steps_done"])
 
 
-def test_a_run_without_a_terminal_says_each_step_and_the_verdicts(
+def test_a_run_without_a_terminal_says_each_step_and_the_summary(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (home / "run" / "table.csv").unlink()
@@ -60,7 +60,7 @@ def test_a_run_without_a_terminal_says_each_step_and_the_verdicts(
     said = capsys.readouterr()
     lines = [line for line in said.err.splitlines() if " s" in line and "made again" not in line]
     assert re.fullmatch(r"rockframe: 1/\d+ table, \d+\.\d s", lines[0])
-    assert said.out.splitlines()[0].strip() == "Verdicts"
+    assert said.out.splitlines()[0].strip() == "Over all records"
     assert main(["verify", str(home / "run")]) == 0
     files = re.findall(r"(\d+) files", said.out + capsys.readouterr().out)
     assert files[0] == files[1]  # both count the files that the manifest lists
@@ -74,7 +74,7 @@ def test_a_step_prints_json_as_other_commands_do(
     capsys.readouterr()
     assert main(["step", str(home / "run"), "table", "--json"]) == 0
     stated = json.loads(capsys.readouterr().out)
-    assert stated == {"step": "table", "outputs": ["table.csv"], "rejected": False}
+    assert stated == {"step": "table", "outputs": ["table.csv", "summary.csv"], "rejected": False}
 
 
 def test_a_run_is_whole(made: Path) -> None:

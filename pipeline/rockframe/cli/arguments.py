@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from rockframe.cells import TABLE_FORMATS
+from rockframe.cells import MATRIX_QUANTITIES, TABLE_FORMATS
 from rockframe.cli.console import show_rejections
 from rockframe.cli.options import Once, add_options, chosen, file_to_write, path
 from rockframe.errors import InputError, ParameterError
@@ -75,6 +75,19 @@ def add_format(parser: argparse.ArgumentParser, default: str | None = "csv") -> 
         default=default,
         help="format of the tables; xlsx and parquet need the extra `tables` (default: "
         f"{default or 'by the ending of the file'})",
+    )
+
+
+def add_matrix(parser: argparse.ArgumentParser) -> None:
+    """Add ``--matrix``."""
+    parser.add_argument(
+        "--matrix",
+        choices=MATRIX_QUANTITIES,
+        nargs="+",
+        default=(),
+        metavar="QUANTITY",
+        help="print records by structures in one quantity, instead of a row for each pair: share "
+        "(that overturns), u (drift), rotation (theta/alpha) or margin",
     )
 
 

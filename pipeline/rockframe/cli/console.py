@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -117,6 +118,22 @@ def show_rows(
             yield ["" if column.once and not begins else column.cell(row) for column in columns]
 
     show_table(title, [column.head for column in columns], cells())
+
+
+def show_summary(summary: Sequence[Mapping[str, Any]]) -> None:
+    """Print the responses of each structure over all records, if there are several."""
+    from rockframe.results.tables.summary import summary_columns, summary_legend
+
+    if any(int(row["records"]) > 1 for row in summary):
+        nominal = " (nominal)" if summary[0]["nominal"] in (True, "True") else ""
+        show_rows(f"Over all records{nominal}", summary_columns(summary), summary)
+        print(filled(summary_legend(summary)))
+
+
+def filled(said: str) -> str:
+    """Return sentences wrapped to the width of tables; no line begins with a percent sign."""
+    width = max(40, min(table_width(), 120))
+    return textwrap.fill(said.replace(" %", "\u00a0%"), width).replace("\u00a0", " ")
 
 
 def _layout(

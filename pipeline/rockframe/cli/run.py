@@ -96,35 +96,12 @@ def _warn(text: str) -> None:
     print(f"rockframe: {text}", file=sys.stderr)
 
 
-def _show_verdicts(table: Path) -> None:
-    """Print the number of records for each structure and verdict."""
-    from rockframe.results.tables.entries import rows_of
-    from rockframe.results.tables.rows import spread_verdict
-    from rockframe.rocking import VerdictKind
-
-    if not table.is_file():  # a study without records
-        return
-    counts: dict[str, Counter[VerdictKind]] = {}
-    nominal = False
-    for row in rows_of(table):
-        verdict = spread_verdict(row)
-        nominal = verdict.is_nominal
-        counts.setdefault(row["structure"], Counter())[verdict.kind] += 1
-    kinds = [kind for kind in VerdictKind if any(count[kind] for count in counts.values())]
-    columns = [console.column(f"{kind.label}>", kind, ".0f") for kind in kinds]
-    rows = (
-        {"structure": name, **{kind: count[kind] for kind in kinds}}
-        for name, count in counts.items()
-    )
-    title = "Nominal verdicts" if nominal else "Verdicts"
-    console.show_rows(title, [console.column("structure", "structure"), *columns], rows)
-
-
 def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
     from rockframe.provenance import MANIFEST, listed_outputs
+    from rockframe.results.tables.entries import rows_of
 
     files = len(listed_outputs(folder / MANIFEST))
-    _show_verdicts(folder / "table.csv")
+    console.show_summary(list(rows_of(folder / "summary.csv")))
     did = f"{done} steps done" if done else "nothing to do"
     print(f"{did}; {files} files and their manifest in {folder}")
     for what, reason in rejected.items():

@@ -10,7 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 from rockframe.cells import TABLE_FORMATS, Column
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write
-from rockframe.cli.stages.respond import verdict_notes
+from rockframe.cli.stages.respond import (
+    most_severe,
+    show_responses,
+    verdict_notes,
+)
 from rockframe.matching.record_pulses import LEVEL
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import Options
@@ -54,8 +58,9 @@ def add_table1(parser: argparse.ArgumentParser) -> None:
 def run_table1(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write all files; print the table."""
     from rockframe.provenance import whole_folder
-    from rockframe.results.pulses import pulse_rows
+    from rockframe.results.pulses import pulse_rows, recordings_of
     from rockframe.results.tables.entries import write_entries, write_rows_as
+    from rockframe.results.tables.summary import summary_rows
     from rockframe.stages.figures import draw_records
     from rockframe.stages.table import table_rows_of
 
@@ -70,8 +75,10 @@ def run_table1(options: argparse.Namespace) -> int:
             pulses_path=partial / "pulses.nc",
         )
         rows = list(table_rows_of(*made))
+        summary = summary_rows(rows, recordings_of(made[0]))
         comparisons, said = compare(rows, pulse_rows(made[1])), statements(rows)
         write_rows_as(partial / "table.csv", rows)
+        write_rows_as(partial / "summary.csv", summary)
         if comparisons:
             write_rows_as(partial / "paper.csv", comparisons)
         if options.format != "csv":
@@ -88,6 +95,7 @@ def run_table1(options: argparse.Namespace) -> int:
         console.show_json(
             {
                 "rows": rows,
+                "summary": summary,
                 "paper": comparisons,
                 "statements": said,
                 "rejected": [vars(rejection) for rejection in rejections],
@@ -95,7 +103,7 @@ def run_table1(options: argparse.Namespace) -> int:
             }
         )
     else:
-        show(rows, comparisons, said)
+        show(rows, summary, comparisons, said)
         print(f"{count} files and their manifest in {folder}")
     return console.show_rejections(rejections)
 
@@ -103,7 +111,9 @@ def run_table1(options: argparse.Namespace) -> int:
 def _files(table_format: str) -> list[str]:
     """Return the files that the command writes, except figures."""
     tables = [
-        f"{n}{e}" for n in ("records", "table") for e in {".csv", TABLE_FORMATS[table_format]}
+        f"{n}{e}"
+        for n in ("records", "table", "summary")
+        for e in {".csv", TABLE_FORMATS[table_format]}
     ]
     return [*STAGE_FILES, *tables, "paper.csv"]
 
@@ -213,18 +223,24 @@ _OF_PAPER: Final = (
 _WIDE: Final = 206
 
 
-def show(rows: Sequence[Row], comparisons: Sequence[Row], said: Sequence[str]) -> None:
+def show(
+    rows: Sequence[Row],
+    summary: Sequence[Row],
+    comparisons: Sequence[Row],
+    said: Sequence[str],
+) -> None:
     """Print records, pulses and responses, then the comparison with the paper."""
     several = len({row["structure"] for row in rows}) > 1
     one = rows[0] if rows else {}
+    how: dict[str, Any] = {"group": "record_id", "rules": several}
     if console.table_width() >= _WIDE:
-        title, columns = "Records, pulses and response", (*_OF_RECORD, *response_columns(one, {}))
+        show_responses("", (*_OF_RECORD, *response_columns(one, {})), rows, **how)
     else:
-        first = {row["record_id"]: row for row in reversed(rows)}
+        first = {row["record_id"]: row for row in reversed(most_severe(rows))}
         console.show_rows("Records and pulses", _OF_RECORD, reversed(first.values()))
-        title = "Response"
         columns = (*titled({"record": "Record"}, once=True), *response_columns(one, {}))
-    console.show_rows(title, columns, rows, group="record_id", rules=several)
+        show_responses("", columns, rows, **how)
+    console.show_summary(summary)
     _show_notes(rows)
     if comparisons:
         console.show_rows("The paper's records: its values and ours", _OF_PAPER, comparisons)

@@ -26,7 +26,6 @@ from rockframe.results.response import COMPARISON
 from rockframe.results.run import Ground, History, Run, rank
 from rockframe.results.schema import KINDS, RESPONSE
 from rockframe.results.screen_tables import (
-    OVERALL,
     demand_words,
     design_by_share,
     fragility_curve,
@@ -47,6 +46,7 @@ from rockframe.results.tables.rows import (
     stated_pulse,
 )
 from rockframe.results.tables.sensitivity import sensitivity_words, spread_words, spreads_of_row
+from rockframe.results.tables.summary import summary_columns
 from rockframe.risk import LimitState, Outcome, measure_of
 from rockframe.rocking import SpreadVerdict, VerdictKind
 from rockframe.signals.passport import CHECKS
@@ -493,8 +493,8 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "reference": float(screening["reference_scale"]),
         "nominal": members_of(screening) == 1,
         "responses": responses_in_words(screening),
-        "overall": list(overall_rows(screening)),
-        "overall_columns": OVERALL,
+        "overall": (overall := list(overall_rows(screening))),
+        "overall_columns": summary_columns(overall),
         "structures": structures,
         "summary": screen_summary(screening),
         "curve": fragility_curve(screening),

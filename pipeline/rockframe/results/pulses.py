@@ -224,7 +224,10 @@ _LIKE: Final = {
     PulseVerdict.NOISE: False,
     PulseVerdict.AT_BOUND: False,
 }
-_TEXTS: Final = ("event", "network", "station", "start_time", "component")
+_OF_RECORDING: Final = ("event", "network", "station", "start_time")
+_TEXTS: Final = (*_OF_RECORDING, "component")
+#: Event, network, station and start time; and the record_id of a record without a station.
+Recording = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,6 +250,35 @@ class RecordMetadata:
     texts: dict[str, list[str]]
     numbers: dict[str, Float]
     pulse_like: list[bool | None]
+
+    def recording(self, row: int) -> Recording:
+        """Return the recording that the record at a row of the file is a component of."""
+        return _recording(self.names[row], *(self.texts[name][row] for name in _OF_RECORDING))
+
+
+def recordings_of(records: Path | xr.Dataset) -> dict[str, Recording]:
+    """Return the recording of each record by its identifier; its components have the same one.
+
+    Parameters
+    ----------
+    records : Path or Dataset
+        Output of the ingest stage, or what it wrote.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, corrupted, or of another kind.
+    """
+    if isinstance(records, Path):
+        with opened(records, RECORDS) as dataset:
+            return recordings_of(dataset)
+    columns = ([str(one) for one in records[n].values] for n in ("record_id", *_OF_RECORDING))
+    return {name: _recording(name, *texts) for name, *texts in zip(*columns, strict=True)}
+
+
+def _recording(name: str, event: str, network: str, station: str, start_time: str) -> Recording:
+    """Return the key of a recording; a record without a station is its own recording."""
+    return event, network, station, start_time, "" if station else name
 
 
 def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadata:

@@ -11,14 +11,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.cells import TABLE_FORMATS, Column
+from rockframe.cells import TABLE_FORMATS
 from rockframe.options.respond import QUANTILES
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import ROBUST
 from rockframe.results.screen import read_screening
-from rockframe.results.tables.entries import refuse_other_table, write_rows_as
+from rockframe.results.tables.entries import beside, refuse_other_table, write_rows_as
 from rockframe.results.tables.rows import columns_of, rows_along
+from rockframe.results.tables.summary import band_column, summary_rows
 from rockframe.risk import OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.rocking.verdict import SpreadVerdict, Verdict
 
@@ -40,6 +41,9 @@ _BANDS: Final = {
 _OF_MOTION: Final = columns_of(
     "event station azimuth_degree=azimuth magnitude epicentral_distance_km=epicentral_distance",
     "vs30_m_s=vs30 pga_g=pga pgv_m_s=pgv a_p_g=a_p T_p_s=T_p L_p_m=L_p mean_rank",
+)
+_OF_FRAME: Final = columns_of(
+    "height_m=height width_m=width mass_ratio slenderness_deg=slenderness"
 )
 #: Numbers of a fit, in the unit of the measure and without a unit.
 _INTENSITIES: Final = (
@@ -68,7 +72,7 @@ def screen_rows(screening: xr.Dataset) -> Rows:
         screening = screening.isel(scale=at)
     ranked = screening.isel(record=np.argsort(screening["mean_rank"].values, kind="stable"))
     columns = _OF_PAIR | _of_members(screening)
-    columns |= {name: name for name in _MARGINS if name in screening} | _OF_MOTION
+    columns |= {name: name for name in _MARGINS if name in screening} | _OF_MOTION | _OF_FRAME
     for k, period in enumerate(screening.get("spectral_period", ())):
         column = spectral(float(period)).column
         ranked[column] = ranked["spectral_acceleration"].isel(spectral_period=k)
@@ -125,8 +129,10 @@ def _words(row: dict[str, Any]) -> str:
 
 
 def overall_rows(screening: xr.Dataset) -> Rows:
-    """Return a row for each structure: results over all motions and members, at the scale nearest
-    to 1; no rows for files of older versions.
+    """Yield a row of `summary_rows` for each structure, at the scale nearest to 1; no rows for
+    files of older versions.
+
+    The quantiles of rotation and drift are those over all motions and members.
 
     Parameters
     ----------
@@ -134,16 +140,18 @@ def overall_rows(screening: xr.Dataset) -> Rows:
         Result of `read_screening`.
     """
     if "members" not in screening:
-        return iter(())
+        return
     at_reference = screening.sel(scale=float(screening["reference_scale"]))
     ends = ("", "_low", "_high")
     shares = (f"share_overturned{end}=overall_share_overturned{end}" for end in ends)
     peaks = (
-        f"{name}_{100 * quantile:.0f}=overall_{name}_band.{place}"
-        for name in ("peak_rotation_ratio", "peak_u")
+        f"{band_column(column, quantile)}=overall_{name}_band.{place}"
+        for column, name in (("peak_rotation_ratio", "peak_rotation_ratio"), ("u_max_m", "peak_u"))
         for place, quantile in enumerate(QUANTILES)
     )
-    return rows_along(at_reference, "structure", columns_of("structure", *shares, *peaks))
+    pooled = rows_along(at_reference, "structure", columns_of(*shares, *peaks))
+    for row, over_members in zip(summary_rows(screen_rows(screening)), pooled, strict=True):
+        yield row | over_members
 
 
 def finite_or_overturns(row: Mapping[str, Any], key: str) -> float | str:
@@ -155,19 +163,6 @@ def finite_or_overturns(row: Mapping[str, Any], key: str) -> float | str:
     (0.2, 'overturns')
     """
     return Verdict.OVERTURNS.label if row[key] == math.inf else float(row[key])
-
-
-#: Columns of `overall_rows` in terminal and page.
-OVERALL: Final = (
-    Column("structure", "structure"),
-    Column("overturn [%]>", "share_overturned", ".0f", 100.0),
-    Column("from>", "share_overturned_low", ".0f", 100.0),
-    Column("to>", "share_overturned_high", ".0f", 100.0),
-    Column("median θ/α>", "peak_rotation_ratio_50", ".3f", rule=finite_or_overturns),
-    Column("84 %>", "peak_rotation_ratio_84", ".3f", rule=finite_or_overturns),
-    Column("median u [cm]>", "peak_u_50", ".1f", 100.0, rule=finite_or_overturns),
-    Column("84 %>", "peak_u_84", ".1f", 100.0, rule=finite_or_overturns),
-)
 
 
 def demand_words(row: Mapping[str, Any]) -> str:
@@ -415,10 +410,9 @@ def screen_table_paths(
     >>> screen_table_paths(Path("site.nc"), rates=False, design=False)["fragility"].name
     'site-fragility.csv'
     """
-    ending, stem = TABLE_FORMATS[table_format], output.stem
-    kinds = ["", "scenarios", "fragility", *["rates"] * rates, *["design"] * design]
-    names = {kind: kind if stem == "screen" else f"{stem}-{kind}" for kind in kinds} | {"": stem}
-    return {kind: output.with_name(name + ending) for kind, name in names.items()}
+    table = output.with_suffix(TABLE_FORMATS[table_format])
+    kinds = ["scenarios", "fragility", *["rates"] * rates, *["design"] * design]
+    return {"": table} | {kind: beside(table, kind, plain="screen") for kind in kinds}
 
 
 def write_screen_tables(

@@ -155,7 +155,7 @@ def steps_of(study: Study, files: int) -> list[Step]:
             steps += _steps(stage, _json(options), batches)
     if study.records:
         made = ("records.nc", "pulses.nc", "response.nc")
-        steps.append(Step("table", "table", made, ("table.csv",)))
+        steps.append(Step("table", "table", made, ("table.csv", "summary.csv")))
     steps += _figures(study, steps)
     return [*steps, *_last(study, steps)]
 

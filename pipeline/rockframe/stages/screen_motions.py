@@ -188,7 +188,7 @@ class Motions:
         """Return the pair of two records with its vertical record; the last pair is cached."""
         if self._pair is None or self._pair[0] != names:
             row = self._metadata.names.index(names[0])
-            together = self._recordings()[self._recording(row)]
+            together = self._recordings()[self._metadata.recording(row)]
             pairs, _ = pair_horizontals(map(self._file.read, together))
             self._pair = (
                 names,
@@ -198,16 +198,10 @@ class Motions:
             )
         return self._pair[1]
 
-    def _recording(self, row: int) -> tuple[str, ...]:
-        """Return the key of a recording; a record without a station is its own recording."""
-        texts = self._metadata.texts
-        alone = "" if texts["station"][row] else self._metadata.names[row]
-        return (*(texts[n][row] for n in ("event", "network", "station", "start_time")), alone)
-
     def _recordings(self) -> dict[tuple[str, ...], list[str]]:
         together: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
         for row, name in enumerate(self._metadata.names):
-            together[self._recording(row)].append(name)
+            together[self._metadata.recording(row)].append(name)
         return together
 
     def _recorded(self, rows: Mapping[str, int], names: Sequence[str]) -> Iterator[Motion]:
@@ -215,7 +209,7 @@ class Motions:
         clusters: dict[tuple[str, ...], int] = {}
         for name in names:
             row = rows[name]
-            cluster = clusters.setdefault(self._recording(row), len(clusters))
+            cluster = clusters.setdefault(self._metadata.recording(row), len(clusters))
             numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
             yield Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
 

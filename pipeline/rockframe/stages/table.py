@@ -14,9 +14,11 @@ from rockframe.outcome import InputOutcome
 from rockframe.paper.pulses import with_paper_facts
 from rockframe.provenance import refuse_obstacles, refuse_overwriting
 from rockframe.results.merging import merge
+from rockframe.results.pulses import recordings_of
 from rockframe.results.reading import kind_of
-from rockframe.results.tables.entries import write_rows_as
+from rockframe.results.tables.entries import beside, refuse_other_table, write_rows_as
 from rockframe.results.tables.rows import Row
+from rockframe.results.tables.summary import SUMMARY_COLUMNS, summary_rows
 from rockframe.results.tables.table import table_rows
 
 if TYPE_CHECKING:
@@ -26,14 +28,15 @@ if TYPE_CHECKING:
 def table_stage(
     records: Path, pulses: Path, response: Path, output: Path, table_format: str = ""
 ) -> int:
-    """Write a row for each record and structure: ``table.csv``.
+    """Write a row for each record and structure, ``table.csv``, and their summary, ``summary.csv``.
 
     Parameters
     ----------
     records, pulses, response : Path
         Outputs of `ingest_stage`, `pulse_stage` and `respond_stage` for the same records.
     output : Path
-        File to write.
+        File to write. The summary of another table than ``table.csv`` has its name, as in
+        ``mine-summary.csv``.
     table_format : str
         One of `rockframe.cells.TABLE_FORMATS`; by default the format of the extension.
 
@@ -47,8 +50,13 @@ def table_stage(
     InputError
         If a file cannot be read or belongs to other records, or the table cannot be written.
     """
-    refuse_overwriting([output], (records, pulses, response))
-    return write_rows_as(output, table_rows_of(records, pulses, response), table_format)
+    summary = beside(output, "summary", plain="table")
+    refuse_overwriting([output, summary], (records, pulses, response))
+    refuse_other_table(summary, SUMMARY_COLUMNS, "the summary of the table")
+    rows = list(table_rows_of(records, pulses, response))
+    count = write_rows_as(output, rows, table_format)
+    write_rows_as(summary, summary_rows(rows, recordings_of(records)), table_format)
+    return count
 
 
 def table_rows_of(

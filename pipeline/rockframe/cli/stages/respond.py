@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
-import textwrap
-from collections.abc import Mapping
-from itertools import chain, islice
+from collections.abc import Mapping, Sequence
+from heapq import nsmallest
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_args
 
@@ -23,6 +23,9 @@ from rockframe.options.respond import (
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rockframe.cells import Column
+    from rockframe.results.tables.rows import Row
 
 
 def add_respond(parser: argparse.ArgumentParser) -> None:
@@ -50,14 +53,17 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="output of `rockframe pulse` for these records: adds the response to the pulse alone",
     )
+    arguments.add_matrix(parser)
     arguments.add_batch(parser)
     add_options(parser, ExecutionOptions)
 
 
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
+    from rockframe.results.pulses import recordings_of
     from rockframe.results.tables.rows import response_columns
     from rockframe.results.tables.sensitivity import sensitivity_rows
+    from rockframe.results.tables.summary import summary_rows
     from rockframe.results.tables.table import response_rows
     from rockframe.stages.respond import respond_stage
 
@@ -77,23 +83,64 @@ def run_respond(options: argparse.Namespace) -> int:
             progress=progress,
             written=written.append,
         )
-    rows = response_rows(written[0])
+    rows = list(response_rows(written[0]))
+    summary = summary_rows(rows, recordings_of(options.records))
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         found = {"sensitivity": list(sensitivity_rows(written[0]))} if options.sensitivity else {}
-        said = {"responses": list(rows), "rejected": rejected, "output": str(options.output)}
-        console.show_json(said | found)
+        said = {"responses": rows, "rejected": rejected, "output": str(options.output)}
+        console.show_json(said | found | {"summary": summary} | matrices(rows, options.matrix))
     else:
-        one = next(rows, {})
-        columns = response_columns(one, {"record_id": "Record"})
+        columns = response_columns(rows[0] if rows else {}, {"record_id": "Record"})
         if options.pulses:
             columns.append(console.column("Pulse alone", rule=pulse_cell))
-        every = chain([one], rows) if one else ()
-        console.show_rows(f"Responses in {options.output}", columns, every)
-        print(verdict_notes(one))
+        show_responses(f" in {options.output}", columns, rows, options.matrix)
+        console.show_summary(summary)
+        print(verdict_notes(rows[0] if rows else {}))
         if options.sensitivity:
             _show_sensitivity(written[0], str(options.output))
     return console.show_rejections(rejections)
+
+
+#: Largest number of responses that are printed one by one, and number that is printed of more.
+_MOST_RESPONSES, _WORST = 40, 10
+
+
+def show_responses(
+    where: str,
+    columns: Sequence[Column],
+    rows: Sequence[Row],
+    quantities: Sequence[str] = (),
+    **how: Any,
+) -> None:
+    """Print a row for each response, or of many the most severe; or the matrices asked for."""
+    from rockframe.results.tables.summary import MATRICES, matrix_columns
+
+    for quantity, matrix in matrices(rows, quantities).get("matrices", {}).items():
+        title = f"Responses{where}: {MATRICES[quantity].words}"
+        console.show_rows(title, matrix_columns(matrix, quantity), matrix)
+    if not quantities:
+        shown = most_severe(rows)
+        many = f"The {len(shown)} most severe of {len(rows)} responses"
+        title = "Responses" if len(shown) == len(rows) else many
+        console.show_rows(f"{title}{where}", columns, shown, **how)
+        if len(shown) < len(rows):
+            print(f"The output files contain all {len(rows)}.\n")
+
+
+def most_severe(rows: Sequence[Row]) -> Sequence[Row]:
+    """Return the rows to print one by one: all of them, or the most severe of many."""
+    from rockframe.results.tables.summary import severity
+
+    return rows if len(rows) <= _MOST_RESPONSES else nsmallest(_WORST, rows, key=severity)
+
+
+def matrices(rows: Sequence[Row], quantities: Sequence[str]) -> dict[str, dict[str, list[Row]]]:
+    """Return the key ``matrices`` of JSON: records by structures in each quantity, if asked for."""
+    from rockframe.results.tables.summary import matrix_rows
+
+    found = {quantity: matrix_rows(rows, quantity) for quantity in quantities}
+    return {"matrices": found} if found else {}
 
 
 def _require_spreads(ensemble: Ensemble) -> None:
@@ -117,7 +164,7 @@ def _show_sensitivity(response: xr.Dataset, output: str) -> None:
         columns = sensitivity_columns(rows[0])
         console.show_rows(f"Sensitivity in {output}", columns, rows, group="record_id")
         said = SENSITIVITY_LEGEND.format(chance=rows[0]["by_chance"])
-        print(_filled(said))
+        print(console.filled(said))
 
 
 def pulse_cell(row: Mapping[str, Any], _key: str = "") -> str:
@@ -153,13 +200,7 @@ def verdict_notes(row: Mapping[str, Any]) -> str:
         said += f" {SPREAD_LEGEND}"
     if math.isfinite(row.get("largest_robust_scale", math.nan)):
         said += f" {MARGIN_LEGEND}"
-    return _filled(said)
-
-
-def _filled(said: str) -> str:
-    """Return sentences wrapped to the width of tables; no line begins with a percent sign."""
-    width = max(40, min(console.table_width(), 120))
-    return textwrap.fill(said.replace(" %", "\u00a0%"), width).replace("\u00a0", " ")
+    return console.filled(said)
 
 
 def add_compare(parser: argparse.ArgumentParser) -> None:

@@ -120,11 +120,13 @@ def _nominal(screening: xr.Dataset) -> str:
 
 def _show_overall(screening: xr.Dataset) -> None:
     """Print the share that overturns and the drift over all motions and members."""
-    from rockframe.results.screen_tables import OVERALL, overall_rows, responses_in_words
+    from rockframe.results.screen_tables import overall_rows, responses_in_words
+    from rockframe.results.tables.summary import summary_columns
 
     at = f"at scale {float(screening['reference_scale']):g}{_nominal(screening)}"
     title = f"Over all {responses_in_words(screening)} {at}"
-    console.show_rows(title, OVERALL, overall_rows(screening))
+    rows = list(overall_rows(screening))
+    console.show_rows(title, summary_columns(rows), rows)
 
 
 def _show_shares(screening: xr.Dataset) -> None:

@@ -82,6 +82,18 @@ def require_format(path: Path) -> None:
         ) from None
 
 
+def beside(output: Path, kind: str, plain: str) -> Path:
+    """Return the path of a further table beside a table or file.
+
+    Examples
+    --------
+    >>> [beside(Path(one), "summary", plain="table").name for one in ("table.csv", "mine.csv")]
+    ['summary.csv', 'mine-summary.csv']
+    """
+    stem = kind if output.stem == plain else f"{output.stem}-{kind}"
+    return output.with_name(stem + output.suffix)
+
+
 def columns_of(path: Path) -> list[str]:
     """Return the columns of a table of `write_rows_as`; for another file, any other words."""
     ending = path.suffix.lower()

@@ -23,6 +23,7 @@ from rockframe.results.tables.rows import (
     rows_along,
     spread_verdict,
 )
+from rockframe.results.tables.summary import OF_STRUCTURE
 from rockframe.rocking.verdict import MODEL_ENDS
 
 #: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty.
@@ -34,7 +35,7 @@ _COLUMNS: Final = (
     *(f"robust_{what}_{share}" for what in ("scale", "error") for share in (10, 25, 50)),
     *("uplift_time_s", "overturning_time_s", "record_id", "source_file", "facts_source"),
     *("pulse_verdict", "pulse_p_value", "verdict_to_pulse", "peak_rotation_ratio_to_pulse"),
-    *("surrogate_error", *CONTACT, "slenderness_deg", "slenderness_before_crushing_deg"),
+    *("surrogate_error", *CONTACT, *OF_STRUCTURE, "slenderness_before_crushing_deg"),
     *("restitution", "restitution_before_crushing", *(f"{name}_s" for name in MODEL_ENDS)),
     *SHARES,
     *OF_BANDS,
@@ -51,7 +52,8 @@ _OF_RESPONSE: Final = columns_of(
     "uplift_time_s=uplift_time overturning_time_s=overturning_time",
     "verdict_to_pulse peak_rotation_ratio_to_pulse surrogate_error",
     *CONTACT,
-    "slenderness_deg=slenderness slenderness_before_crushing_deg=slenderness_before_crushing",
+    "height_m=height width_m=width mass_ratio slenderness_deg=slenderness",
+    "slenderness_before_crushing_deg=slenderness_before_crushing",
     "restitution restitution_before_crushing",
     *(f"{name}_s={name}" for name in MODEL_ENDS),
     *SHARES,

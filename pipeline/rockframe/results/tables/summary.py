@@ -1,0 +1,300 @@
+"""Summaries: structures over all records, and records by structures in one quantity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from rockframe.cells import MATRIX_QUANTITIES, Cells, Column, in_digits, number
+from rockframe.options.respond import QUANTILES
+from rockframe.results.tables.rows import (
+    Row,
+    band_words,
+    critical_scale,
+    share_words,
+    spread_verdict,
+)
+from rockframe.rocking.verdict import Verdict, VerdictKind
+
+#: Columns of a structure in a summary.
+OF_STRUCTURE: Final = ("height_m", "width_m", "mass_ratio", "slenderness_deg")
+#: First columns of a summary, by which an earlier one is recognised.
+SUMMARY_COLUMNS: Final = ("structure", *OF_STRUCTURE, "records")
+
+
+def share_overturned(row: Cells) -> float:
+    """Return the share of the ensemble that overturns; without one, 0 or 1 as the stated structure.
+
+    Examples
+    --------
+    >>> share_overturned({"verdict": "overturns"})
+    1.0
+    """
+    share = number(row.get("share_overturned"))
+    return float(_fell(row)) if math.isnan(share) else share
+
+
+def _fell(row: Cells) -> bool:
+    return Verdict[row["verdict"].upper()] is Verdict.OVERTURNS
+
+
+def _central(row: Cells, nominal: str, median: str) -> float:
+    """Return the median of an ensemble, or the nominal peak; infinite if it overturns."""
+    if math.isfinite(number(row.get("share_overturned"))):
+        return number(row.get(median))
+    return math.inf if _fell(row) else number(row.get(nominal))
+
+
+def _rotation(row: Cells) -> float:
+    return _central(row, "peak_rotation_ratio", "peak_rotation_ratio_50")
+
+
+def _drift(row: Cells) -> float:
+    return _central(row, "u_max_m", "u_max_50_m")
+
+
+def _margin(row: Cells) -> float:
+    return number(row.get(_margin_of(row)))
+
+
+def _margin_of(row: Cells) -> str:
+    robust = math.isfinite(number(row.get("robust_scale_10")))
+    robust |= math.isfinite(number(row.get("largest_robust_scale")))
+    return "robust_scale_10" if robust else "critical_scale"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of a response that a matrix can show.
+
+    Parameters
+    ----------
+    words : str
+        Heading, with the unit.
+    column : str
+        Column of the matrix, after the name of the structure.
+    value : callable
+        Returns the value of a row.
+    form : str
+        Format of numbers.
+    factor : float
+        Conversion to the unit of the heading.
+    """
+
+    words: str
+    column: str
+    value: Callable[[Cells], float]
+    form: str
+    factor: float = 1.0
+
+    def cell(self, row: Cells, key: str) -> str:
+        """Return the text of a cell."""
+        value = number(row.get(key))
+        if value == math.inf:
+            return Verdict.OVERTURNS.label
+        return in_digits(self.factor * value, self.form)
+
+
+#: Quantities of matrices, by the word that asks for them.
+MATRICES: Final[Mapping[str, Quantity]] = MappingProxyType(
+    dict(
+        zip(
+            MATRIX_QUANTITIES,
+            (
+                Quantity(
+                    "share that overturns [%]", "share_overturned", share_overturned, ".0f", 100.0
+                ),
+                Quantity("u [cm]", "u_max_m", _drift, ".1f", 100.0),
+                Quantity("θ/α", "peak_rotation_ratio", _rotation, ".3f"),
+                Quantity("margin", "scale", _margin, ".2f"),
+            ),
+            strict=True,
+        )
+    )
+)
+
+
+def severity(row: Cells) -> tuple[float, float, float]:
+    """Return the key that sorts rows, the most severe first.
+
+    The share that overturns decides, then the largest rotation (the median of the ensemble, if
+    there is one), then the margin.
+
+    Examples
+    --------
+    >>> rows = [{"verdict": "stands", "peak_rotation_ratio": one} for one in (0.1, 0.4)]
+    >>> min(rows, key=severity)["peak_rotation_ratio"]
+    0.4
+    """
+    margin = _margin(row)
+    return -share_overturned(row), -_rotation(row), math.inf if math.isnan(margin) else margin
+
+
+def summary_rows(
+    rows: Iterable[Cells], recordings: Mapping[str, Hashable] | None = None
+) -> list[Row]:
+    """Return a row for each structure: its responses over all records.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        Rows of `response_rows`, `table_rows` or `screen_rows`.
+    recordings : mapping of str to hashable, optional
+        Recording of each record, by identifier: components of one recording are drawn together for
+        the interval of the share. By default each record is its own recording.
+
+    Returns
+    -------
+    list of dict
+        In the order of the structures: `OF_STRUCTURE` where known; the number of ``records``;
+        ``share_overturned``, the mean over the records of the share of the ensemble that overturns,
+        with its 90 % interval; ``uplifted``, the number of records with uplift; 16, 50 and 84 %
+        quantiles over the records of the rotation and the drift, where each record counts with the
+        median of its ensemble, and as infinite if that overturns; the smallest margin, NaN if no
+        scale up to the largest one overturns; and the name of the ``worst_record`` by `severity`.
+        Without an ensemble all of them are those of the stated structure.
+
+    Examples
+    --------
+    >>> rows = [{"structure": "bent", "record_id": name, "verdict": verdict, "u_max_m": u}
+    ...         for name, verdict, u in (("a", "stands", 0.1), ("b", "stands", 0.3),
+    ...                                  ("c", "overturns", 2.0))]
+    >>> (row,) = summary_rows(rows)
+    >>> row["records"], row["u_max_50_m"], row["u_max_84_m"], row["worst_record"]
+    (3, 0.3, inf, 'c')
+    """
+    of_each: dict[str, list[Cells]] = {}
+    for row in rows:
+        of_each.setdefault(row["structure"], []).append(row)
+    return [_summary(found, recordings or {}) for found in of_each.values()]
+
+
+def _summary(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
+    from rockframe.risk.distribution import mean_share
+    from rockframe.rocking.margins.ensemble import quantiles
+
+    first, worst = rows[0], min(rows, key=severity)
+    place: dict[Hashable, int] = {}
+    keys = (recordings.get(row["record_id"], row["record_id"]) for row in rows)
+    clusters = [place.setdefault(key, len(place)) for key in keys]
+    share = mean_share([[share_overturned(row)] for row in rows], clusters=clusters)
+    bands = {
+        column: quantiles(np.array([value(row) for row in rows]))
+        for column, value in (("peak_rotation_ratio", _rotation), ("u_max_m", _drift))
+    }
+    uplifted = sum(spread_verdict(row).kind is not VerdictKind.NO_UPLIFT for row in rows)
+    margins = {
+        key: min((one for row in rows if (one := number(row.get(key))) == one), default=math.nan)
+        for key in ("robust_scale_10", "critical_scale", "largest_robust_scale", "largest_scale")
+    }
+    return {
+        "structure": first["structure"],
+        **{key: number(first.get(key)) for key in OF_STRUCTURE},
+        "records": len(rows),
+        "share_overturned": float(share.share[0]),
+        "share_overturned_low": float(share.low[0]),
+        "share_overturned_high": float(share.high[0]),
+        "uplifted": uplifted,
+        **{
+            band_column(column, quantile): float(value)
+            for column, values in bands.items()
+            for quantile, value in zip(QUANTILES, values, strict=True)
+        },
+        **margins,
+        "worst_record": worst.get("record") or worst["record_id"],
+        "nominal": all(spread_verdict(row).is_nominal for row in rows),
+    }
+
+
+def band_column(column: str, quantile: float) -> str:
+    """Return the column of a quantile.
+
+    Examples
+    --------
+    >>> band_column("u_max_m", 0.84), band_column("peak_rotation_ratio", 0.5)
+    ('u_max_84_m', 'peak_rotation_ratio_50')
+    """
+    name, unit = (column[:-2], "_m") if column.endswith("_m") else (column, "")
+    return f"{name}_{100 * quantile:.0f}{unit}"
+
+
+#: What the numbers of a summary are, for the line below it.
+_SUMMARY_LEGEND: Final = (
+    "Overturn over all records: mean of their shares, with the 90 % interval from drawing "
+    "recordings with replacement. 16, 50, 84 % over all records: each counts with the median of "
+    "its ensemble, and as infinite if that overturns."
+)
+_NOMINAL_LEGEND: Final = (
+    "Overturn over all records: share of the records, with the 90 % interval from drawing "
+    "recordings with replacement. 16, 50, 84 % over all records: those that overturn count as "
+    "infinite."
+)
+#: Columns of a summary in terminal and page.
+_SUMMARY: Final = (
+    Column("Structure", "structure"),
+    Column("Records>", "records"),
+    Column("Overturn\n(90 %)>", "share_overturned", rule=share_words),
+    Column("Uplift\nin>", "uplifted"),
+    Column("θ/α\n16 50 84 %>", "peak_rotation_ratio_*", rule=band_words),
+    Column("u [cm]\n16 50 84 %>", "u_max_*_m", rule=band_words),
+    Column("10 %\noverturn at>", "robust_scale_10", ".2f", rule=critical_scale),
+    Column("critical\nscale>", "critical_scale", ".2f", rule=critical_scale),
+    Column("Worst record", "worst_record", wraps=True),
+)
+
+
+def summary_legend(rows: Sequence[Cells]) -> str:
+    """Return what the numbers of a summary are, in words."""
+    nominal = any(str(row["nominal"]) == "True" for row in rows)
+    return _NOMINAL_LEGEND if nominal else _SUMMARY_LEGEND
+
+
+def summary_columns(rows: Sequence[Cells]) -> list[Column]:
+    """Return the columns of a printed summary, with the margin that its rows have."""
+    searched = ("critical_scale", "largest_scale")
+    margin = ""
+    if any(math.isfinite(number(row.get(key))) for row in rows for key in searched):
+        margin = "critical_scale"
+    if any(_margin_of(row) == "robust_scale_10" for row in rows):
+        margin = "robust_scale_10"
+    return [one for one in _SUMMARY if one.rule is not critical_scale or one.key == margin]
+
+
+def matrix_rows(rows: Iterable[Cells], quantity: str) -> list[Row]:
+    """Return a row for each record, with the value of a quantity for each structure.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        As for `summary_rows`.
+    quantity : str
+        One of `MATRICES`: ``share`` that overturns, drift ``u`` and ``rotation`` (medians of the
+        ensembles, or nominal; infinite if that overturns), or ``margin``.
+
+    Examples
+    --------
+    >>> rows = [{"structure": name, "record_id": "a", "verdict": "stands", "u_max_m": u}
+    ...         for name, u in (("bent", 0.1), ("pier", 0.2))]
+    >>> matrix_rows(rows, "u")
+    [{'record_id': 'a', 'bent u_max_m': 0.1, 'pier u_max_m': 0.2}]
+    """
+    one, found = MATRICES[quantity], dict[str, Row]()
+    for row in rows:
+        of_record = found.setdefault(row["record_id"], {"record_id": row["record_id"]})
+        of_record[f"{row['structure']} {one.column}"] = one.value(row)
+    return list(found.values())
+
+
+def matrix_columns(matrix: Sequence[Row], quantity: str) -> list[Column]:
+    """Return the columns of a printed matrix: the records, and the structures by name."""
+    one = MATRICES[quantity]
+    names = [key for key in (matrix[0] if matrix else {}) if key != "record_id"]
+    structures = [
+        Column(f"{key.removesuffix(f' {one.column}')}>", key, rule=one.cell) for key in names
+    ]
+    return [Column("Record", "record_id"), *structures]

@@ -1,0 +1,134 @@
+"""Summaries of responses over all records, and records by structures in one quantity."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rockframe.cells import MATRIX_QUANTITIES
+from rockframe.cli.console import show_summary
+from rockframe.cli.stages.respond import show_responses
+from rockframe.results.tables.rows import response_columns
+from rockframe.results.tables.summary import (
+    MATRICES,
+    matrix_columns,
+    matrix_rows,
+    severity,
+    summary_columns,
+    summary_rows,
+)
+from rockframe.risk.distribution import mean_share
+
+SHARES = (0.0, 0.25, 0.5, 1.0, 0.0)
+DRIFTS = (0.1, 0.2, 0.3, math.inf, 0.05)
+
+
+def nominal(
+    name: str, verdict: str = "stands", u: float = 0.1, structure: str = "bent"
+) -> dict[str, Any]:
+    return {
+        "record_id": name,
+        "structure": structure,
+        "verdict": verdict,
+        "peak_rotation_ratio": 5.0 * u,
+        "u_max_m": u,
+    }
+
+
+def response(name: str, share: float, drift: float, structure: str = "bent") -> dict[str, Any]:
+    """Return a row with an ensemble, whose nominal values must not matter."""
+    return {
+        **nominal(name, "stands", 9.9, structure),
+        "share_overturned": share,
+        "share_uplifted": 1.0,
+        "u_max_50_m": drift,
+        "peak_rotation_ratio_50": 2.0 * drift,
+        "robust_scale_10": 2.0 - share,
+        "largest_robust_scale": 10.0,
+    }
+
+
+@pytest.fixture
+def rows() -> list[dict[str, Any]]:
+    return [response(f"r{k}", *both) for k, both in enumerate(zip(SHARES, DRIFTS, strict=True))]
+
+
+def test_shares_are_averaged_and_medians_are_ranked_over_the_records(rows: Any) -> None:
+    (row,) = summary_rows(rows)
+    assert row["records"] == 5
+    assert row["share_overturned"] == sum(SHARES) / 5
+    # 16 % of four steps between five values is 0.64 of the first step, 84 % is 0.36 of the last
+    assert row["u_max_16_m"] == pytest.approx(0.05 + 0.64 * (0.1 - 0.05))
+    assert (row["u_max_50_m"], row["u_max_84_m"]) == (0.2, math.inf)
+    assert row["peak_rotation_ratio_50"] == 0.4
+    assert row["robust_scale_10"] == 1.0
+    assert row["worst_record"] == "r3"
+    assert not row["nominal"]
+
+
+def test_without_an_ensemble_a_record_that_overturns_is_infinite() -> None:
+    """Its peak only describes the fall, so a small one must not count."""
+    found = [nominal("a", "overturns", 0.01), nominal("b", "no_uplift", 0.0), nominal("c")]
+    (row,) = summary_rows(found)
+    assert (row["u_max_50_m"], row["share_overturned"]) == (0.1, 1 / 3)
+    assert row["u_max_84_m"] == math.inf
+    assert (row["uplifted"], row["worst_record"], row["nominal"]) == (2, "a", True)
+
+
+def test_components_of_a_recording_are_not_independent(rows: Any) -> None:
+    """With one recording for all records the interval is that of a single observation."""
+    (alone,) = summary_rows(rows)
+    (together,) = summary_rows(rows, {row["record_id"]: "station" for row in rows})
+    expected = mean_share([[one] for one in SHARES], clusters=[0] * 5)
+    assert together["share_overturned"] == alone["share_overturned"]
+    assert together["share_overturned_low"] == expected.low[0] < alone["share_overturned_low"]
+
+
+def test_the_share_decides_before_rotation_and_rotation_before_margin(rows: Any) -> None:
+    order = [row["record_id"] for row in sorted(rows, key=severity)]
+    assert order == ["r3", "r2", "r1", "r0", "r4"]
+    margins = [response("a", 1.0, math.inf) | {"robust_scale_10": one} for one in (0.9, 0.4)]
+    assert min(margins, key=severity)["robust_scale_10"] == 0.4
+
+
+def test_a_margin_that_was_not_found_is_a_bound(rows: Any) -> None:
+    found = [row | {"robust_scale_10": math.nan} for row in rows]
+    (row,) = summary_rows(found)
+    columns = {one.key: one for one in summary_columns([row])}
+    assert columns["robust_scale_10"].cell(row) == "> 10"
+    assert "critical_scale" not in columns
+
+
+def test_each_pair_is_in_a_matrix_once(rows: Any) -> None:
+    pairs = [row | {"structure": name} for row in rows for name in ("bent", "pier")]
+    for quantity in MATRIX_QUANTITIES:
+        matrix = matrix_rows(pairs, quantity)
+        assert [row["record_id"] for row in matrix] == [f"r{k}" for k in range(5)]
+        column = MATRICES[quantity].column
+        assert {*matrix[0]} == {"record_id", f"bent {column}", f"pier {column}"}
+    drifts = [row["bent u_max_m"] for row in matrix_rows(pairs, "u")]
+    np.testing.assert_array_equal(drifts, DRIFTS)
+    heads = [one.head for one in matrix_columns(matrix_rows(pairs, "u"), "u")]
+    assert heads == ["Record", "bent>", "pier>"]
+
+
+@pytest.mark.parametrize(("count", "printed"), [(40, 40), (41, 10)])
+def test_of_many_responses_the_most_severe_are_printed(
+    capsys: pytest.CaptureFixture[str], count: int, printed: int
+) -> None:
+    many = [response(f"r{k:02}", 0.0, 0.001 * k) for k in range(count)]
+    show_responses("", response_columns(many[0], {"record_id": "Record"}), many)
+    show_summary(summary_rows(many))
+    responses, _, summary = capsys.readouterr().out.partition("Over all records")
+    assert sum(line.startswith(" r") for line in responses.splitlines()) == printed
+    assert ("The output files contain all 41." in responses) is (count == 41)
+    assert f"r{count - 1}" in responses
+    assert f"r{count - 1}" in summary
+
+
+def test_one_record_needs_no_summary(capsys: pytest.CaptureFixture[str]) -> None:
+    show_summary(summary_rows([response("a", 0.0, 0.1)]))
+    assert not capsys.readouterr().out
