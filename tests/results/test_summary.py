@@ -19,6 +19,7 @@ from rockframe.results.tables.summary import (
     severity,
     summary_columns,
     summary_rows,
+    tables_of,
 )
 from rockframe.risk.distribution import mean_share
 
@@ -107,12 +108,25 @@ def test_each_pair_is_in_a_matrix_once(rows: Any) -> None:
     for quantity in MATRIX_QUANTITIES:
         matrix = matrix_rows(pairs, quantity)
         assert [row["record_id"] for row in matrix] == [f"r{k}" for k in range(5)]
-        column = MATRICES[quantity].column
+        column = MATRICES[quantity].column(rows[0])
         assert {*matrix[0]} == {"record_id", f"bent {column}", f"pier {column}"}
-    drifts = [row["bent u_max_m"] for row in matrix_rows(pairs, "u")]
+    drifts = [row["bent u_max_50_m"] for row in matrix_rows(pairs, "u")]
     np.testing.assert_array_equal(drifts, DRIFTS)
     heads = [one.head for one in matrix_columns(matrix_rows(pairs, "u"), "u")]
     assert heads == ["Record", "bent>", "pier>"]
+
+
+def test_a_matrix_without_an_ensemble_has_other_columns() -> None:
+    (row,) = matrix_rows([nominal("a", "overturns"), nominal("a", "stands", 0.2, "pier")], "u")
+    assert row == {"record_id": "a", "bent u_max_m": math.inf, "pier u_max_m": 0.2}
+
+
+def test_a_quantity_without_values_has_no_matrix() -> None:
+    rows = [nominal("a"), nominal("b")]
+    kinds = ["summary", "matrix share", "matrix u", "matrix rotation", "responses"]
+    assert list(tables_of(rows, summary_rows(rows), "responses")) == kinds
+    margins = [{**row, "critical_scale": 1.5} for row in rows]
+    assert "matrix margin" in tables_of(margins, summary_rows(rows), "responses")
 
 
 @pytest.mark.parametrize(("count", "printed"), [(40, 40), (41, 10)])

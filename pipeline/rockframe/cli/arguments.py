@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import MATRIX_QUANTITIES, TABLE_FORMATS
 from rockframe.cli.console import show_rejections
@@ -67,15 +67,44 @@ def add_output(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_format(parser: argparse.ArgumentParser, default: str | None = "csv") -> None:
-    """Add the option of the format of tables."""
+def add_format(
+    parser: argparse.ArgumentParser,
+    default: str | None = "csv",
+    otherwise: str = "no table is written",
+) -> None:
+    """Add the option of the format of tables; `otherwise` says what happens without it."""
     parser.add_argument(
         "--format",
         choices=tuple(TABLE_FORMATS),
         default=default,
-        help="format of the tables; xlsx and parquet need the extra `tables` (default: "
-        f"{default or 'by the ending of the file'})",
+        help="format of the tables; xlsx is one workbook with named sheets; xlsx and parquet need "
+        f"the extra `tables` (default: {default or otherwise})",
     )
+
+
+def refuse_tables(
+    options: argparse.Namespace, first: Mapping[str, Sequence[str]], main: str
+) -> None:
+    """Refuse to replace other files by the tables of ``--format``, which have these columns."""
+    from rockframe.results.tables.entries import PARAMETERS, refuse_other_tables
+
+    if options.format:
+        known = {**first, "parameters": PARAMETERS}
+        refuse_other_tables(options.output, known, main, options.format)
+
+
+def write_tables(
+    options: argparse.Namespace, tables: Mapping[str, Sequence[Mapping[str, Any]]], main: str
+) -> list[str]:
+    """Write the tables of ``--format`` beside the output, with its options; return their names."""
+    from rockframe.results.reading import kind_of
+    from rockframe.results.tables import entries
+
+    if not options.format:
+        return []
+    parameters = entries.parameter_rows((options.output, kind_of(options.output)))
+    made = {**tables, "parameters": parameters}
+    return [str(one) for one in entries.write_tables(options.output, made, main, options.format)]
 
 
 def add_matrix(parser: argparse.ArgumentParser) -> None:

@@ -49,7 +49,7 @@ def add_table(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", type=file_to_write(*endings), required=True, help="file to write"
     )
-    arguments.add_format(parser, default=None)
+    arguments.add_format(parser, default=None, otherwise="by the ending of the file")
 
 
 def run_table(options: argparse.Namespace) -> None:

@@ -81,12 +81,11 @@ def run_table1(options: argparse.Namespace) -> int:
         write_rows_as(partial / "summary.csv", summary)
         if comparisons:
             write_rows_as(partial / "paper.csv", comparisons)
-        if options.format != "csv":
-            ending = TABLE_FORMATS[options.format]
-            write_rows_as(partial / f"table{ending}", rows, options.format)
-            write_entries(ingested.entries, partial / f"records{ending}")
-        names = list(dict.fromkeys(row["record_id"] for row in rows))
         files = [partial / name for name in STAGE_FILES]
+        if options.format != "csv":
+            _write_tables(partial, options.format, rows, summary)
+            write_entries(ingested.entries, partial / f"records{TABLE_FORMATS[options.format]}")
+        names = list(dict.fromkeys(row["record_id"] for row in rows))
         with console.progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)
         stated = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
@@ -106,6 +105,22 @@ def run_table1(options: argparse.Namespace) -> int:
         show(rows, summary, comparisons, said)
         print(f"{count} files and their manifest in {folder}")
     return console.show_rejections(rejections)
+
+
+def _write_tables(
+    folder: Path, table_format: str, rows: Sequence[Row], summary: Sequence[Row]
+) -> None:
+    """Write rows and summary in a format; a workbook has both."""
+    from rockframe.results.tables.entries import write_rows_as
+    from rockframe.stages.table import write_table_workbook
+
+    ending = TABLE_FORMATS[table_format]
+    if table_format == "xlsx":
+        files = [(folder / name, name.removesuffix(".nc")) for name in STAGE_FILES]
+        write_table_workbook(folder / "table.xlsx", rows, summary, *files)
+        return
+    for name, content in (("table", rows), ("summary", summary)):
+        write_rows_as(folder / f"{name}{ending}", content, table_format)
 
 
 def _files(table_format: str) -> list[str]:

@@ -17,9 +17,15 @@ from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import ROBUST
 from rockframe.results.screen import read_screening
-from rockframe.results.tables.entries import beside, refuse_other_table, write_rows_as
+from rockframe.results.tables.entries import (
+    beside,
+    parameter_rows,
+    refuse_other_table,
+    write_rows_as,
+)
 from rockframe.results.tables.rows import columns_of, rows_along
-from rockframe.results.tables.summary import band_column, summary_rows
+from rockframe.results.tables.summary import SUMMARY_COLUMNS, band_column, summary_rows, tables_of
+from rockframe.results.tables.workbook import write_workbook
 from rockframe.risk import OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.rocking.verdict import SpreadVerdict, Verdict
 
@@ -412,6 +418,8 @@ def screen_table_paths(
     """
     table = output.with_suffix(TABLE_FORMATS[table_format])
     kinds = ["scenarios", "fragility", *["rates"] * rates, *["design"] * design]
+    if table_format == "xlsx":  # the others are sheets of the workbook
+        kinds = ["scenarios"]
     return {"": table} | {kind: beside(table, kind, plain="screen") for kind in kinds}
 
 
@@ -446,9 +454,22 @@ def write_screen_tables(
     beside = output or screen_path
     paths = screen_table_paths(beside, rates=rates, design=design, table_format=table_format)
     for kind, path in paths.items():
+        if table_format == "xlsx" and not kind:
+            write_workbook(path, _sheets(screen_path, screening, rates=rates, design=design))
+            continue
         rows = _scenarios(screen_path) if kind == "scenarios" else _TABLES[kind][0](screening)
         write_rows_as(path, rows, table_format)
     return paths
+
+
+def _sheets(path: Path, screening: xr.Dataset, *, rates: bool, design: bool) -> dict[str, Any]:
+    """Return the sheets of the workbook of a screening."""
+    rows = list(screen_rows(screening))
+    overall = list(overall_rows(screening)) or summary_rows(rows)
+    kinds = ["fragility", *["rates"] * rates, *["design"] * design]
+    others = {kind: _TABLES[kind][0](screening) for kind in kinds}
+    parameters = parameter_rows((path, SCREEN))
+    return {**tables_of(rows, overall, "motions"), **others, "parameters": parameters}
 
 
 def refuse_strange_tables(paths: Mapping[str, Path]) -> None:
@@ -460,4 +481,6 @@ def refuse_strange_tables(paths: Mapping[str, Path]) -> None:
         If there is such a file.
     """
     for kind, path in paths.items():
-        refuse_other_table(path, _TABLES[kind][1], "the table of the screening")
+        workbook = not kind and path.suffix == TABLE_FORMATS["xlsx"]
+        first = SUMMARY_COLUMNS if workbook else _TABLES[kind][1]
+        refuse_other_table(path, first, "the table of the screening")

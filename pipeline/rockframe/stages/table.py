@@ -16,9 +16,17 @@ from rockframe.provenance import refuse_obstacles, refuse_overwriting
 from rockframe.results.merging import merge
 from rockframe.results.pulses import recordings_of
 from rockframe.results.reading import kind_of
-from rockframe.results.tables.entries import beside, refuse_other_table, write_rows_as
+from rockframe.results.schema import PULSES, RECORDS, RESPONSE
+from rockframe.results.tables.entries import (
+    beside,
+    format_of,
+    parameter_rows,
+    refuse_other_table,
+    write_rows_as,
+    write_tables,
+)
 from rockframe.results.tables.rows import Row
-from rockframe.results.tables.summary import SUMMARY_COLUMNS, summary_rows
+from rockframe.results.tables.summary import SUMMARY_COLUMNS, summary_rows, tables_of
 from rockframe.results.tables.table import table_rows
 
 if TYPE_CHECKING:
@@ -36,7 +44,7 @@ def table_stage(
         Outputs of `ingest_stage`, `pulse_stage` and `respond_stage` for the same records.
     output : Path
         File to write. The summary of another table than ``table.csv`` has its name, as in
-        ``mine-summary.csv``.
+        ``mine-summary.csv``; a workbook (xlsx) has the summary as its first sheet.
     table_format : str
         One of `rockframe.cells.TABLE_FORMATS`; by default the format of the extension.
 
@@ -52,11 +60,32 @@ def table_stage(
     """
     summary = beside(output, "summary", plain="table")
     refuse_overwriting([output, summary], (records, pulses, response))
-    refuse_other_table(summary, SUMMARY_COLUMNS, "the summary of the table")
     rows = list(table_rows_of(records, pulses, response))
+    over_records = summary_rows(rows, recordings_of(records))
+    if format_of(output, table_format) == "xlsx":
+        files = ((records, RECORDS), (pulses, PULSES), (response, RESPONSE))
+        write_table_workbook(output, rows, over_records, *files)
+        return len(rows)
+    refuse_other_table(summary, SUMMARY_COLUMNS, "the summary of the table")
     count = write_rows_as(output, rows, table_format)
-    write_rows_as(summary, summary_rows(rows, recordings_of(records)), table_format)
+    write_rows_as(summary, over_records, table_format)
     return count
+
+
+def write_table_workbook(
+    path: Path, rows: Sequence[Row], summary: Sequence[Row], *files: tuple[Path, str]
+) -> None:
+    """Write a workbook of a summary, its matrices, the rows, and the options of the files.
+
+    Raises
+    ------
+    InputError
+        If the workbook cannot be written.
+    ParameterError
+        If packages are missing, or the name does not end in ``.xlsx``.
+    """
+    tables = tables_of(rows, summary, "responses")
+    write_tables(path, {**tables, "parameters": parameter_rows(*files)}, "responses", "xlsx")
 
 
 def table_rows_of(

@@ -34,6 +34,7 @@ def add_pulse(parser: argparse.ArgumentParser) -> None:
         "weighting, for records with the paper's names",
     )
     add_options(parser, PulseOptions)
+    arguments.add_format(parser, default=None)
     arguments.add_batch(parser)
     add_options(parser, ExecutionOptions)
 
@@ -51,6 +52,7 @@ def _find(options: argparse.Namespace) -> int:
     from rockframe.results.pulses import pulse_rows
     from rockframe.stages.pulse import pulse_stage
 
+    arguments.refuse_tables(options, {"pulses": ("record_id",)}, "pulses")
     written: list[xr.Dataset] = []
     with console.progress_bar("matching pulses") as progress:
         rejections = pulse_stage(
@@ -63,11 +65,15 @@ def _find(options: argparse.Namespace) -> int:
             written=written.append,
         )
     rows = pulse_rows(written[0])
+    flat = [{key: one for key, one in row.items() if key != "runners_up"} for row in rows]
+    tables = arguments.write_tables(options, {"pulses": flat}, "pulses")
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
-        console.show_json({"pulses": rows, "rejected": rejected, "output": str(options.output)})
+        said = {"pulses": rows, "rejected": rejected, "output": str(options.output)}
+        console.show_json(said | ({"tables": tables} if tables else {}))
     else:
         _show(rows, str(options.output))
+        print(*tables, sep="\n", end="\n" if tables else "")
     return console.show_rejections(rejections)
 
 

@@ -53,6 +53,7 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="output of `rockframe pulse` for these records: adds the response to the pulse alone",
     )
+    arguments.add_format(parser, default=None)
     arguments.add_matrix(parser)
     arguments.add_batch(parser)
     add_options(parser, ExecutionOptions)
@@ -63,11 +64,12 @@ def run_respond(options: argparse.Namespace) -> int:
     from rockframe.results.pulses import recordings_of
     from rockframe.results.tables.rows import response_columns
     from rockframe.results.tables.sensitivity import sensitivity_rows
-    from rockframe.results.tables.summary import summary_rows
+    from rockframe.results.tables.summary import first_columns, summary_rows, tables_of
     from rockframe.results.tables.table import response_rows
     from rockframe.stages.respond import respond_stage
 
     stated = chosen(options, RespondOptions)
+    arguments.refuse_tables(options, first_columns(*_RESPONSES), _RESPONSES[0])
     if options.sensitivity:
         _require_spreads(stated.ensemble)
     written: list[xr.Dataset] = []
@@ -85,11 +87,18 @@ def run_respond(options: argparse.Namespace) -> int:
         )
     rows = list(response_rows(written[0]))
     summary = summary_rows(rows, recordings_of(options.records))
+    tables = tables_of(rows, summary, _RESPONSES[0])
+    made = arguments.write_tables(options, tables, _RESPONSES[0])
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         found = {"sensitivity": list(sensitivity_rows(written[0]))} if options.sensitivity else {}
-        said = {"responses": rows, "rejected": rejected, "output": str(options.output)}
-        console.show_json(said | found | {"summary": summary} | matrices(rows, options.matrix))
+        said: dict[str, Any] = {
+            "responses": rows,
+            "rejected": rejected,
+            "output": str(options.output),
+        }
+        said |= {"summary": summary} | found | ({"tables": made} if made else {})
+        console.show_json(said | matrices(rows, options.matrix))
     else:
         columns = response_columns(rows[0] if rows else {}, {"record_id": "Record"})
         if options.pulses:
@@ -99,9 +108,12 @@ def run_respond(options: argparse.Namespace) -> int:
         print(verdict_notes(rows[0] if rows else {}))
         if options.sensitivity:
             _show_sensitivity(written[0], str(options.output))
+        print(*made, sep="\n", end="\n" if made else "")
     return console.show_rejections(rejections)
 
 
+#: Kind of the main table, and its first columns.
+_RESPONSES: Final = ("responses", "record_id", "structure")
 #: Largest number of responses that are printed one by one, and number that is printed of more.
 _MOST_RESPONSES, _WORST = 40, 10
 
@@ -271,6 +283,7 @@ def add_spectrum(parser: argparse.ArgumentParser) -> None:
         help="output of `rockframe ingest`: compute rocking spectra of these records, the peaks "
         "against the column period 2 pi / p (default: overturning spectra of pulses)",
     )
+    arguments.add_format(parser, default=None)
     add_options(parser, SpectrumOptions, required=False)
     add_options(parser, RockingSpectrumOptions, title="with --records", required=False)
     add_options(parser, ExecutionOptions)
@@ -284,6 +297,8 @@ def run_spectrum(options: argparse.Namespace) -> None:
         if name not in own.model_fields and hasattr(options, name):
             where = "with" if options.records else "without"
             raise ParameterError(f"{flag(name)} stated {where} --records. Must not be.")
+    first = "record_id" if options.records else "wavelet"
+    arguments.refuse_tables(options, {"spectrum": (first,)}, "spectrum")
     (_spectrum_of_records if options.records else _spectrum_of_pulses)(options)
 
 
@@ -295,8 +310,11 @@ def _spectrum_of_pulses(options: argparse.Namespace) -> None:
     spectrum_stage(options.output, stated, engine=engine, written=written.append)
     (dataset,) = written
     lines = _curves(dataset)
+    flat = [{key: one for key, one in line.items() if key != "intervals"} for line in lines]
+    tables = arguments.write_tables(options, {"spectrum": flat}, "spectrum")
     if options.json:
-        console.show_json({"spectrum": lines, "output": str(options.output)})
+        said = {"spectrum": lines, "output": str(options.output)}
+        console.show_json(said | ({"tables": tables} if tables else {}))
         return
     ratios = [f"{ratio:g}" for ratio in dataset["frequency_ratio"].values]
     beyond = f"> {float(dataset['amplitude'][-1]):g}"
@@ -317,7 +335,7 @@ def _spectrum_of_pulses(options: argparse.Namespace) -> None:
     islands = int((dataset["safe_islands"] > 0).sum())
     points = f"{islands} of these {dataset['safe_islands'].size} points"
     print(f"Above {points} are islands in which the frame stands.")
-    print(options.output)
+    print(options.output, *tables, sep="\n")
 
 
 def _curves(dataset: xr.Dataset) -> list[dict[str, Any]]:
@@ -346,8 +364,10 @@ def _spectrum_of_records(options: argparse.Namespace) -> None:
     written: list[xr.Dataset] = []
     rocking_spectrum_stage(options.records, output, stated, engine=engine, written=written.append)
     rows = _periods_without_overturning(written[0])
+    tables = arguments.write_tables(options, {"spectrum": rows}, "spectrum")
     if options.json:
-        console.show_json({"spectra": rows, "output": str(output)})
+        said = {"spectra": rows, "output": str(output)}
+        console.show_json(said | ({"tables": tables} if tables else {}))
         return
     columns = [
         console.column("record", "record_id"),
@@ -359,7 +379,7 @@ def _spectrum_of_records(options: argparse.Namespace) -> None:
     console.show_rows(
         "Rocking spectra: 2π/p above which the frame does not overturn", columns, rows
     )
-    print(output)
+    print(output, *tables, sep="\n")
 
 
 def _periods_without_overturning(dataset: xr.Dataset) -> list[dict[str, Any]]:

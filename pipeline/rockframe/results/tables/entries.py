@@ -10,18 +10,17 @@ from itertools import chain, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cells import TABLE_FORMATS, harmless, read_rows, write_table
+from rockframe.cells import TABLE_FORMATS, read_rows, write_table
 from rockframe.errors import InputError, ParameterError
 from rockframe.options import STAGES
 from rockframe.outcome import InputOutcome
-from rockframe.provenance import whole_file
+from rockframe.provenance import versions, whole_file
 from rockframe.results.reading import attributes_of
+from rockframe.results.tables.workbook import heads_of, write_workbook
 
 if TYPE_CHECKING:
     from rockframe.signals.passport import Passport
 
-#: Largest number of rows in a spreadsheet.
-_MOST_ROWS: Final = 1_048_575
 #: Packages of the extra `tables` that formats need.
 _PACKAGES: Final = {"xlsx": "openpyxl", "parquet": "pyarrow"}
 
@@ -45,23 +44,35 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
     ParameterError
         If the format has another extension, or needs packages that are missing.
     """
+    table_format = format_of(path, table_format)
+    if table_format == "csv":
+        with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
+            return write_table(stream, rows)
+    require_format(path)
+    if table_format == "xlsx":
+        return write_workbook(path, {path.stem: rows})
+    import pandas as pd  # the import takes half a second
+
+    frame = pd.DataFrame.from_records(list(rows))
+    with whole_file(path) as partial:
+        _write(frame, partial, table_format)
+    return len(frame)
+
+
+def format_of(path: Path, table_format: str = "") -> str:
+    """Return the stated format of a table, by default that of its extension.
+
+    Raises
+    ------
+    ParameterError
+        If the extension is that of another format.
+    """
     table_format = table_format or _format_of(path)
     if path.suffix.lower() != TABLE_FORMATS[table_format]:
         raise ParameterError(
             f"{path}: name of a table as {table_format}. Must end in {TABLE_FORMATS[table_format]}."
         )
-    if table_format == "csv":
-        with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-            return write_table(stream, rows)
-    require_format(path)
-    import pandas as pd  # the import takes half a second
-
-    frame = pd.DataFrame.from_records(list(rows))
-    if table_format == "xlsx" and len(frame) > _MOST_ROWS:
-        raise InputError(path, f"has {len(frame)} rows. Must be at most {_MOST_ROWS} for xlsx.")
-    with whole_file(path) as partial:
-        _write(frame, partial, table_format)
-    return len(frame)
+    return table_format
 
 
 def require_format(path: Path) -> None:
@@ -94,6 +105,129 @@ def beside(output: Path, kind: str, plain: str) -> Path:
     return output.with_name(stem + output.suffix)
 
 
+def table_paths(
+    output: Path, kinds: Iterable[str], main: str, table_format: str
+) -> dict[str, Path]:
+    """Return the path of each table of `write_tables`, by kind.
+
+    Examples
+    --------
+    >>> paths = table_paths(Path("response.nc"), ["summary", "responses"], "responses", "csv")
+    >>> [path.name for path in paths.values()]
+    ['response-summary.csv', 'response.csv']
+    """
+    path = output.with_suffix(TABLE_FORMATS[table_format])
+    one = table_format == "xlsx"
+    return {
+        kind: path if one or kind == main else beside(path, kind.replace(" ", "-"), plain="")
+        for kind in kinds
+    }
+
+
+def write_tables(
+    output: Path, tables: Mapping[str, Sequence[Mapping[str, Any]]], main: str, table_format: str
+) -> list[Path]:
+    """Write tables beside the file of a stage: as sheets of one workbook, or a file for each.
+
+    Parameters
+    ----------
+    output : Path
+        The file of the stage; the workbook and the main table have its name.
+    tables : mapping of str to sequence of mapping
+        Rows of each table, by kind, in the order of the sheets.
+    main : str
+        Kind of the main table.
+    table_format : str
+        One of `rockframe.cells.TABLE_FORMATS`.
+
+    Returns
+    -------
+    list of Path
+        The written files.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    ParameterError
+        If the format needs packages that are missing.
+    """
+    paths = table_paths(output, tables, main, table_format)
+    require_format(paths[main])
+    if table_format == "xlsx":
+        write_workbook(paths[main], tables)
+    else:
+        for kind, path in paths.items():
+            write_rows_as(path, tables[kind], table_format)
+    return list(dict.fromkeys(paths.values()))
+
+
+def refuse_other_tables(
+    output: Path, first: Mapping[str, Sequence[str]], main: str, table_format: str
+) -> None:
+    """Refuse to replace files that have the names of tables but other contents.
+
+    Parameters
+    ----------
+    output, main, table_format
+        As for `write_tables`.
+    first : mapping of str to sequence of str
+        First columns of each table, by kind.
+
+    Raises
+    ------
+    InputError
+        If there is such a file.
+    ParameterError
+        If the format needs packages that are missing.
+    """
+    checked: set[Path] = set()
+    for kind, path in table_paths(output, first, main, table_format).items():
+        if path not in checked:  # of a workbook, the first sheet decides
+            refuse_other_table(path, first[kind], "a table of this command")
+        checked.add(path)
+
+
+#: Columns of `parameter_rows`.
+PARAMETERS: Final = ("part", "name", "value")
+
+
+def parameter_rows(*files: tuple[Path, str]) -> list[dict[str, Any]]:
+    """Return the options, input hashes and versions of files, and the versions of libraries here.
+
+    Parameters
+    ----------
+    *files : (Path, str)
+        netCDF files of stages, and their kinds.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read.
+    """
+    rows: list[tuple[str, str, Any]] = []
+    for path, kind in files:
+        attributes = attributes_of(path, kind)
+        stated = ("rockframe_version", "source_code_hash", "gravity")
+        rows += [(kind, name, attributes[name]) for name in stated]
+        hashes = json.loads(attributes["input_sha256"])
+        rows += [(f"{kind}: SHA-256 of inputs", *one) for one in hashes.items()]
+        options = _flat(json.loads(attributes["parameters"]))
+        rows += [(f"{kind}: options", *one) for one in options]
+    rows += [("versions of libraries", *one) for one in versions().items()]
+    return [dict(zip(PARAMETERS, row, strict=True)) for row in rows]
+
+
+def _flat(options: Mapping[str, Any], within: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the options of nested tables by their names with points; lists become text."""
+    for name, value in options.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{within}{name}.")
+        else:
+            plain = value is None or isinstance(value, str | int | float)
+            yield f"{within}{name}", value if plain else json.dumps(value)
+
+
 def columns_of(path: Path) -> list[str]:
     """Return the columns of a table of `write_rows_as`; for another file, any other words."""
     ending = path.suffix.lower()
@@ -102,9 +236,7 @@ def columns_of(path: Path) -> list[str]:
             schema = importlib.import_module("pyarrow.parquet").read_schema(path)
             return list(schema.names)
         if ending == ".xlsx":
-            import pandas as pd
-
-            return [str(name) for name in pd.read_excel(path, nrows=0, engine="openpyxl")]
+            return heads_of(path)
     except Exception:  # noqa: BLE001 -- any error means that it is no such table
         return []
     with path.open("rb") as stream:
@@ -120,21 +252,13 @@ def _format_of(path: Path) -> str:
 
 
 def _write(frame: Any, path: Path, table_format: str) -> None:
-    if table_format == "xlsx":
-        texts = frame.select_dtypes(["object", "string"]).columns
-        safe = frame.assign(**{name: [_safe(one) for one in frame[name]] for name in texts})
-        safe.to_excel(path, index=False, engine="openpyxl")
-    elif table_format == "parquet":
+    if table_format == "parquet":
         frame.to_parquet(path, index=False, engine="pyarrow")
     elif table_format == "latex":
         content = frame.to_latex(index=False, escape=True, na_rep="--", float_format="%.4g")
         path.write_text(content, encoding="utf-8")
     else:
         path.write_text(_markdown(frame), encoding="utf-8")
-
-
-def _safe(value: Any) -> Any:
-    return harmless(value) if isinstance(value, str) else value
 
 
 def _markdown(frame: Any) -> str:

@@ -43,19 +43,29 @@ def _fell(row: Cells) -> bool:
     return Verdict[row["verdict"].upper()] is Verdict.OVERTURNS
 
 
-def _central(row: Cells, nominal: str, median: str) -> float:
-    """Return the median of an ensemble, or the nominal peak; infinite if it overturns."""
-    if math.isfinite(number(row.get("share_overturned"))):
-        return number(row.get(median))
-    return math.inf if _fell(row) else number(row.get(nominal))
+def _is_nominal(row: Cells) -> bool:
+    return math.isnan(number(row.get("share_overturned")))
+
+
+def _share_column(_row: Cells) -> str:
+    return "share_overturned"
+
+
+def _rotation_column(row: Cells) -> str:
+    return "peak_rotation_ratio" if _is_nominal(row) else "peak_rotation_ratio_50"
+
+
+def _drift_column(row: Cells) -> str:
+    return "u_max_m" if _is_nominal(row) else "u_max_50_m"
 
 
 def _rotation(row: Cells) -> float:
-    return _central(row, "peak_rotation_ratio", "peak_rotation_ratio_50")
+    """Return the median of the ensemble, or the nominal peak; infinite if it overturns."""
+    return math.inf if _is_nominal(row) and _fell(row) else number(row.get(_rotation_column(row)))
 
 
 def _drift(row: Cells) -> float:
-    return _central(row, "u_max_m", "u_max_50_m")
+    return math.inf if _is_nominal(row) and _fell(row) else number(row.get(_drift_column(row)))
 
 
 def _margin(row: Cells) -> float:
@@ -76,8 +86,8 @@ class Quantity:
     ----------
     words : str
         Heading, with the unit.
-    column : str
-        Column of the matrix, after the name of the structure.
+    column : callable
+        Returns the column of the matrix for a row, after the name of the structure.
     value : callable
         Returns the value of a row.
     form : str
@@ -87,7 +97,7 @@ class Quantity:
     """
 
     words: str
-    column: str
+    column: Callable[[Cells], str]
     value: Callable[[Cells], float]
     form: str
     factor: float = 1.0
@@ -106,12 +116,10 @@ MATRICES: Final[Mapping[str, Quantity]] = MappingProxyType(
         zip(
             MATRIX_QUANTITIES,
             (
-                Quantity(
-                    "share that overturns [%]", "share_overturned", share_overturned, ".0f", 100.0
-                ),
-                Quantity("u [cm]", "u_max_m", _drift, ".1f", 100.0),
-                Quantity("θ/α", "peak_rotation_ratio", _rotation, ".3f"),
-                Quantity("margin", "scale", _margin, ".2f"),
+                Quantity("share that overturns [%]", _share_column, share_overturned, ".0f", 100.0),
+                Quantity("u [cm]", _drift_column, _drift, ".1f", 100.0),
+                Quantity("θ/α", _rotation_column, _rotation, ".3f"),
+                Quantity("margin", _margin_of, _margin, ".2f"),
             ),
             strict=True,
         )
@@ -286,7 +294,7 @@ def matrix_rows(rows: Iterable[Cells], quantity: str) -> list[Row]:
     one, found = MATRICES[quantity], dict[str, Row]()
     for row in rows:
         of_record = found.setdefault(row["record_id"], {"record_id": row["record_id"]})
-        of_record[f"{row['structure']} {one.column}"] = one.value(row)
+        of_record[f"{row['structure']} {one.column(row)}"] = one.value(row)
     return list(found.values())
 
 
@@ -294,7 +302,22 @@ def matrix_columns(matrix: Sequence[Row], quantity: str) -> list[Column]:
     """Return the columns of a printed matrix: the records, and the structures by name."""
     one = MATRICES[quantity]
     names = [key for key in (matrix[0] if matrix else {}) if key != "record_id"]
-    structures = [
-        Column(f"{key.removesuffix(f' {one.column}')}>", key, rule=one.cell) for key in names
-    ]
+    structures = [Column(f"{key.partition(' ')[0]}>", key, rule=one.cell) for key in names]
     return [Column("Record", "record_id"), *structures]
+
+
+def tables_of(rows: Sequence[Row], summary: Sequence[Row], main: str) -> dict[str, Sequence[Row]]:
+    """Return the tables of responses by kind: summary, matrices, and the rows as `main`."""
+    found = {name: matrix_rows(rows, name) for name in MATRIX_QUANTITIES}
+    known = {f"matrix {name}": one for name, one in found.items() if any(map(_has_value, one))}
+    return {"summary": summary, **known, main: rows}
+
+
+def _has_value(row: Row) -> bool:
+    return any(isinstance(one, float) and not math.isnan(one) for one in row.values())
+
+
+def first_columns(main: str, *columns: str) -> dict[str, Sequence[str]]:
+    """Return the first columns of each of these tables, by which earlier ones are recognised."""
+    found = {f"matrix {name}": ("record_id",) for name in MATRIX_QUANTITIES}
+    return {"summary": SUMMARY_COLUMNS, **found, main: columns}
