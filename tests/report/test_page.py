@@ -8,6 +8,7 @@ import json
 import re
 import shutil
 import zlib
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -23,7 +24,8 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import sealed as sealed_json
 from rockframe.provenance import sha256_of
-from rockframe.report.page import encode, is_whole, sealed, shown
+from rockframe.report.page import choose, encode, is_whole, render, sealed, shown
+from rockframe.results.run import read_histories, read_run
 from rockframe.stages.report import report_stage
 
 from .conftest import EVENT, FILE, REJECTED, STATION
@@ -140,6 +142,25 @@ def test_of_many_results_those_to_look_at_first_are_listed_and_all_are_counted(
     table = unpack(page.texts["data-table"]).decode()
     header, first = (hostile_run / "table.csv").read_text(encoding="utf-8").splitlines()[:2]
     assert table == f"{header}\n{first}\n"
+
+
+def test_the_summary_is_first_and_links_to_the_worst_record(hostile_run: Path) -> None:
+    """A single record has no summary, so the number of records is changed."""
+    run = read_run(hostile_run)
+    histories = list(read_histories(hostile_run, choose(run, 9)))
+    assert 'id="summary"' not in render(run, histories)
+    several = replace(run, summary=tuple({**row, "records": "2"} for row in run.summary))
+    html = render(several, histories)
+    section = html.split('<section id="summary"')[1].split("</section>")[0]
+    assert html.index('id="summary"') < html.index('id="glance-title"')
+    assert re.findall(r'<th scope="row">(\w+)</th>', section) == ["bent", "thin", "squat"]
+    assert re.findall(r'href="(#history-\d)"', section) == [
+        "#history-0",
+        "#history-1",
+        "#history-2",
+    ]
+    assert "Overturn over all records" in section
+    assert STATION not in section
 
 
 def test_names_stay_text(page: str) -> None:

@@ -46,7 +46,7 @@ from rockframe.results.tables.rows import (
     stated_pulse,
 )
 from rockframe.results.tables.sensitivity import sensitivity_words, spread_words, spreads_of_row
-from rockframe.results.tables.summary import summary_columns
+from rockframe.results.tables.summary import summary_columns, summary_legend
 from rockframe.risk import LimitState, Outcome, measure_of
 from rockframe.rocking import SpreadVerdict, VerdictKind
 from rockframe.signals.passport import CHECKS
@@ -365,9 +365,21 @@ def _overview(run: Run) -> dict[str, Any]:
         "records": records,
         "structures": structures,
         "place": place,
+        **_over_records(run),
         "glance": len(records) <= _GLANCE and len(run.rows) == total,
         "entries": [(entry, checks(entry)) for entry in _entries_to_list(run)],
         "all_entries": len(run.entries),
+    }
+
+
+def _over_records(run: Run) -> dict[str, Any]:
+    """Return the content of the summary; its rows are empty for a single record."""
+    rows = run.summary if any(int(row["records"]) > 1 for row in run.summary) else ()
+    return {
+        "summary": rows,
+        "summary_columns": summary_columns(rows),
+        "summary_legend": summary_legend(rows),
+        "row_of_worst": {(row["record"], row["structure"]): i for i, row in enumerate(run.rows)},
     }
 
 

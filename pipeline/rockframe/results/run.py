@@ -62,6 +62,8 @@ class Run:
         Strips by record and structure of the rows; empty if margins were not computed.
     spreads : mapping of (str, str) to mapping
         Rows of `sensitivity_rows` by record and structure; empty without an ensemble.
+    summary : tuple of mapping of str to str
+        Rows of ``summary.csv``; empty for runs of versions without it.
     """
 
     folder: Path
@@ -75,6 +77,7 @@ class Run:
     pairs: Mapping[Pair, LabelledValues]
     strips: Mapping[Pair, Strip] = field(default_factory=dict)
     spreads: Mapping[Pair, Mapping[str, Any]] = field(default_factory=dict)
+    summary: tuple[Mapping[str, str], ...] = ()
 
     @property
     def name(self) -> str:
@@ -124,6 +127,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
             LabelledValuesOf(response, keys=["record_id", "structure"]),
             strips_of(response, {row["record_id"] for row in rows}),
             {(row["record_id"], row["structure"]): row for row in sensitivity_rows(response)},
+            tuple(rows_of(folder / "summary.csv")),
         )
 
 
