@@ -79,6 +79,17 @@ class SiteType(IntEnum):
         """Name for options and tables: ``free-field``."""
         return self.name.lower().replace("_", "-")
 
+    @classmethod
+    def named(cls, words: str) -> SiteType:
+        """Return the site with a name.
+
+        Examples
+        --------
+        >>> SiteType.named("free-field").words
+        'free-field'
+        """
+        return cls[words.upper().replace("-", "_")]
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record(Shown):

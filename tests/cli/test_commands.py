@@ -342,3 +342,5 @@ def test_of_what_fell_show_tells_when_and_no_rotation(
     (fallen,) = (line for line in lines if line[:1] == ["slender-frame"])
     assert fallen[1:5] == ["overturns", "100", "%", "(95"]
     assert fallen[-2:] == ["overturns", "overturns"]
+    event = "event 2019 Ridgecrest, M 7.1, station CCC, Repi 34.5 km"
+    assert event in [" ".join(line) for line in lines]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,19 +13,23 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
+from pydantic import ValidationError
 from tests.screening import sine, site, stored, three
 
+from rockframe.cli.main import main
 from rockframe.components import pair_horizontals, rotate
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.options.ingest import Filters
-from rockframe.options.respond import ScreenOptions
+from rockframe.options.respond import Ensemble, ScreenOptions
 from rockframe.record import SiteType
 from rockframe.results.records import read_records
 from rockframe.results.screen import read_screening
-from rockframe.rocking import respond
+from rockframe.results.screen_tables import site_note
+from rockframe.rocking import draws, respond
 from rockframe.stages.pulse import pulse_stage
 from rockframe.stages.screen import screen_stage
 from rockframe.study.structures import read_structures
+from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
 Screen = Callable[..., xr.Dataset]
@@ -54,7 +59,7 @@ def test_only_the_free_field(tmp_path: Path) -> None:
     done = screen_stage(
         stored(records, tmp_path),
         tmp_path / "screen.nc",
-        filters=Filters(site="free-field"),
+        filters=Filters(site=("free-field",)),
         options=ScreenOptions(scales=(1.0,), margins="none"),
     )
     found = read_screening(tmp_path / "screen.nc")
@@ -63,6 +68,74 @@ def test_only_the_free_field(tmp_path: Path) -> None:
         "s01": "site structure. Must be free-field",
         "s02": "site unknown. Must be free-field",
     }
+
+
+@pytest.mark.parametrize(
+    ("filters", "kept"),
+    [
+        (Filters(site=("free-field", "unknown")), ["s00", "s02"]),
+        (Filters(not_site=("structure", "borehole")), ["s00", "s02"]),
+        (Filters(site=("free-field", "borehole"), not_site=("borehole",)), ["s00"]),
+    ],
+)
+def test_sites_are_kept_and_left_out(tmp_path: Path, filters: Filters, kept: list[str]) -> None:
+    places = (SiteType.FREE_FIELD, SiteType.STRUCTURE, SiteType.UNKNOWN, SiteType.BOREHOLE)
+    records = [replace(one, site_type=place) for one, place in zip(site(4), places, strict=True)]
+    screen_stage(
+        stored(records, tmp_path),
+        tmp_path / "screen.nc",
+        filters=filters,
+        options=ScreenOptions(scales=(1.0,), margins="none"),
+    )
+    found = read_screening(tmp_path / "screen.nc")
+    assert found["record_id"].values.tolist() == kept
+    assert site_note(found) == ""
+
+
+def test_a_site_may_be_stated_alone_as_in_older_studies() -> None:
+    assert Filters.model_validate({"site": "unknown"}).site == ("unknown",)
+    with pytest.raises(ValidationError):
+        Filters.model_validate({"site": "roof"})
+
+
+def test_a_screening_says_that_motions_are_not_of_free_ground(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    places = (SiteType.STRUCTURE, SiteType.FREE_FIELD, SiteType.BOREHOLE)
+    records = [replace(one, site_type=place) for one, place in zip(site(3), places, strict=True)]
+    screen_stage(
+        stored(records, tmp_path),
+        tmp_path / "screen.nc",
+        options=ScreenOptions(scales=(1.0,), margins="none"),
+    )
+    note = site_note(read_screening(tmp_path / "screen.nc"))
+    assert note.startswith(
+        "2 of 3 motions are not of free ground: s00 (structure), s02 (borehole). --not-site"
+    )
+    words = ["screen", str(tmp_path / "records.nc"), "--margins", "none", "--scales", "1"]
+    assert main([*words, "--output", str(tmp_path / "again.nc")]) == 0
+    assert note in capsys.readouterr().out
+
+
+def test_flight_of_a_member_names_the_spread_and_the_member(tmp_path: Path) -> None:
+    """At scale 2 the motion itself falls at 0.95 g, and a member with an amplitude above 1.05
+    faster than gravity."""
+    upward = 0.475 * GRAVITY
+    options = ScreenOptions(
+        scales=(2.0,), margins="none", vertical=True, scenario_members=16,
+        ensemble=Ensemble(amplitude=0.2),
+    )  # fmt: skip
+    with pytest.raises(ParameterError) as caught:
+        screen_stage(stored(three("s", upward), tmp_path), tmp_path / "screen.nc", options)
+    message = str(caught.value)
+    found = re.search(r"spread amplitude 0.2 of the ensemble: member (\d+) has ([\d.]+) times "
+                      r"the motion at scale 2", message)  # fmt: skip
+    assert found is not None, message
+    ensemble = options.scenario_ensemble()
+    assert ensemble is not None
+    drawn = draws(ensemble)[:, 3]
+    assert float(found[2]) == pytest.approx(drawn[int(found[1]) - 1], rel=1e-3)
+    assert float(found[2]) == pytest.approx(drawn.max(), rel=1e-3)
 
 
 def test_empty_selection_is_named(screen: Screen) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import math
 import unicodedata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli import console
 from rockframe.cli.options import path
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rockframe.results.run import Run
+
+
+#: Filters of sites, which are no ranges.
+_SITES: Final = ("site", "not_site")
 
 
 def add_show(parser: argparse.ArgumentParser) -> None:
@@ -107,6 +112,7 @@ def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None
         ("passport", _of_passport(history["passport"])),
         ("filters", _of_filters(history)),
         (history["status"], history["reason"]),
+        ("event", _of_event(facts)),
         ("motion", _of_motion(facts)),
         ("pulse", _of_pulse(facts)),
         *((f"not in {stage}", reason) for stage, reason in history["left_out"].items()),
@@ -155,14 +161,45 @@ def _of_passport(passport: Mapping[str, Any]) -> str:
 
 
 def _of_filters(history: Mapping[str, Any]) -> str:
+    """Return the stated filters in words.
+
+    Examples
+    --------
+    >>> _of_filters({"filters": {"pga_g": [0.1, None], "site": None, "not_site": ["borehole"]}})
+    'pga_g from 0.1; not_site borehole'
+    """
     stated = {name: bounds for name, bounds in history["filters"].items() if bounds is not None}
-    return "; ".join(f"{name}{_of_bounds(*bounds)}" for name, bounds in stated.items())
+    sites = {name: " " + " or ".join(stated.pop(name)) for name in _SITES if name in stated}
+    bounds = {name: _of_bounds(*bounds) for name, bounds in stated.items()}
+    return "; ".join(f"{name}{words}" for name, words in (bounds | sites).items())
 
 
 def _of_bounds(low: float | None, high: float | None) -> str:
     """Return the bounds as text; None is an open bound (infinity, null in JSON)."""
     least = "" if low is None else f" from {low:g}"
     return least + ("" if high is None else f" to {high:g}")
+
+
+def _of_event(facts: Mapping[str, Any]) -> str:
+    """Return event, magnitude, distances and site, as far as they are known.
+
+    Examples
+    --------
+    >>> _of_event({"event": "2019 Ridgecrest", "magnitude": 7.1, "station": "CCC",
+    ...     "epicentral_distance": 34.5, "distance_rrup": math.nan, "site_type": "free field"})
+    '2019 Ridgecrest, M 7.1, station CCC, Repi 34.5 km, free field'
+    """
+    from rockframe.results.tables.rows import DISTANCES, magnitude_words
+
+    def known(name: str) -> bool:
+        return not math.isnan(facts.get(name, math.nan))
+
+    parts = [str(facts.get("event", ""))]
+    parts += [f"M {magnitude_words(facts, 'magnitude')}"] if known("magnitude") else []
+    parts += [f"station {facts['station']}"] if facts.get("station") else []
+    parts += [f"{head} {facts[name]:g} km" for name, head in DISTANCES.items() if known(name)]
+    parts += [str(facts["site_type"])] if facts.get("site_type", "unknown") != "unknown" else []
+    return ", ".join(part for part in parts if part)
 
 
 def _of_motion(facts: Mapping[str, Any]) -> str:

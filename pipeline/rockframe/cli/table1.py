@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -220,11 +221,14 @@ def _ricker(row: Mapping[str, Any], key: str) -> str:
 
 _OF_RECORD: Final = (
     *titled({"event": "Earthquake", "record": "Record", "magnitude": "M_w>"}, once=True),
-    *titled({"epicentral_distance_km": "Repi\n[km]>", "pga_g": "PGA\n[g]>"}, once=True),
-    *titled({"pgv_m_s": "PGV\n[m/s]>", "a_p_g": "a_p\n[g]>"}, once=True),
+    *titled({"epicentral_distance_km": "Repi\n[km]>"}, once=True),
+    *titled({"distance_rrup_km": "Rrup\n[km]>", "distance_rjb_km": "Rjb\n[km]>"}, once=True),
+    *titled({"pga_g": "PGA\n[g]>", "pgv_m_s": "PGV\n[m/s]>", "a_p_g": "a_p\n[g]>"}, once=True),
     *titled({"T_p_s": "T_p\n[s]>"}, once=True, mark=("at_period_bound", "*")),
     Column("Ricker", "wavelet", rule=_ricker, once=True),
 )
+#: Columns that are printed only if a record has a value.
+_IF_KNOWN: Final = ("distance_rrup_km", "distance_rjb_km")
 _OF_PAPER: Final = (
     Column("Record", rule=lambda row, _: row["record"] if row["quantity"] == "pga_g" else ""),
     Column("", rule=lambda row, _: "{} [{}]".format(*QUANTITIES[row["quantity"]])),
@@ -248,11 +252,13 @@ def show(
     several = len({row["structure"] for row in rows}) > 1
     one = rows[0] if rows else {}
     how: dict[str, Any] = {"group": "record_id", "rules": several}
+    known = [key for key in _IF_KNOWN if any(math.isfinite(row[key]) for row in rows)]
+    of_record = [one for one in _OF_RECORD if one.key in known or one.key not in _IF_KNOWN]
     if console.table_width() >= _WIDE:
-        show_responses("", (*_OF_RECORD, *response_columns(one, {})), rows, **how)
+        show_responses("", (*of_record, *response_columns(one, {})), rows, **how)
     else:
         first = {row["record_id"]: row for row in reversed(most_severe(rows))}
-        console.show_rows("Records and pulses", _OF_RECORD, reversed(first.values()))
+        console.show_rows("Records and pulses", of_record, reversed(first.values()))
         columns = (*titled({"record": "Record"}, once=True), *response_columns(one, {}))
         show_responses("", columns, rows, **how)
     console.show_summary(summary)

@@ -16,7 +16,7 @@ from rockframe.options.model import (
     Options,
     Positive,
     Range,
-    Site,
+    Sites,
     Units,
     rule,
     value_error,
@@ -230,6 +230,8 @@ class Filters(Options):
     'magnitude 5.2. Must be from 6 to 8'
     >>> Filters(magnitude=(6.0, 8.0)).refusal(magnitude=7.1)
     ''
+    >>> Filters(not_site=("structure", "borehole")).refusal("borehole")
+    'site borehole. Must not be structure or borehole'
     """
 
     magnitude: Annotated[Bounds | None, Field(examples=[(6.0, 8.0)])] = None
@@ -244,25 +246,25 @@ class Filters(Options):
     """Range of the distance to the hypocentre [km]."""
     vs30_m_s: Annotated[Bounds | None, Field(examples=[(360.0, 1500.0)])] = None
     """Range of the shear-wave velocity of the upper 30 m at the station [m/s]."""
-    site: Annotated[Site | None, Field(examples=["free-field"])] = None
-    """Site of the sensor, from headers and catalogues."""
+    site: Annotated[Sites | None, Field(examples=[("free-field", "unknown")])] = None
+    """Sites of the sensor that are kept, from headers and catalogues."""
+    not_site: Annotated[Sites | None, Field(examples=[("structure", "borehole")])] = None
+    """Sites of the sensor that are left out."""
     pga_g: Annotated[Bounds | None, Field(examples=[(0.1, 3.0)])] = None
     """Range of the peak ground acceleration after processing [g]."""
     pgv_m_s: Annotated[Bounds | None, Field(examples=[(0.1, 3.0)])] = None
     """Range of the peak ground velocity after processing [m/s]."""
 
-    def bounds(self) -> dict[str, list[float] | str]:
+    def bounds(self) -> dict[str, list[float | str]]:
         """Return the stated filters as JSON values."""
-        return {
-            name: bounds if isinstance(bounds, str) else list(bounds)
-            for name, bounds in self
-            if bounds is not None
-        }
+        return {name: list(bounds) for name, bounds in self if bounds is not None}
 
     def refusal(self, site: str | None = None, **values: float) -> str:
         """Return the first reason why a record with these values is filtered out, or ""."""
-        if site is not None and self.site not in (None, site):
-            return f"site {site}. Must be {self.site}"
+        if site is not None and self.site is not None and site not in self.site:
+            return f"site {site}. Must be {' or '.join(self.site)}"
+        if self.not_site is not None and site in self.not_site:
+            return f"site {site}. Must not be {' or '.join(self.not_site)}"
         for name, value in values.items():
             bounds = getattr(self, name)
             if bounds is None:

@@ -349,6 +349,13 @@ Shapes = Annotated[
 Kept = Literal["none", "selected", "all"]
 #: Site of a sensor.
 Site = Literal["free-field", "structure", "borehole", "unknown"]
+#: At least one site, none twice; a single site may be stated without a list.
+Sites = Annotated[
+    tuple[Site, ...],
+    Field(strict=False, min_length=1),
+    BeforeValidator(lambda stated: (stated,) if isinstance(stated, str) else stated),
+    AfterValidator(_unique),
+]
 #: Margins of verdicts: none, the first overturning, or also robust margins.
 Margins = Literal["none", "first", "robust"]
 

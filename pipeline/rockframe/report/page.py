@@ -34,6 +34,7 @@ from rockframe.results.screen_tables import (
     responses_in_words,
     screen_rows,
     screen_summary,
+    site_note,
     with_its_limits,
 )
 from rockframe.results.tables.rows import (
@@ -505,6 +506,7 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "reference": float(screening["reference_scale"]),
         "nominal": members_of(screening) == 1,
         "responses": responses_in_words(screening),
+        "sites": site_note(screening),
         "overall": (overall := list(overall_rows(screening))),
         "overall_columns": summary_columns(overall),
         "structures": structures,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.options.respond import QUANTILES
+from rockframe.record import SiteType
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import ROBUST
@@ -126,6 +127,38 @@ def responses_in_words(screening: xr.Dataset) -> str:
     if members == 1:
         return f"{motions} motions"
     return f"{motions * members} responses ({motions} motions, {members} members each)"
+
+
+def site_note(screening: xr.Dataset) -> str:
+    """Return a sentence if motions of structures or boreholes are among those of a site, else "".
+
+    Examples
+    --------
+    >>> named = {"record_id": ("record", ["a", "b", "c"]), "site_type": ("record", [1, 2, 3])}
+    >>> site_note(xr.Dataset(named))[:49]
+    '2 of 3 motions are not of free ground: b (structu'
+    """
+    if "site_type" not in screening:
+        return ""
+    kinds = [SiteType(int(flag)) for flag in screening["site_type"].values]
+    names = [str(name) for name in screening["record_id"].values]
+    apart = [
+        f"{name} ({kind.words})"
+        for name, kind in zip(names, kinds, strict=True)
+        if kind in (SiteType.STRUCTURE, SiteType.BOREHOLE)
+    ]
+    if not apart:
+        return ""
+    more = f" and {len(apart) - _NAMED} more" if len(apart) > _NAMED else ""
+    return (
+        f"{len(apart)} of {len(names)} motions are not of free ground: "
+        f"{', '.join(apart[:_NAMED])}{more}. --not-site structure borehole (not_site in a study) "
+        "leaves them out."
+    )
+
+
+#: Largest number of motions that are named in a note.
+_NAMED: Final = 5
 
 
 def _words(row: dict[str, Any]) -> str:

@@ -16,6 +16,7 @@ from rockframe.options.ingest import Filters
 from rockframe.options.respond import QUANTILES, ScreenOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
+from rockframe.record import SiteType
 from rockframe.results.pulses import RecordMetadata, read_metadata
 from rockframe.results.records import open_records
 from rockframe.results.schema.response import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
@@ -97,6 +98,7 @@ def statistics(
         "record_id": [motion.name for motion in motions],
         "event": [texts["event"][motion.row] for motion in motions],
         "station": [texts["station"][motion.row] for motion in motions],
+        "site_type": [SiteType.named(texts["site"][motion.row]) for motion in motions],
         "cluster": clusters,
         **{name: numbers[name] for name in numbers if name not in spectra},
         "limit_state": [limit.name for limit in run.limits],

@@ -19,11 +19,7 @@ from rockframe.record import Record
 from rockframe.results.pulses import RecordMetadata
 from rockframe.results.records import RecordsFile
 from rockframe.risk import spectral
-from rockframe.rocking import (
-    GroundAcceleration,
-    draws,
-    refuse_flight,
-)
+from rockframe.rocking import GroundAcceleration, refuse_flight, require_motion
 from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import integrate, peak
 from rockframe.stages.common import horizontal
@@ -98,9 +94,7 @@ class Motions:
     def _choose(self) -> None:
         # azimuths from 0 to 360 degrees
         azimuths = [azimuth % 360.0 for azimuth in self._options.azimuths_degree or ()]
-        ensemble = self._options.scenario_ensemble()
-        amplitude = 1.0 if ensemble is None else float(draws(ensemble)[:, 3].max())
-        scale = self._options.scales[-1] * max(1.0, amplitude)
+        ensemble, scale = self._options.scenario_ensemble(), self._options.scales[-1]
         rows = {name: row for row, name in enumerate(self._metadata.names)}
         names = horizontal(self._file)
         if self._vertical and not azimuths:
@@ -116,6 +110,8 @@ class Motions:
             try:
                 if self._vertical:
                     refuse_flight(self._ground_motion(motion), scale)
+                if self._vertical and ensemble is not None:
+                    require_motion(ensemble, self._ground_motion(motion), scale)
             except ParameterError as error:
                 self.rejections.append(InputOutcome(motion.name, str(error)))
                 continue

@@ -300,7 +300,7 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
 
 
 def _show_notes(screening: xr.Dataset, done: Screening) -> None:
-    from rockframe.results.screen_tables import members_of
+    from rockframe.results.screen_tables import members_of, site_note
     from rockframe.risk.measures import FEWEST_MOTIONS
 
     recordings = len(set(screening["cluster"].values.tolist()))
@@ -317,6 +317,8 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
         "Scales, components and members of one recording are not independent: bands are based on "
         "recordings."
     )
+    if site_note(screening):
+        print(site_note(screening))
     if recordings < FEWEST_MOTIONS:
         print(f"{recordings} recordings are few: fragility, bands and rates are uncertain.")
     for name, reason in islice(done.left_out.items(), _SHOWN):

@@ -392,6 +392,7 @@ SCREEN_NC: Final = FileKind(
         *optional("histories", *histories("obs")),
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
         *(replace(RECORDS_NC[name], source="") for name in ("event", "station")),
+        *optional("site", replace(RECORDS_NC["site_type"], source="")),
         Variable("cluster", "record", np.int32, "1", "number of the recording to which the motion belongs, as a component or an azimuth"),
         *_NUMBERS,
         *OF_FRAME,

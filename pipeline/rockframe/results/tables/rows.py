@@ -189,6 +189,13 @@ OF_BANDS: Final = {
     for name, column in _BANDS.items()
     for place, quantile in enumerate(QUANTILES)
 }
+#: Distances of records, with their symbols.
+DISTANCES: Final = {
+    "epicentral_distance": "Repi",
+    "distance_rrup": "Rrup",
+    "distance_rjb": "Rjb",
+    "distance_hypocentral": "Rhyp",
+}
 #: Columns of the overview of a run in the order of the page, results first.
 OVERVIEW: Final = (
     Column("Record", "record", wraps=True),
@@ -204,7 +211,11 @@ OVERVIEW: Final = (
     Column("v, nominal", "v_max_m", ".2f", 100.0, rule=standing, unit="cm", minor=True),
     Column("Earthquake", "event", minor=True, wraps=True),
     Column("M", "magnitude", ".2f", rule=magnitude_words, minor=True),
-    Column("Repi", "epicentral_distance_km", ".1f", unit="km", minor=True),
+    *(
+        Column(head, f"{name}_km", ".1f", unit="km", minor=True)
+        for name, head in DISTANCES.items()
+        if name != "distance_hypocentral"
+    ),
     Column("PGA", "pga_g", ".2f", unit="g", minor=True),
     Column("PGV", "pgv_m_s", ".2f", unit="m/s", minor=True),
     Column("a_p", "a_p_g", ".2f", unit="g", minor=True),

@@ -28,7 +28,8 @@ from rockframe.rocking.verdict import MODEL_ENDS
 
 #: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty.
 _COLUMNS: Final = (
-    *("event", "record", "magnitude", "epicentral_distance_km", "pga_g", "pgv_m_s", "a_p_g"),
+    *("event", "record", "magnitude", "epicentral_distance_km"),
+    *("distance_rrup_km", "distance_rjb_km", "pga_g", "pgv_m_s", "a_p_g"),
     *("T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound", "structure"),
     *("peak_rotation_ratio", "u_max_m", "v_max_m", "impacts", "verdict", "verdict_words"),
     *("critical_scale", "largest_scale", "safe_islands", "largest_robust_scale"),
@@ -43,7 +44,8 @@ _COLUMNS: Final = (
 #: Columns of a record and columns of a response, with their variables.
 _OF_RECORD: Final = columns_of(
     "record_id event station component source_file facts_source magnitude",
-    "epicentral_distance_km=epicentral_distance pga_g=pga pgv_m_s=pgv",
+    "epicentral_distance_km=epicentral_distance distance_rrup_km=distance_rrup",
+    "distance_rjb_km=distance_rjb pga_g=pga pgv_m_s=pgv",
 )
 _OF_RESPONSE: Final = columns_of(
     "record_id structure peak_rotation_ratio u_max_m=peak_u v_max_m=peak_v impacts verdict",

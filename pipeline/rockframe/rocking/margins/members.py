@@ -137,21 +137,35 @@ def require_members(ensemble: Ensemble) -> None:
         raise ParameterError(f"Invalid number of members 0 of an ensemble. {least}")
 
 
-def require_motion(ensemble: Ensemble, ground: GroundAcceleration) -> None:
+def require_motion(ensemble: Ensemble, ground: GroundAcceleration, scale: float = 1.0) -> None:
     """Require that the ground falls more slowly than gravity at the amplitude of each member.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+        The ensemble.
+    ground : GroundAcceleration
+        The motion, with its vertical acceleration.
+    scale : float
+        Multiple of the motion to which the members respond [1].
 
     Raises
     ------
     ParameterError
-        If it does not.
+        If it does not. The message names the spread and the member if the motion itself does.
     """
-    largest = float(draws(ensemble)[:, 3].max()) if ensemble.members else 1.0
+    refuse_flight(ground, scale)
+    if not ensemble.members:
+        return
+    amplitudes = draws(ensemble)[:, 3]
+    member = int(amplitudes.argmax())
     try:
-        refuse_flight(ground, largest)
+        refuse_flight(ground, scale * float(amplitudes[member]))
     except ParameterError as error:
+        at = "" if scale == 1.0 else f" at scale {scale:g}"
         raise ParameterError(
-            f"Invalid spread amplitude {ensemble.amplitude:g} of the ensemble: a member has "
-            f"{largest:.4g} times the motion. {error} State a smaller spread."
+            f"Invalid spread amplitude {ensemble.amplitude:g} of the ensemble: member {member + 1} "
+            f"has {amplitudes[member]:.4g} times the motion{at}. {error} State a smaller spread."
         ) from None
 
 
