@@ -10,12 +10,16 @@ import pytest
 import xarray as xr
 from matplotlib.backend_bases import MouseEvent
 from matplotlib.collections import QuadMesh
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from rockframe.figures.captioned import Captioned
 from rockframe.figures.margins import draw_stability_map
-from rockframe.figures.spectra import draw_overturning_spectra, draw_rocking_spectrum
+from rockframe.figures.spectra import (
+    draw_overturning_spectra,
+    draw_record_spectrum,
+    draw_rocking_spectrum,
+)
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.results.response import rocking_spectrum_dataset, spectrum_dataset
@@ -145,3 +149,29 @@ def test_similar_frames_lie_on_one_line_of_the_map() -> None:
     below = np.linspace(0.25, 4.0, 16) < uplift
     assert 0 < below.sum() < 16
     assert_array_equal(shown == Verdict.NO_UPLIFT, np.broadcast_to(below[:, None], (16, 16)))
+
+
+def test_a_rocking_spectrum_has_the_slenderness_of_the_structure() -> None:
+    """A frame of 2 m by 0.3 m has a slenderness of atan(0.15); p^2 = 3 g / (4 R), eq (3)."""
+    frame = RockingFrame(height=2.0, width=0.3, mass_ratio=1.0, name="post")
+    drawn = draw_record_spectrum(shaking(), frame)
+    panel = drawn.figure.axes[0]
+    (curve,) = (line for line in panel.get_lines() if str(line.get_label()).endswith(", post"))
+    assert curve.get_label() == f"α = {np.degrees(np.arctan(0.15)):.3g}°, post"
+    found = rocking_spectrum([shaking()], [frame.slenderness], [1.0], np.linspace(2.0, 15.0, 261))
+    peaks = rocking_spectrum_dataset(["shaking"], found)["peak_rotation_ratio"].squeeze()
+    heights = np.asarray(curve.get_ydata(), dtype=np.float64)
+    stands = np.isfinite(heights)
+    assert stands.sum() > 10
+    assert_allclose(heights[stands], peaks.values[stands])
+    radius = np.hypot(1.0, 0.15)
+    period = 2.0 * np.pi / np.sqrt(0.75 * 9.81 / radius)
+    marked = [np.asarray(line.get_xdata(), dtype=np.float64) for line in panel.get_lines()]
+    assert any(x.size == 2 and np.allclose(x, period) for x in marked)
+    assert f"{period:.3g} s" in drawn.caption
+
+
+def test_a_slenderness_of_the_figure_is_drawn_once() -> None:
+    frame = RockingFrame(height=2.0, width=2.0 * np.tan(np.radians(10.0)), mass_ratio=1.0)
+    labels = draw_record_spectrum(shaking(), frame).figure.axes[0].get_legend_handles_labels()[1]
+    assert [label.split("°")[0] for label in labels] == ["α = 6", "α = 10", "α = 14", "α = 20"]

@@ -179,42 +179,49 @@ def _caption(dataset: xr.Dataset) -> str:
 #: of 2 pi / p [s].
 _ROCKING: Final = (6.0, 10.0, 14.0, 20.0)
 _PERIODS: Final = (2.0, 15.0, 261)
+#: Slendernesses that are closer to that of the structure are not drawn [rad].
+_APART: Final = math.radians(0.25)
 
 
 def draw_record_spectrum(
     record: Record, frame: RockingFrame, motion: GroundAcceleration | None = None
 ) -> Captioned:
-    """Draw the rocking spectra of a record, for the mass ratio of a frame.
+    """Draw the rocking spectra of a record, for the slenderness and the mass ratio of a frame.
+
+    Curves of four other slendernesses show how much it matters.
 
     Parameters
     ----------
     record : Record
         The ground motion.
     frame : RockingFrame
-        A frame of this mass ratio.
+        The frame.
     motion : GroundAcceleration, optional
         Motion of the ground, if it includes more than the record: with vertical acceleration.
     """
-    alphas, periods = np.radians(_ROCKING), np.linspace(*_PERIODS)
+    others = [one for one in np.radians(_ROCKING) if abs(one - frame.slenderness) > _APART]
+    alphas, periods = sorted([frame.slenderness, *others]), np.linspace(*_PERIODS)
     found = rocking_spectrum([motion or record], alphas, [frame.mass_ratio], periods)
-    return draw_rocking_spectrum(rocking_spectrum_dataset([record.record_id], found))
+    return draw_rocking_spectrum(rocking_spectrum_dataset([record.record_id], found), frame)
 
 
-def draw_rocking_spectrum(dataset: xr.Dataset) -> Captioned:
+def draw_rocking_spectrum(dataset: xr.Dataset, frame: RockingFrame | None = None) -> Captioned:
     """Draw peaks over 2 pi / p for each slenderness; curves have gaps where the frame overturns.
 
     Parameters
     ----------
     dataset : Dataset
         As returned by `rocking_spectrum_dataset`, for one record and mass ratio.
+    frame : RockingFrame, optional
+        A frame whose slenderness and 2 pi / p are marked.
     """
     one = dataset.squeeze(("record", "mass_ratio"))
     period = one["column_period"].values
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 3.8), layout="constrained")
         panels = figure.subplots(2, 1, sharex=True)
-        _draw_rocking(panels[0], one, "peak_rotation_ratio")
-        _draw_rocking(panels[1], one, "peak_velocity")
+        for panel, name in zip(panels, ("peak_rotation_ratio", "peak_velocity"), strict=True):
+            _draw_rocking(panel, one, name, frame)
         panels[0].axhline(1.0, color="0.6", linewidth=0.8, linestyle=":")
         panels[0].set_title(str(one["record_id"].item()), fontsize=8)
         panels[0].set_ylabel("largest |θ|/α")
@@ -234,18 +241,28 @@ def draw_rocking_spectrum(dataset: xr.Dataset) -> Captioned:
         "by eq (43). A curve has gaps where the frame overturns; where it is jagged, "
         "the peak depends on which impacts come first, and more periods would show more teeth."
     )
+    if frame is not None:
+        caption += (
+            f" Black: the slenderness of {frame.name}; the line marks 2π/p of its columns, "
+            f"{2.0 * math.pi / frame.frequency_parameter:.3g} s."
+        )
     return Captioned(figure, "Rocking spectra", caption)
 
 
-def _draw_rocking(panel: Axes, one: xr.Dataset, name: str) -> None:
+def _draw_rocking(panel: Axes, one: xr.Dataset, name: str, frame: RockingFrame | None) -> None:
     stands = one["verdict"] != Verdict.OVERTURNS
+    if frame is not None:
+        period = 2.0 * math.pi / frame.frequency_parameter
+        panel.axvline(period, color="black", linewidth=0.6)
     for i, alpha in enumerate(one["slenderness"].values):
+        own = frame is not None and alpha == frame.slenderness
         peaks = np.where(stands.isel(slenderness=i), one[name].isel(slenderness=i), np.nan)
         panel.plot(
             # a thin line, because a heavy one fills the teeth of irregular responses
             one["column_period"],
             peaks,
-            label=f"α = {math.degrees(alpha):.3g}°",
-            linestyle=LINES[i % len(LINES)],
-            linewidth=0.8,
+            label=f"α = {math.degrees(alpha):.3g}°" + (f", {frame.name}" if own and frame else ""),
+            color="black" if own else f"C{i}",
+            linestyle="-" if own else LINES[i % len(LINES)],
+            linewidth=1.2 if own else 0.8,
         )
