@@ -13,6 +13,7 @@ import pytest
 from rockframe.errors import InputError
 from rockframe.ingest import FORMATS
 from rockframe.ingest.obspy_plugin import PLUGINS
+from rockframe.ingest.registry import sniff_format
 
 # obspy 1.5 looks up its entry points in a way that Python 3.11 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
@@ -111,6 +112,59 @@ def test_detection(
     for source in (path, BytesIO(data)):
         stream = obspy_read(source)
         assert stream[0].stats["_format"] == name.upper()
+
+
+def registered() -> list[str]:
+    return [known.obspy_name for known in FORMATS if known.name not in {"knet", "sac", "miniseed"}]
+
+
+def test_no_file_of_obspy_is_claimed() -> None:
+    """obspy offers each file to all plug-ins: a claim on a file of another program misleads it."""
+    import obspy
+
+    files = [
+        path for path in Path(obspy.__file__).parent.rglob("tests/data/**/*") if path.is_file()
+    ]
+    if len(files) < 500:
+        pytest.skip("obspy is installed without its test data")
+    claims = [
+        (name, path.name)
+        for path in files
+        for name in registered()
+        if PLUGINS[name].is_format(path)
+    ]
+    assert claims == []
+
+
+@pytest.mark.parametrize(
+    ("head", "claimed"),
+    [
+        (b"0.0 0.1\n0.5 0.2\n", False),
+        (b"time,acc\n0.0,0.1\n0.5,0.2\n", False),
+        (b"time,vel_cm_s\n0.0,0.1\n0.5,0.2\n", False),
+        (b"# recorded at PUL\n0.0 0.1\n0.5 0.2\n", False),
+        (b"# acceleration in cm/s2\n0.0 0.1\n0.5 0.2\n", True),
+        (b"Time NS[g] EW[g]\n0.0 0.1 0.3\n0.5 0.2 0.3\n", True),
+        (b"acc_g\n0.1\n0.2\n", True),
+    ],
+)
+def test_only_tables_with_units_of_acceleration_are_claimed(head: bytes, claimed: bool) -> None:
+    assert PLUGINS["ACCTEXT"].is_format(BytesIO(head)) == claimed
+    # `ingest` takes a table for one whether or not it states units, which the user may add.
+    assert sniff_format(head).name == "acceleration_text"
+
+
+def test_a_plugin_asks_the_other_formats_only_about_its_own_files(
+    monkeypatch: pytest.MonkeyPatch, at2: Callable[..., bytes]
+) -> None:
+    """obspy runs each plug-in on each file: if all ask all formats, the work is their product."""
+    asked: list[bytes] = []
+    monkeypatch.setattr(
+        "rockframe.ingest.obspy_plugin.sniff_format",
+        lambda head: asked.append(head) or sniff_format(head),
+    )
+    assert [name for name in registered() if PLUGINS[name].is_format(BytesIO(at2()))] == ["PEERAT2"]
+    assert len(asked) == 1
 
 
 @pytest.mark.parametrize(

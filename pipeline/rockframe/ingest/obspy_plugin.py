@@ -17,7 +17,7 @@ import numpy as np
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest.files import read_file
-from rockframe.ingest.formats import peer_at2
+from rockframe.ingest.formats import peer_at2, text
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import are_finite
@@ -60,13 +60,23 @@ class Plugin:
 
     file_format: Format
 
+    @property
+    def _is_text(self) -> bool:
+        return self.file_format.name == "acceleration_text"
+
     def is_format(self, file: Source) -> bool:
         """Return True if a file has the format; never raises an exception.
 
-        At most 4096 bytes are read, and the position of a stream is restored.
+        A number table (``ACCTEXT``) must state units of acceleration: obspy offers every file to
+        each of its plug-ins, and many tables of numbers are no records. ``format="ACCTEXT"`` reads
+        the others. At most 4096 bytes are read, and the position of a stream is restored.
         """
         try:
-            return sniff_format(_head(file)) is self.file_format
+            head = _head(file)
+            # Most files are none of the format's own, which one call tells.
+            if not self.file_format.sniff(head) or (self._is_text and not text.states_units(head)):
+                return False
+            return sniff_format(head) is self.file_format
         # obspy passes any input of the user here, and expects no exception.
         except (InputError, OSError, AttributeError, TypeError, ValueError):
             return False
@@ -97,8 +107,7 @@ class Plugin:
         InputError
             If the file cannot be read.
         """
-        is_text = self.file_format.name == "acceleration_text"
-        options = ReadOptions(units, time_step) if is_text else NO_OPTIONS
+        options = ReadOptions(units, time_step) if self._is_text else NO_OPTIONS
         if isinstance(file, str | Path):
             records = read_file(file, options, self.file_format)
         else:

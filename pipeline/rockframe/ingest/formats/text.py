@@ -109,6 +109,25 @@ def sniff(head: bytes) -> bool:
     )
 
 
+def states_units(head: bytes) -> bool:
+    r"""Return True if column names or comments at the head of a table state acceleration units.
+
+    Examples
+    --------
+    >>> states_units(b"# units: gal\n0.1\n0.2\n"), states_units(b"0.00 0.1\n0.01 0.2\n")
+    (True, False)
+    """
+    lines = [decoded(line.encode("latin-1")) for line in head_lines(head)]
+    start = _first_content(lines)
+    if any(map(units_in, lines[:start])):
+        return True
+    names = column_names(lines[start]) if start < len(lines) else []
+    try:
+        return bool(names) and read_headers(Path(), names, len(names), start + 1).units is not None
+    except InputError:
+        return False  # other quantities, or several columns of which the user must choose one
+
+
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     r"""Return the records of a number table, one for each component that its column names state.
 

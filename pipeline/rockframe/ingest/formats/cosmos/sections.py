@@ -23,7 +23,7 @@ from rockframe.record import Orientation
 _TEXT_LINES: Final = 13
 #: First line of a channel.
 TOP: Final = re.compile(
-    r"\s*(?P<what>\S.*?)\s*\(Format\s+v\s*(?P<version>\d{1,3}\.\d+)\s+with\s+(?P<lines>\d{1,3})\s+"
+    r"\s*(?P<what>\S(?:.*?\S)?)\s*\(Format\s+v\s*(?P<version>\d{1,3}\.\d+)\s+with\s+(?P<lines>\d{1,3})\s+"
     r"text lines\)",
     re.I,
 )
