@@ -96,7 +96,10 @@ def test_no_folder_is_wide() -> None:
 
 
 def test_only_results_knows_netcdf() -> None:
-    """No other room imports netCDF4 or calls a function that opens or writes netCDF files."""
+    """No other room imports netCDF4 or calls a function that opens or writes netCDF files.
+
+    One module reads the HDF5 of other programs (ASDF) with netCDF's library.
+    """
 
     def knows(node: ast.AST) -> bool:
         if isinstance(node, ast.Attribute):
@@ -106,4 +109,5 @@ def test_only_results_knows_netcdf() -> None:
 
     trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in MODULES}
     knowing = {path for path, tree in trees.items() if any(map(knows, ast.walk(tree)))}
+    knowing.remove(PACKAGE / "ingest" / "formats" / "asdf" / "workspace.py")
     assert {path.relative_to(PACKAGE).parts[0] for path in knowing} == {"results"}

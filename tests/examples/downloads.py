@@ -11,6 +11,7 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+from tests.ingest.test_asdf import asdf, provenance
 from tests.ingest.test_esm import esm
 from tests.ingest.test_knet import knet
 
@@ -65,6 +66,9 @@ def main() -> None:
     name = "HI.ARS1..{}.D.20190728.160908.C.ACC.ASC"
     streams = {name.format(one): esm(gal).replace("HNE", one) for one in ("HNE", "HNN", "HNZ")}
     _zip("esm.zip", streams)
+    waves = {channel: tuple(981.0 * _MOTION) for channel in ("HNE", "HNN", "HNZ")}
+    documents = provenance(*waves)
+    Path("workspace.h5").write_bytes(asdf(waves, documents, last="2020-01-01T00:00:25"))
     for name, text in (
         ("NGA_West2_flatfile.csv", _NGA),
         ("ESM_flatfile_2018_SA.csv", _ESM),

@@ -43,9 +43,10 @@ def good_files() -> Iterator[bytes]:
 
 def small_files() -> Iterator[bytes]:
     """Yield files of the archives' formats with few samples: small files are fed more often."""
-    names = ("afad", "cosmos", "csmip_v2", "esm", "geonet", "knet", "sac", "smc")
+    names = ("afad", "asdf", "cosmos", "csmip_v2", "esm", "geonet", "knet", "sac", "smc")
     tests = {name: import_module(f"test_{name}") for name in names}
     yield tests["afad"].afad().encode("latin-1")
+    yield tests["asdf"].asdf(documents=tests["asdf"].GOOD)
     yield tests["cosmos"].cosmos(tests["cosmos"].channel())
     counts = tests["cosmos"].channel((1.0, -3.0), stage=0, units="counts (50)", reals={34: 0.005})
     yield tests["cosmos"].cosmos(counts)

@@ -223,3 +223,58 @@ def test_other_json_is_no_catalogue(tmp_path: Path, at2: At2) -> None:
     (tmp_path / "a.AT2").write_bytes(at2())
     records, _ = sorted_out(collect([tmp_path]))
     assert np.isnan(records[0].magnitude)
+
+
+@pytest.fixture
+def exports(shared_records: Path) -> Path:
+    folder = shared_records.parent / "gmprocess_exports"
+    if not folder.is_dir():
+        pytest.skip("the folder of gmprocess's tables is absent")
+    return folder
+
+
+GMPROCESS = "default_metrics_channels(component=h1).csv"
+
+
+def test_the_flatfile_of_gmprocess_describes_the_bundled_records(
+    exports: Path, bundled_records: Path
+) -> None:
+    """It was made from the same event; its distances are those to the rupture."""
+    catalogue = read_catalogue(exports / GMPROCESS)
+    records, _ = sorted_out(
+        collect([bundled_records / "Ridgecrest2019-CCC.V1"], catalogue=catalogue)
+    )
+    assert {(one.magnitude, one.distance_rrup, one.distance_rjb) for one in records} == {
+        (7.1, 26.19, 22.97)
+    }
+    assert {(one.event, one.facts_source) for one in records} == {
+        ("ci38457511", "gmprocess flatfile")
+    }
+
+
+def test_the_events_of_gmprocess_are_found_by_their_time(
+    exports: Path, bundled_records: Path
+) -> None:
+    catalogue = read_catalogue(exports / "default_events.csv")
+    records, _ = sorted_out(
+        collect([bundled_records / "Ridgecrest2019-CCC.V1"], catalogue=catalogue)
+    )
+    assert {(one.event, one.magnitude) for one in records} == {("ci38457511", 7.1)}
+
+
+def test_the_other_tables_of_gmprocess_are_no_records(exports: Path, tmp_path: Path) -> None:
+    for path in exports.glob("*.csv"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "shake.csv").write_text("time_s,acc_g\n0.00,0.0\n0.01,0.2\n")
+    outcomes = [one for one in collect([tmp_path]) if isinstance(one, InputOutcome)]
+    assert {one.status for one in outcomes} == {"unread"}
+    assert len(outcomes) == 6
+
+
+def test_a_distance_of_gmprocess_that_is_no_number_is_one_line(
+    exports: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "flat.csv"
+    path.write_text((exports / GMPROCESS).read_text().replace(",26.19,", ",far,"))
+    with pytest.raises(InputError, match=r"flat\.csv:2: rupturedistance 'far'\. Must be a number"):
+        read_catalogue(path)

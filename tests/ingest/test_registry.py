@@ -52,11 +52,6 @@ def test_unknown_format() -> None:
         read_bytes("README.md", b"# Records\nSix of them.\n")
 
 
-def test_an_output_is_no_record_file() -> None:
-    with pytest.raises(InputError, match=r"t1\.nc: is netCDF, .* State the record files"):
-        read_bytes("t1.nc", b"\x89HDF\r\n\x1a\n")
-
-
 def test_a_pickle_is_not_opened() -> None:
     with pytest.raises(InputError, match="unknown format, begins b'"):
         read_bytes("evil.AT2", pickle.dumps({"NPTS": 3}))

@@ -1,6 +1,6 @@
 """Metadata of records from a `catalogue.csv` and from the catalogues of archives.
 
-The archives' catalogues are PEER, NGA-West2 and ESM tables, ComCat and QuakeML.
+The archives' catalogues are PEER, NGA-West2, ESM and gmprocess tables, ComCat and QuakeML.
 """
 
 from __future__ import annotations
@@ -51,6 +51,13 @@ _ESM: Final = {
     "jb_dist": "distance_rjb",
     "rup_dist": "distance_rrup",
     "vs30_m_sec": "vs30",
+}
+_GMPROCESS: Final = {
+    "earthquakemagnitude": "magnitude",
+    "epicentraldistance": "epicentral_distance",
+    "hypocentraldistance": "distance_hypocentral",
+    "joynerbooredistance": "distance_rjb",
+    "rupturedistance": "distance_rrup",
 }
 _FAULTING: Final = {
     "S": "strike slip", "SS": "strike slip", "R": "reverse", "TF": "reverse", "N": "normal",
@@ -120,6 +127,10 @@ def archive_catalogue(name: str, head: bytes) -> str:
         return "NGA-West2 flatfile"
     if first.startswith("event_id;event_time;"):
         return "ESM flatfile"
+    if first.startswith("earthquakeid,") and ",epicentraldistance," in first:
+        return "gmprocess flatfile"
+    if first.startswith("id,time,latitude,longitude,depth,magnitude"):
+        return "gmprocess events"
     if first.startswith("{") and '"Feature"' in text and "earthquake.usgs.gov" in text:
         return "ComCat event"
     return "QuakeML" if "quakeml" in text[:500].lower() and "<" in text else ""
@@ -201,6 +212,24 @@ def _esm(path: Path, data: bytes) -> _Entries:
         yield f"{entry.event} {entry.network}.{entry.station}", entry
 
 
+def _gmprocess(path: Path, data: bytes) -> _Entries:
+    for line, row in _table(data, ","):
+        entry = CatalogueEntry(
+            event=row["earthquakeid"],
+            network=row["network"],
+            station=row["stationcode"],
+            origin_time=row["earthquaketime"],
+            **_numbers(path, line, row, _GMPROCESS),
+        )
+        yield f"{entry.event} {row.get('stationid') or entry.station}", entry
+
+
+def _gmprocess_events(path: Path, data: bytes) -> _Entries:
+    for line, row in _table(data, ","):
+        magnitude = _numbers(path, line, row, {"magnitude": "magnitude"})
+        yield row["id"], CatalogueEntry(event=row["id"], origin_time=row["time"], **magnitude)
+
+
 def _comcat(path: Path, data: bytes) -> _Entries:
     feature = read_json(data)
     properties = feature["properties"]
@@ -212,7 +241,8 @@ def _comcat(path: Path, data: bytes) -> _Entries:
     yield str(feature["id"]), entry
 
 
-def _quakeml(path: Path, data: bytes) -> _Entries:
+def quakeml_events(path: Path, data: bytes) -> Any:
+    """Return the events of a QuakeML document, as obspy's; ValueError if it cannot be read."""
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise InputError(path, "XML with a document type is not read. Save it as plain QuakeML.")
     with warnings.catch_warnings():
@@ -220,10 +250,13 @@ def _quakeml(path: Path, data: bytes) -> _Entries:
         from obspy import read_events
 
         try:
-            events = read_events(io.BytesIO(data), format="QUAKEML")
+            return read_events(io.BytesIO(data), format="QUAKEML")
         except Exception as error:  # lxml and obspy raise classes of their own
             raise ValueError(str(error)) from error
-    for event in events:
+
+
+def _quakeml(path: Path, data: bytes) -> _Entries:
+    for event in quakeml_events(path, data):
         origin = event.preferred_origin() or (event.origins or [None])[0]
         size = event.preferred_magnitude() or (event.magnitudes or [None])[0]
         names = [one.text for one in event.event_descriptions if one.text]
@@ -239,6 +272,8 @@ _READERS: Final[Mapping[str, Callable[[Path, bytes], _Entries]]] = {
     "PEER search results": _peer,
     "NGA-West2 flatfile": _nga,
     "ESM flatfile": _esm,
+    "gmprocess flatfile": _gmprocess,
+    "gmprocess events": _gmprocess_events,
     "ComCat event": _comcat,
     "QuakeML": _quakeml,
 }
@@ -342,7 +377,8 @@ def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, Cat
     r"""Return the entries of a catalogue, in the CSV format of this package or of an archive.
 
     The CSV has a row for each file; only the column `file` is required. The formats of archives are
-    PEER's search results, the flatfiles of NGA-West2 and ESM, a ComCat event, and QuakeML.
+    PEER's search results, the flatfiles of NGA-West2, ESM and gmprocess, the events of gmprocess, a
+    ComCat event, and QuakeML.
 
     Parameters
     ----------

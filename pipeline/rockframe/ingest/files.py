@@ -30,7 +30,7 @@ from rockframe.ingest.containers import (
 )
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import read_head, unreadable
-from rockframe.ingest.registry import Format, read_as_stated
+from rockframe.ingest.registry import Format, identified
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import read_json
@@ -54,8 +54,11 @@ _DOCUMENTS: Final = re.compile(
     r"|\.(pdf|md|html?|docx?|tex|png|jpe?g|gif|svg|toml|xlsx?|parquet|nc)$",
     re.I,
 )
-#: First columns of the tables that rockframe writes.
-_TABLE: Final = re.compile(rb"(file,)?record_id,|structure,(limit_state|measure|dimension),")
+#: First columns of the tables that rockframe and gmprocess write.
+_TABLE: Final = re.compile(
+    rb"(file,)?record_id,|structure,(limit_state|measure|dimension),"
+    rb"|EarthquakeId,EarthquakeTime,|Column header,Description|Failure Reason,"
+)
 _OUTPUT: Final = "output of this command: about to be replaced."
 _IRREGULAR: Final = "not a regular file."
 _LINK: Final = "a link to a folder, which is not followed. Name the folder itself to read it."
@@ -341,13 +344,30 @@ def read_content(
     >>> reading.record.record_id, reading.facts["source_file"]
     ('b', 'a.zip:b.csv')
     """
+    readings, left_out = _read(content, options, file_format)
+    if not readings:
+        shown = f"{left_out[0].file}: {left_out[0].reason}"
+        raise InputError(content.where, f"no stream can be used. {shown}")
+    return readings
+
+
+def _read(
+    content: Content, options: ReadOptions, file_format: Format | None = None
+) -> tuple[list[Reading], list[InputOutcome]]:
+    """Return the records of a file or member, and the outcomes of its streams without records."""
     if content.refusal:
         raise InputError(content.where, content.refusal)
+    left_out: list[InputOutcome] = []
     try:
-        records, source = read_as_stated(content.path, content.data, options, file_format)
+        chosen, source = identified(content.path, content.data, file_format)
+        if chosen.read_streams is None:
+            records = chosen.read(content.path, content.data, options)
+        else:
+            records, left_out = chosen.read_streams(content.path, content.data, options)
     except InputError as error:
         raise type(error)(content.where, error.reason, error.line) from None
-    return [Reading(record, {"source_file": content.name, **source}) for record in records]
+    readings = [Reading(record, {"source_file": content.name, **source}) for record in records]
+    return readings, [replace(one, file=f"{content.name}:{one.file}") for one in left_out]
 
 
 def read_file(
@@ -487,7 +507,10 @@ def read_outcomes(path: Path, options: ReadOptions) -> Iterator[list[Reading] | 
         names = []
         for content in contents(path, data):
             names.append(content.name)
-            yield faults.get(content.name) or _outcome(content, options, catalogues)
+            if content.name in faults:
+                yield faults[content.name]
+            else:
+                yield from _outcomes(content, options, catalogues)
         yield from _missing(catalogues, names)
     except RockframeError as error:
         yield _rejection(printable(path.name), error)
@@ -526,26 +549,32 @@ def _rejection(name: str, error: RockframeError) -> InputOutcome:
     return InputOutcome(name, str(error))
 
 
-def _outcome(
+def _outcomes(
     content: Content, options: ReadOptions, catalogues: _Catalogues
-) -> list[Reading] | InputOutcome:
+) -> Iterator[list[Reading] | InputOutcome]:
+    """Yield the records of a file or member together, and the outcome of each stream without."""
     try:
         if note := note_of_member(content):
-            return InputOutcome(content.name, note, status="unread")
-        readings = read_content(content, options)
+            yield InputOutcome(content.name, note, status="unread")
+            return
+        readings, left_out = _read(content, options)
     except OtherQuantityError as error:
-        return InputOutcome(content.name, error.reason, error.line, "unread")
+        yield InputOutcome(content.name, error.reason, error.line, "unread")
+        return
     except RockframeError as error:
-        return _rejection(content.name, error)
+        yield _rejection(content.name, error)
+        return
     own: dict[str, CatalogueEntry] = {}
     for folder, entries in catalogues.items():
         own |= entries if folder and content.name.startswith(folder) else {}
     names, others = dict.fromkeys(re.split("[:/]", content.name)), catalogues.get("", {})
-    return [
-        Reading(
-            one.record,
-            {**one.facts, **facts_for_record(others, one.record, names)},
-            facts_for_record(own, one.record, names),
-        )
-        for one in readings
-    ]
+    if readings:
+        yield [
+            Reading(
+                one.record,
+                {**one.facts, **facts_for_record(others, one.record, names)},
+                facts_for_record(own, one.record, names),
+            )
+            for one in readings
+        ]
+    yield from left_out

@@ -32,6 +32,8 @@ class ReadOptions:
         by the sensitivity).
     column : str, optional
         Name or number of the column of acceleration in text files.
+    streams : str, optional
+        Streams of ASDF files: ``processed``, ``raw``, or their label (default: ``processed``).
     archived : tuple of Content
         StationXML files in the same archive.
     folder : Path, optional
@@ -53,6 +55,7 @@ class ReadOptions:
     station_xml: str | Path | None = None
     water_level: float | None = None
     column: str | None = None
+    streams: str | None = None
     archived: tuple[Content, ...] = ()
     folder: Path | None = None
 

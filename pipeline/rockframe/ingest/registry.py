@@ -26,12 +26,14 @@ from rockframe.ingest.formats import (
     unam,
     usc,
 )
+from rockframe.ingest.formats.asdf import reader as asdf
 from rockframe.ingest.formats.cosmos import reader as cosmos
 from rockframe.ingest.formats.csmip import pairs as csmip_pairs
 from rockframe.ingest.formats.csmip import v1 as csmip_v1
 from rockframe.ingest.formats.csmip import v2 as csmip_v2
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import decoded, head_lines, is_utf16, unify_line_ends
+from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 
 #: Number of bytes that identify a format.
@@ -59,6 +61,9 @@ class Format:
     read : callable
         Takes the path of a file (for names and error messages), its bytes and the options, and
         returns the records. Options must not contradict the file.
+    read_streams : callable, optional
+        Takes the same, and returns the records, and the streams that were left out with the reason;
+        of formats whose files contain many stations.
 
     Examples
     --------
@@ -72,6 +77,9 @@ class Format:
     extensions: tuple[str, ...]
     sniff: Callable[[bytes], bool]
     read: Callable[[Path, bytes, ReadOptions], list[Record]]
+    read_streams: (
+        Callable[[Path, bytes, ReadOptions], tuple[list[Record], list[InputOutcome]]] | None
+    ) = None
 
 
 class _Reader(Protocol):
@@ -108,6 +116,7 @@ FORMATS: Final = (
     _format("usc", "USC", usc, ".s0a"),
     _format("sac", "SAC", sac, ".sac"),
     _format("miniseed", "MSEED", miniseed, ".mseed"),
+    replace(_format("asdf", "ASDF", asdf, ".h5"), read_streams=asdf.read_streams),
 )
 
 
@@ -144,8 +153,6 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
             "is a Caltech/USC tape in a layout that cannot be read. "
             "Use a copy of the record in another format, such as PEER AT2, SMC or COSMOS.",
         )
-    if head.startswith(b"\x89HDF"):
-        raise InputError(source, "is netCDF, as outputs of rockframe are. State the record files.")
     supported = "`rockframe formats` lists the supported ones."
     raise InputError(source, f"unknown format, begins {_beginning(head)}. {supported}")
 
@@ -183,21 +190,28 @@ def read_bytes(
     >>> read_bytes("shake.csv", b"time_s,acc_g\n0.00,0.0\n0.01,0.2\n")[0].record_id
     'shake'
     """
-    records, source = read_as_stated(Path(path), data, options, file_format)
+    chosen, source = identified(Path(path), data, file_format)
+    records = chosen.read(Path(path), data, options)
     return [replace(one, source_file=source_file or Path(path).name, **source) for one in records]
 
 
-def read_as_stated(
-    path: Path, data: bytes, options: ReadOptions, file_format: Format | None = None
-) -> tuple[list[Record], dict[str, Any]]:
-    """Return the records as their reader returns them, and the fields that name their source."""
+def identified(
+    path: Path, data: bytes, file_format: Format | None = None
+) -> tuple[Format, dict[str, Any]]:
+    """Return the format of a file, and the fields of its records that name their source.
+
+    Raises
+    ------
+    InputError
+        If there are no bytes, or if they are of no known format.
+    """
     if not data:
         raise InputError(path, "empty file.")
     if is_utf16(data):
         raise InputError(path, "text in UTF-16. Save it as ASCII or UTF-8.")
     chosen = sniff_format(data[:HEAD], path) if file_format is None else file_format
     source = {"source_format": chosen.name, "source_sha256": hashlib.sha256(data).hexdigest()}
-    return chosen.read(path, data, options), source
+    return chosen, source
 
 
 def _beginning(head: bytes) -> str:

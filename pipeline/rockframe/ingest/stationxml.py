@@ -143,7 +143,7 @@ def find_response(path: Path, trace: Any, options: ReadOptions) -> ChannelRespon
 
 
 def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
-    found = [(file, channel) for file in files for channel in _channels(file, trace)]
+    found = [(file, channel) for file in files for channel in channels_in(file, trace)]
     if not found:
         looked = ", ".join(file.name for file in files) or "none that names the station"
         message = f"no StationXML of {trace.id} at {trace.stats.starttime} (looked at: {looked})."
@@ -202,7 +202,7 @@ def _sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _channels(file: Content, trace: Any) -> list[Any]:
+def channels_in(file: Content, trace: Any) -> list[Any]:
     """Return the channels with the four codes of the trace whose epoch covers it."""
     stats = trace.stats
     return [
@@ -236,7 +236,7 @@ def _channel_response(content: Content, channel: Any, trace: Any) -> ChannelResp
         raise InputError(file, message)
     counts = value / _metres_per_second_squared(file, trace.id, units)
     _require_gain(file, trace.id, response, counts)
-    orientation, azimuth = _direction(channel)
+    orientation, azimuth = stated_direction(channel)
     return ChannelResponse(
         source=content.name,
         sha256=_sha256(content.data),
@@ -279,7 +279,8 @@ def _require_gain(file: Path, name: str, response: Any, counts: float) -> None:
         raise InputError(file, f"{message} Must agree within {_SAME_GAIN:.0%}.")
 
 
-def _direction(channel: Any) -> tuple[Orientation, float]:
+def stated_direction(channel: Any) -> tuple[Orientation, float]:
+    """Return orientation and azimuth [degree] of a channel according to its dip."""
     if channel.dip is None:
         return Orientation.UNSTATED, math.nan
     if abs(channel.dip) >= _STEEP:  # dip is positive downwards

@@ -177,6 +177,9 @@ class IngestOptions(Options):
     column: Annotated[str | None, Field(examples=["acc_x"])] = None
     """Name or number of the column of acceleration in text files; by default the columns whose
     names mean acceleration."""
+    streams: Annotated[str | None, Field(examples=["raw"])] = None
+    """Streams of ASDF files: processed, raw, or their label; by default the processed ones that
+    passed the checks of gmprocess."""
     station_xml: Annotated[File | None, Field(examples=["station.xml"])] = None
     """StationXML of miniSEED and SAC files; by default every .xml file beside each file or in its
     archive."""

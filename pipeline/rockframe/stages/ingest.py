@@ -231,6 +231,7 @@ def _read_options(options: IngestOptions) -> ReadOptions:
         station_xml=options.station_xml,
         water_level=options.water_level_db,
         column=options.column,
+        streams=options.streams,
     )
 
 

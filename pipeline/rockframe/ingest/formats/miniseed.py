@@ -87,7 +87,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     _require_whole(path, traces)
     ids = record_ids(with_ending(path, _ENDINGS), [trace.id for trace in traces])
     return [
-        _record(path, trace, record_id, options, notes)
+        record_of_counts(path, trace, record_id, options, notes)
         for trace, record_id in zip(traces, ids, strict=True)
     ]
 
@@ -157,9 +157,10 @@ def _require_whole(path: Path, traces: list[Any]) -> None:
         last[trace.id] = trace
 
 
-def _record(
+def record_of_counts(
     path: Path, trace: Any, record_id: str, options: ReadOptions, notes: Sequence[str]
 ) -> Record:
+    """Return the record of a trace of obspy with counts, using the StationXML of its instrument."""
     stats = trace.stats
     counts = _counts(path, trace)
     if stats.channel[1:2] == _SEISMOMETER:

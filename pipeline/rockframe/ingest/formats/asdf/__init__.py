@@ -1,0 +1,1 @@
+"""Reader of ASDF, and the HDF5 file that it reads."""
