@@ -14,12 +14,16 @@ from typing import Final
 
 import numpy as np
 from matplotlib.image import imread
+from PIL import Image
 
 #: Largest root mean square difference of all pixels and colours, on a scale to 255.
 TOLERANCE: Final = 1.0
 _DRAWN_BY: Final = Path(__file__).parent / "figures" / "pictures" / "drawn-by.txt"
 _HERE: Final = f"{platform.system()} {platform.machine()}, matplotlib {version('matplotlib')}\n"
 _DRAW: Final = os.environ.get("ROCKFRAME_PICTURES") == "draw"
+#: Largest width [pixels] and number of colours of a picture in the documentation.
+_PAGE_WIDTH: Final = 800
+_PAGE_COLOURS: Final = 32
 
 
 def comparable() -> bool:
@@ -39,3 +43,16 @@ def difference(known: Path, drawn: Path) -> float:
     if found.shape != wanted.shape:
         return float("inf")
     return float(255.0 * np.sqrt(np.mean((found - wanted) ** 2)))
+
+
+def for_page(drawn: Path, page: Path) -> Path:
+    """Write a picture for the documentation: not wider than a page, with few colours."""
+    with Image.open(drawn) as picture:
+        whole = picture.convert("RGB")
+    width = min(_PAGE_WIDTH, whole.width)
+    small = whole.resize(
+        (width, round(whole.height * width / whole.width)), Image.Resampling.LANCZOS
+    )
+    few = small.quantize(_PAGE_COLOURS, dither=Image.Dither.NONE)
+    few.save(page, optimize=True)
+    return page

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
-from tests.pictures import TOLERANCE, comparable, difference
+from tests.pictures import TOLERANCE, comparable, difference, for_page
 
 from .blocks import Block, blocks, missing
 
@@ -58,7 +58,8 @@ def test_the_examples_of_a_page_run_and_print_what_is_shown(page: Path) -> None:
         where = f"{page.relative_to(REPOSITORY)}:{block.line}"
         if block.kind == "picture":
             shown, drawn = block.body.split()
-            assert not comparable() or difference(REPOSITORY / shown, Path(drawn)) <= TOLERANCE, (
+            found = for_page(Path(drawn), Path("for-page.png"))
+            assert not comparable() or difference(REPOSITORY / shown, found) <= TOLERANCE, (
                 f"{where}: {shown} is not the picture that the commands draw"
             )
             continue
