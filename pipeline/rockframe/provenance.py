@@ -30,6 +30,8 @@ _FULL: Final = 65536
 DAMAGED: Final = "is corrupted"
 #: File that completes a run.
 MANIFEST: Final = "manifest.json"
+#: Hidden file in a folder of figures, with the hashes of the files from which each was drawn.
+DRAWN: Final = ".drawn.json"
 #: Distributions whose versions can change results.
 _DISTRIBUTIONS: Final = (
     "rockframe",

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import netCDF4
 import pytest
@@ -16,7 +18,7 @@ from rockframe.provenance import MANIFEST, sealed, sha256_of
 from rockframe.results.response import read_rocking_spectrum
 from rockframe.results.screen_tables import write_screen_tables
 from rockframe.rocking import Verdict
-from rockframe.stages.figures import figures_stage
+from rockframe.stages.figures import draw_curves, figures_stage
 
 FURTHER = """
 [screen]
@@ -98,6 +100,39 @@ def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_
     peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
     furthest = peaks.max(["slenderness", "mass_ratio", "column_period"]).argmax("record")
     assert figure.name == f"{spectrum['record_id'].values[furthest]}-mass-ratio-0.png"
+
+
+def test_only_figures_of_changed_files_are_drawn_again(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of two files the second changes; then a figure of the first is no longer what was drawn."""
+    names = ("rocking_spectrum.nc", "spectrum.nc")
+    for name in names:
+        shutil.copy(made / name, tmp_path / name)
+    asked: list[str] = []
+
+    def noted(given: Mapping[str, Path], *others: Any) -> dict[str, str]:
+        asked.extend(given)
+        return draw_curves(given, *others)
+
+    monkeypatch.setattr("rockframe.stages.figures.draw_curves", noted)
+
+    def drawn_again() -> list[str]:
+        asked.clear()
+        figures_stage([tmp_path / name for name in names], tmp_path / "figures")
+        return asked
+
+    assert set(drawn_again()) == {"rocking_spectrum", "spectrum"}
+    before = contents(tmp_path / "figures")
+    assert drawn_again() == []
+    assert contents(tmp_path / "figures") == before
+    with netCDF4.Dataset(tmp_path / "spectrum.nc", "a") as file:
+        file.history = "touched"
+    assert drawn_again() == ["spectrum"]
+    (first, *_) = sorted((tmp_path / "figures" / "rocking_spectrum").glob("*.png"))
+    first.write_bytes(first.read_bytes()[:-1])
+    assert drawn_again() == ["rocking_spectrum"]
+    assert first.read_bytes() == before[first.relative_to(tmp_path / "figures").as_posix()]
 
 
 def test_file_among_the_figures_is_not_replaced_with_them(

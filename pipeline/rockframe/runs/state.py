@@ -18,6 +18,7 @@ from filelock import lock_descriptor
 from rockframe.errors import InputError
 from rockframe.provenance import (
     DAMAGED,
+    DRAWN,
     MANIFEST,
     is_sealed,
     is_within,
@@ -241,7 +242,8 @@ def remove_output(plan: Plan, folder: Path, name: str) -> None:
         for file in known.outputs if known is not None and name in step.outputs else ():
             if file.startswith(name) and is_within(file):
                 (folder / file).unlink(missing_ok=True)
-    (path / _MARK).unlink(missing_ok=True)
+    for hidden in (_MARK, DRAWN):
+        (path / hidden).unlink(missing_ok=True)
     _remove_if_empty(path)
 
 

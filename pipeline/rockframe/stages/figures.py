@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from rockframe.cells import write_rows
 from rockframe.errors import InputError, ParameterError
-from rockframe.figures.captioned import save, save_captioned
+from rockframe.figures.captioned import caption_path, save, save_captioned
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.margins import draw_margin_strips
 from rockframe.figures.sensitivity import draw_sensitivity
 from rockframe.options import STAGES, loaded
 from rockframe.options.model import FigureOptions
-from rockframe.provenance import refuse_obstacles, replaced_folder
+from rockframe.provenance import (
+    DRAWN,
+    is_sealed,
+    read_json,
+    refuse_obstacles,
+    replaced_folder,
+    sealed,
+    sha256_of,
+    source_code_hash,
+    versions,
+)
 from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import kind_of
 from rockframe.results.records import open_records
@@ -39,6 +52,8 @@ def figures_stage(
     progress: Progress = silent,
 ) -> dict[str, str]:
     """Draw a figure of each record with its responses, and all curves.
+
+    Figures in the folder that would be drawn alike are kept.
 
     Parameters
     ----------
@@ -71,13 +86,67 @@ def figures_stage(
     given = _by_kind(files)
     _require_own_folder(output)
     drawn: dict[str, str] = {}
+    known = _read_drawn(output)
+    kept: dict[str, dict[str, Any]] = {}
     with replaced_folder(output) as partial:
-        if "response" in given:
-            drawn |= _draw_most_rotated(given, partial, most, progress)
-        drawn |= draw_curves(given, partial, most)
+        for group, files_of in _groups(given).items():
+            key = _key_of(files_of, most)
+            if not _keep(known.get(group, {}), key, output, partial):
+                if group == "response":
+                    shows = _draw_most_rotated(given, partial, most, progress)
+                else:
+                    shows = draw_curves({group: given[group]}, partial, most)
+                pairs = [list(pair) for pair in shows.items()]  # in their order
+                known[group] = {"key": key, "shows": pairs, "sha256": _hashes(shows, partial)}
+            kept[group] = known[group]
+            drawn |= dict(kept[group]["shows"])
+        (partial / DRAWN).write_bytes(sealed(kept))
         with (partial / _INDEX).open("w", newline="", encoding="utf-8") as stream:
             write_rows(stream, [("file", "shows"), *drawn.items()])
     return drawn
+
+
+def _groups(given: Mapping[str, Path]) -> dict[str, list[Path]]:
+    """Return the files from which figures are drawn together: records first, then each curve."""
+    curves = [one.kind for one in STAGES.values() if one.figures and one.kind in given]
+    records = {"response": [given[kind] for kind in _OF_RECORDS]} if "response" in given else {}
+    return records | {kind: [given[kind]] for kind in curves}
+
+
+def _key_of(files: Iterable[Path], most: int) -> str:
+    """Return a hash of everything that the figures of files depend on."""
+    code = source_code_hash(), versions()
+    parts = [*map(sha256_of, files), most, *code]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+def _hashes(drawn: Iterable[str], folder: Path) -> dict[str, str]:
+    """Return the hash of each figure and of its caption, by its path in the folder."""
+    files = [path for name in drawn for path in (Path(name), caption_path(Path(name)))]
+    return {one.as_posix(): sha256_of(folder / one) for one in files if (folder / one).is_file()}
+
+
+def _read_drawn(folder: Path) -> dict[str, dict[str, Any]]:
+    """Return what is known of the figures in a folder; empty if nothing is, or it is corrupted."""
+    path = folder / DRAWN
+    content = path.read_bytes() if path.is_file() else b""
+    return dict(read_json(content)) if is_sealed(content) else {}
+
+
+def _keep(known: Mapping[str, Any], key: str, before: Path, folder: Path) -> bool:
+    """Copy the figures of an earlier run if they would be drawn alike and are whole.
+
+    Returns
+    -------
+    bool
+        False if they must be drawn.
+    """
+    if known.get("key") != key or _hashes(dict(known["shows"]), before) != known["sha256"]:
+        return False
+    for name in known["sha256"]:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(before / name, folder / name)
+    return True
 
 
 def _require_own_folder(folder: Path) -> None:
