@@ -176,3 +176,23 @@ def test_in_a_narrow_terminal_a_record_has_a_line_of_its_own(
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert ["m0"] in lines
     assert ["→", "symmetric_ricker"] in [line[:2] for line in lines]
+
+
+def test_a_disagreement_with_bakers_indicator_is_explained(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A slow ramp of the velocity under noise: a pulse of the velocity, noise for the test."""
+    slow = Pulse(wavelet="symmetric_ricker", a_p=0.5, T_p=6.0, time=7.5).acceleration(TIME)
+    noise = np.random.default_rng(3).normal(0.0, 1.0, TIME.size)
+    records = records_of(tmp_path, [np.asarray(slow + noise), motion(1)])
+    words = ("--wavelet", "symmetric_ricker", "--periods-s", "0.2", "8", "--surrogates", "19")
+    assert run("pulse", records, *words, "--output", tmp_path / "pulses.nc", "--json") == 0
+    rows = json.loads(capsys.readouterr().out)["pulses"]
+    apart = [
+        row["record_id"]
+        for row in rows
+        if (row["velocity_indicator"] > 0.85) != (row["pulse_verdict"] == "pulse")
+    ]
+    assert len(apart) == 1
+    assert run("pulse", records, *words, "--output", tmp_path / "pulses.nc") == 0
+    assert f"disagree for {apart[0]}.\n" in capsys.readouterr().out

@@ -17,7 +17,12 @@ def test_there_are_three() -> None:
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_notebook(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_notebook(
+    path: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     """Notebooks are stored without outputs, because each build of the documentation runs them."""
     from matplotlib import pyplot as plt
 
@@ -30,3 +35,9 @@ def test_notebook(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
             assert cell["outputs"] == []
             exec(compile("".join(cell["source"]), path.name, "exec"), names)  # noqa: S102
     plt.close("all")
+    if path.stem == "record":  # the text promises p of each wavelet
+        printed = capsys.readouterr().out
+        found = names["found"]
+        for name, match in found.matches.items():
+            p = found.likeness[name].p_value
+            assert f"match {match.match_index:.2f}  p = {p:.2f}" in printed

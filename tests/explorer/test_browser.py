@@ -117,10 +117,15 @@ def test_a_wrong_value_is_named_and_mended(
     complaints.clear()
     assert page.inner_text("#trouble") == "Invalid width 'wide'. Must be a finite number."
     assert page.get_attribute("#width", "aria-invalid") == "true"
+    answers = ("#verdict-line", "#margin", "#answer")  # they would be those of another width
+    assert not any(page.locator(name).is_visible() for name in answers)
     page.fill("#width", "1.6")
     page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
     assert not page.locator("#trouble").is_visible()
+    assert page.locator("#verdict-line").is_visible()
+    assert page.locator("#answer").is_visible()
     assert page.inner_text("#verdict-line").split(". ")[1] == rotation
+    page.wait_for_selector("#margin:not([hidden])")
 
 
 def test_the_margin_comes_once_the_settings_rest(page: Any, explorer: Address) -> None:

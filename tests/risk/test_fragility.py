@@ -274,7 +274,7 @@ def test_few_motions_name_none() -> None:
         "a_p": fit_fragility(intensity, SCALES, fell),
         "pga": fit_fragility(intensity[::-1], SCALES, fell),
     }
-    assert "9 independent motions are too few" in better_measure(fits).reason
+    assert "9 recordings are too few" in better_measure(fits).reason
 
 
 def test_motions_are_compared_that_have_all_measures() -> None:

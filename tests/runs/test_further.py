@@ -368,3 +368,12 @@ def test_without_its_hazard_file_only_the_screening_cannot_be_recomputed(
     said = capsys.readouterr()
     assert "recomputed: respond: 2 records" in said.out
     assert f"screen cannot be recomputed: {hazard}: cannot be read" in said.err
+
+
+def test_a_run_says_which_structures_have_restraints(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gap = '\n[[structure]]\nname = "joint"\nheight_m = 9.6\nwidth_m = 1.6\n'
+    study = make_study(tmp_path, 1, f"{FEW}{gap}[structure.abutment]\ngap_m = 0.3\n")
+    assert run(study, tmp_path / "run") == 0
+    assert "With their restraints: joint (abutment)." in capsys.readouterr().out

@@ -98,6 +98,16 @@ def test_run_in_a_pool_gives_the_same_bytes(made: Path, tmp_path: Path) -> None:
     assert contents(tmp_path / "run") == contents(made / "run")
 
 
+def test_status_says_what_removed_files_were(
+    made: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert main(["status", str(made / "run")]) == 0
+    printed = capsys.readouterr().out
+    assert "3 removed" in printed
+    assert "removed: batch files whose content is in the merged files\n" in printed
+
+
 def test_unchanged_study_is_left_alone(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = {path: path.stat().st_mtime_ns for path in (home / "run").glob("[a-z]*.*")}
     assert steps_done(home, capsys) == set()

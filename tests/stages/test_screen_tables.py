@@ -61,7 +61,7 @@ def test_no_column_is_left_out(tmp_path: Path) -> None:
     fit = (
         "structure limit_state measure unit outcome median median_low median_high lowest highest "
         "safe_to lognormal_beta lognormal_beta_low lognormal_beta_high logistic_scale pseudo_r2 "
-        "concordance brier motions observations reached reached_from"
+        "concordance brier recordings observations reached reached_from"
     )
     assert list(next(fragility_rows(screening))) == fit.split()
 
@@ -100,7 +100,7 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
     assert float(row["median_low"]) < median < float(row["median_high"])
     assert float(row["lognormal_beta_low"]) < beta < float(row["lognormal_beta_high"])
     assert_allclose(float(row["lognormal_beta"]), 1.8138 * float(row["logistic_scale"]), rtol=1e-4)
-    assert (row["unit"], row["motions"], row["observations"]) == ("g", "80", "960")
+    assert (row["unit"], row["recordings"], row["observations"]) == ("g", "80", "960")
 
 
 def test_tables_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -184,3 +184,11 @@ def test_a_command_warns_in_one_line_and_goes_on(
         f"rockframe: warning: {path}:2: structure 'bent': mass_ratio 400 is above 50. "
         "Check units and values."
     ]
+
+
+def test_a_depth_of_a_solid_column_names_what_it_is_for(tmp_path: Path) -> None:
+    cure = r"depth_m 0.8. Must be stated with density_kg_m3 .* or with inner_width_m"
+    with pytest.raises(InputError, match=cure):
+        read_structures(written(tmp_path, GOOD + "depth_m = 0.8\n"))
+    [frame] = read_structures(written(tmp_path, GOOD + "depth_m = 0.8\ndensity_kg_m3 = 2500.0\n"))
+    assert frame.column_mass == pytest.approx(2500.0 * frame.height * frame.width * 0.8)

@@ -97,11 +97,17 @@ def _warn(text: str) -> None:
 
 
 def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
+    from rockframe.options import STRUCTURES
     from rockframe.provenance import MANIFEST, listed_outputs
     from rockframe.results.tables.entries import rows_of
+    from rockframe.study.structures import read_structures, restrained_in_words
 
     files = len(listed_outputs(folder / MANIFEST))
-    console.show_summary(list(rows_of(folder / "summary.csv")))
+    summary = list(rows_of(folder / "summary.csv"))
+    console.show_summary(summary)
+    restrained = restrained_in_words(read_structures(folder / STRUCTURES)) if summary else ""
+    if restrained:
+        print(f"With their restraints: {restrained}. `[compare]` has them without.")
     did = f"{done} steps done" if done else "nothing to do"
     print(f"{did}; {files} files and their manifest in {folder}")
     for what, reason in rejected.items():
@@ -155,6 +161,8 @@ def run_status(options: argparse.Namespace) -> None:
     shown = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
     print(f"{plan.study} in {options.folder}")
     console.show_table("", ["stage", "steps"], shown)
+    if any(state.state == "removed" for state in states):
+        print("removed: batch files whose content is in the merged files")
     for fault in faults:
         print(f"{fault}.")
     if changed:

@@ -295,10 +295,8 @@ def _fit(one: xr.Dataset, limit: str, measure: Measure) -> dict[str, Any]:
         "said": said,
         **{name: float(fit[f"fragility_{name}"]) / measure.printed for name in _INTENSITIES},
         **{name: float(fit[f"fragility_{name}"]) for name in _RATIOS},
-        **{
-            name: int(fit[f"fragility_{name}"])
-            for name in ("motions", "observations", "overturned")
-        },
+        "recordings": int(fit["fragility_motions"]),
+        **{name: int(fit[f"fragility_{name}"]) for name in ("observations", "overturned")},
     }
 
 
@@ -448,6 +446,8 @@ def screen_table_paths(
     ['screen.csv', 'scenarios.csv', 'fragility.csv', 'rates.csv']
     >>> screen_table_paths(Path("site.nc"), rates=False, design=False)["fragility"].name
     'site-fragility.csv'
+    >>> screen_table_paths(Path("design.nc"), rates=False, design=True)["design"].name
+    'design-table.csv'
     """
     table = output.with_suffix(TABLE_FORMATS[table_format])
     kinds = ["scenarios", "fragility", *["rates"] * rates, *["design"] * design]

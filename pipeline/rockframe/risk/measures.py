@@ -111,7 +111,7 @@ def period_of(name: str) -> float:
         return 0.0
 
 
-#: Fewest independent motions for which a better measure is named.
+#: Fewest independent motions, those of one recording each, for which a better measure is named.
 FEWEST_MOTIONS: Final = 10
 #: Probability that chance alone names one of two equally good measures. The test is two-sided,
 #: because either measure may lead.
@@ -158,7 +158,7 @@ def better_measure(fits: Mapping[str, Fragility]) -> Preference:
     >>> overturned = [[0, 0, 1]] * 3
     >>> fit = fit_fragility([1.0, 1.1, 1.2], [1.0, 1.3, 2.0], overturned)
     >>> better_measure({"pga": fit, "pgv": fit}).reason
-    '3 independent motions are too few: at least 10 are needed to name a better measure'
+    '3 recordings are too few: at least 10 are needed to name a better measure'
     """
     useful = {
         name: fit
@@ -172,7 +172,7 @@ def better_measure(fits: Mapping[str, Fragility]) -> Preference:
     if motions < FEWEST_MOTIONS:
         return Preference(
             "",
-            f"{motions} independent motions are too few: at least {FEWEST_MOTIONS} are needed to "
+            f"{motions} recordings are too few: at least {FEWEST_MOTIONS} are needed to "
             "name a better measure",
         )
     ranked = sorted(useful, key=lambda name: -float(useful[name].log_likelihood.sum()))
@@ -190,7 +190,7 @@ def better_measure(fits: Mapping[str, Fragility]) -> Preference:
     return Preference(
         first,
         f"ln L of {first} is above that of {second} by {total:.3g} ± {error:.2g} over {motions} "
-        "independent motions",
+        "recordings",
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -316,8 +316,32 @@ class StructureEntry(TableEntry):
                     raise invalid(key, getattr(self, key), f"frame {self.name!r}", allowed)
         for key, other in needed.items():
             if getattr(self, key) is not None and getattr(self, other) is None:
-                allowed = f"stated with {other}"
+                allowed = f"stated with {_CURES.get(key, other)}"
                 raise invalid(key, getattr(self, key), f"frame {self.name!r}", allowed)
+
+
+#: What to state with a key that needs another one, if there is a choice.
+_CURES: Final = {
+    "depth_m": "density_kg_m3 (a solid column needs its depth for its mass alone), or with "
+    "inner_width_m (a hollow column)",
+}
+
+
+def restrained_in_words(frames: Iterable[RockingFrame]) -> str:
+    """Return the names of the frames that are restrained, each with its restraints; "" if none is.
+
+    Examples
+    --------
+    >>> free = RockingFrame(height=9.6, width=1.6, name="free")
+    >>> gap = RockingFrame(height=9.6, width=1.6, name="gap", abutment=Abutment(gap=0.3))
+    >>> restrained_in_words([free, gap])
+    'gap (abutment)'
+    """
+    kinds = ("tendon", "dissipater", "abutment")
+    found = {
+        frame.name: [kind for kind in kinds if getattr(frame, kind) is not None] for frame in frames
+    }
+    return ", ".join(f"{name} ({', '.join(own)})" for name, own in found.items() if own)
 
 
 Rival = Literal["restrained", "hybrid", "isolated", "fixed"]

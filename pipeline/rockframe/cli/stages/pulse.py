@@ -122,14 +122,47 @@ def _columns() -> list[Column]:
     ]
 
 
+#: Value of Baker's indicator above which a velocity is a pulse [1]; records named in a note.
+_BAKER: Final = 0.85
+_NAMED: Final = 5
+
+
+def _disagrees(row: Mapping[str, Any]) -> bool:
+    """Return True if Baker's indicator says otherwise than the test against noise.
+
+    Examples
+    --------
+    >>> _disagrees({"velocity_indicator": 0.93, "pulse_verdict": "noise"})
+    True
+    >>> _disagrees({"velocity_indicator": 0.93, "pulse_verdict": "untested"})
+    False
+    """
+    found = {"pulse": True, "noise": False}.get(row["pulse_verdict"])
+    indicator = float(row["velocity_indicator"])
+    return found is not None and not math.isnan(indicator) and (indicator > _BAKER) is not found
+
+
 def _explain(rows: Sequence[Mapping[str, Any]], output: str, *, wide: bool) -> None:
     print("→ the selected pulse. p: share of similar noise that matches as well.")
     if wide:
         print("energy: share of the record's energy.")
-        print("Baker: pulse indicator of the velocity after Baker (2007); a pulse if above 0.85.")
+        print(
+            "Baker: pulse indicator of the velocity after Baker (2007); a pulse if above "
+            f"{_BAKER:g}."
+        )
     else:
         left_out = "Phases, half cycles, energies and Baker's indicator"
         print(f"{left_out}: in {output}, or {_WIDE} columns wide.")
+    apart = [row["record_id"] for row in rows if row["best"] and _disagrees(row)]
+    if apart:
+        more = f" and {len(apart) - _NAMED} more" if len(apart) > _NAMED else ""
+        print(
+            f"Baker's indicator and the test against noise disagree for "
+            f"{', '.join(apart[:_NAMED])}{more}.\nThe indicator judges the shape of the velocity "
+            "alone; the test asks whether noise with the record's\nspectrum and envelope matches a "
+            "wavelet of acceleration as well. What counts for a structure is how\nwell the pulse "
+            "alone predicts its response: `rockframe respond --pulses`."
+        )
     if any(row["at_period_bound"] or row["at_half_cycle_bound"] for row in rows):
         print("* at the end of the searched range, not at a maximum")
 

@@ -64,6 +64,10 @@ function tables(motion) {
 function trouble(error) {
   at("trouble").textContent = error ?? "";
   at("trouble").hidden = !error;
+  // A verdict, a margin and a history beside an error would be those of other settings.
+  at("verdict-line").hidden = Boolean(error);
+  at("answer").hidden = Boolean(error);
+  if (error) at("margin").hidden = true;
   settings.blame(error);
 }
 
@@ -76,6 +80,7 @@ async function answered(query) {
 }
 
 function draw(motion, fresh) {
+  trouble(null); // plots have no size while they are hidden
   const record = at("record").value;
   if (fresh || shown !== record) {
     shown = record;
@@ -84,7 +89,6 @@ function draw(motion, fresh) {
     player.update(motion);
   }
   words(motion);
-  trouble(null);
 }
 
 // The margin takes some tenths of a second, so it is requested only when the settings rest.

@@ -100,8 +100,11 @@ def beside(output: Path, kind: str, plain: str) -> Path:
     --------
     >>> [beside(Path(one), "summary", plain="table").name for one in ("table.csv", "mine.csv")]
     ['summary.csv', 'mine-summary.csv']
+    >>> beside(Path("design.csv"), "design", plain="screen").name  # not design-design.csv
+    'design-table.csv'
     """
-    stem = kind if output.stem == plain else f"{output.stem}-{kind}"
+    further = "table" if output.stem.endswith(kind) else kind
+    stem = kind if output.stem == plain else f"{output.stem}-{further}"
     return output.with_name(stem + output.suffix)
 
 
