@@ -12,10 +12,11 @@ from numpy.testing import assert_allclose
 from tests.conftest import SHARED
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.risk import LognormalFragility, overturning_rate, read_hazard
+from rockframe.risk import LognormalFragility, Site, overturning_rate, read_hazard
 from rockframe.units import GRAVITY
 
 SAMPLE = SHARED / "catalogues" / "openquake_hazard_curve-mean-PGA.csv"
+EXPORTS = SHARED / "openquake_exports"
 needs_sample = pytest.mark.skipif(not SAMPLE.exists(), reason="the sample is not here")
 
 
@@ -76,8 +77,8 @@ def test_sample_of_openquake() -> None:
     [
         (None, "has 5 sites. Choose one with --hazard-site LON LAT"),
         (
-            (-64.5, 0.51),
-            r"nearest to -64.5 0.51 is 1.11 km away, at -64.5 0.5. Must be within 1 km",
+            (-64.5, 0.6),
+            r"nearest to -64.5 0.6 is 11.1 km away, at -64.5 0.5. Must be within 10 km",
         ),
         ((-63.0, 2.0), ":5: 0 different rates at this site. Must be two or more"),
     ],
@@ -161,3 +162,90 @@ def test_a_site_is_refused_where_there_are_none(tmp_path: Path) -> None:
     path.write_text("pga_g,annual_rate\n0.1,0.01\n0.5,0.001\n")
     with pytest.raises(InputError, match="has no sites to choose from"):
         read_hazard(path, (0.0, 0.0))
+
+
+_HEAD = "#,,\"kind='{kind}', investigation_time=50.0, imt='PGA'\"\n"
+_SITES = (
+    "custom_site_id,lon,lat,depth,poe-0.1,poe-0.5\n"
+    "here,23.0,38.0,0.0,{first},0.01\nthere,24.0,38.0,0.0,0.2,0.02\n"
+)
+
+
+def exported(path: Path, kind: str = "mean", first: str = "0.1") -> Path:
+    path.write_text(_HEAD.format(kind=kind) + _SITES.format(first=first))
+    return path
+
+
+def test_a_site_is_chosen_by_its_name_or_as_the_nearest(tmp_path: Path) -> None:
+    """Both ways lead to the same row; 0.05 degrees of latitude are 5.56 km."""
+    path = exported(tmp_path / "curve.csv")
+    named, near = read_hazard(path, Site(name="there")), read_hazard(path, (24.0, 38.05))
+    assert named.rate.tolist() == near.rate.tolist()
+    assert_allclose(named.rate, [-math.log(0.8) / 50, -math.log(0.98) / 50])
+    assert named.site == "site there"
+    assert near.site == "the nearest site, at 24 38, 5.56 km from the requested place"
+    assert read_hazard(path, Site((24.0, 38.05), within=5.56)).site == near.site
+    with pytest.raises(InputError, match=r"5\.56 km away, at 24 38\. Must be within 5 km"):
+        read_hazard(path, Site((24.0, 38.05), within=5.0))
+    with pytest.raises(InputError, match=r"0 sites 'nowhere'\. Must be one of: here, there"):
+        read_hazard(path, Site(name="nowhere"))
+
+
+def test_the_curve_of_a_folder_is_chosen_by_its_kind(tmp_path: Path) -> None:
+    """The mean is the default; 0.1 and 0.3 tell which of the two files was read."""
+    exported(tmp_path / "hazard_curve-mean-PGA_1.csv")
+    exported(tmp_path / "hazard_curve-max-PGA_1.csv", "max", "0.3")
+    (tmp_path / "realizations_1.csv").write_text("rlz_id,branch_path,weight\n0,A,1.0\n")
+    here = Site(name="here")
+    assert_allclose(read_hazard(tmp_path, here).rate[0], -math.log(0.9) / 50)
+    assert_allclose(read_hazard(tmp_path, here, "max").rate[0], -math.log(0.7) / 50)
+    with pytest.raises(
+        InputError, match=r"0 hazard curves of kind 'quantile-0\.84'.*mean-PGA_1\.csv"
+    ):
+        read_hazard(tmp_path, here, "quantile-0.84")
+    with pytest.raises(InputError, match=r"of kind 'max'\. Must be 'mean', as stated"):
+        read_hazard(tmp_path / "hazard_curve-max-PGA_1.csv", here, "mean")
+    exported(tmp_path / "hazard_curve-mean-PGA_2.csv")
+    with pytest.raises(InputError, match=r"2 hazard curves of kind 'mean' in the folder\. State"):
+        read_hazard(tmp_path, here)
+
+
+@pytest.mark.parametrize(
+    ("columns", "what"),
+    [
+        ("lon,lat,0.100000~PGA,0.100000~SA(0.1)", r"uniform hazard spectra \(hazard_uhs\)"),
+        ("lon,lat,PGA-0.1,SA(0.1)-0.1", r"hazard maps \(hazard_map\)"),
+        ("imt,iml,poe,mag,dist,mean", "a disaggregation"),
+        ("event_id,gmv_PGA,custom_site_id", r"ground-motion fields \(gmf-data\).*_from_gmfs"),
+        ("custom_site_id,lon,lat,PGA", r"mean ground-motion fields \(avg_gmf\).*_from_gmfs"),
+    ],
+)
+def test_other_files_of_openquake_are_named_with_what_to_export(
+    tmp_path: Path, columns: str, what: str
+) -> None:
+    path = tmp_path / "file.csv"
+    path.write_text("#,,\"generated_by='OpenQuake engine 3.26.2'\"\n" + columns + "\n1,2,3,4\n")
+    with pytest.raises(InputError, match=f":2: contains {what}.*") as caught:
+        read_hazard(path, (23.0, 38.0))
+    assert "Export the hazard curves of the same calculation" in str(caught.value)
+
+
+@pytest.mark.skipif(not EXPORTS.exists(), reason="the exports are not here")
+def test_real_exports_are_read_or_named() -> None:
+    """Five curves, and six files of other kinds, of four demonstrations."""
+    said = {}
+    for path in sorted(EXPORTS.glob("*.csv")):
+        try:
+            said[path.name] = read_hazard(path, (0.5, -0.5)).measure
+        except InputError as error:
+            said[path.name] = error.reason.split(". ")[0]
+    assert sorted(said.values()) == [
+        "contains a disaggregation",
+        "contains ground-motion fields (gmf-data)",
+        "contains hazard maps (hazard_map)",
+        "contains hazard maps (hazard_map)",
+        "contains mean ground-motion fields (avg_gmf)",
+        "contains uniform hazard spectra (hazard_uhs)",
+        *["pga"] * 4,
+        "sa_1s",
+    ]

@@ -32,7 +32,8 @@ def everything(folder: Path, rotation: str) -> Plan:
     other = "radius_m|friction|effective_period_s|design_displacement_m|moment_capacity_nm"
     text = re.sub(rf"(?m)^({other}) = .*\n", "", text)  # alternative keys of rivals
     text = text.replace("= false", "= yes").replace("= true", "= false").replace("= yes", "= true")
-    text = re.sub(r"(?m)^hazard_site = .*\n", "", text)  # the hazard file has one site
+    # The hazard file is a single curve of one site.
+    text = re.sub(r"(?m)^hazard_(?:site|site_id|curve) = .*\n", "", text)
     for name in ("station.xml", "limits.toml"):
         (folder / name).write_text("")
     heads = "file,event,station,network,magnitude,epicentral_distance_km,source\n"

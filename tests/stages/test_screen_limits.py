@@ -144,7 +144,18 @@ def test_a_hazard_curve_of_spectral_acceleration_needs_no_stated_period(
     hazard.write_text("lon,lat,0.05,0.5,5.0\n12.0,42.0,0.1,0.001,0.00001\n", encoding="utf-8")
     found = screen(site(6), scales=SCALES, hazard=hazard, hazard_site=(12.001, 42.0))
     assert str(found["hazard_measure"].item()) == "sa_0.5s"
+    stated = "the nearest site, at 12 42, 0.08 km from the requested place"
+    assert str(found["hazard_site"].item()) == stated
     assert (found["annual_rate_high"] > 0.0).all()
+
+
+def test_a_folder_of_openquake_has_one_curve_of_each_kind(screen: Screen, tmp_path: Path) -> None:
+    for kind, first in (("mean", 0.2), ("max", 0.4)):
+        head = f"#,,\"kind='{kind}', investigation_time=50.0, imt='PGA'\"\n"
+        rows = f"lon,lat,depth,poe-0.05,poe-0.5\n12.0,42.0,0.0,{first},0.001\n"
+        (tmp_path / f"hazard_curve-{kind}-PGA_1.csv").write_text(head + rows)
+    found = screen(site(6), scales=SCALES, hazard=tmp_path, hazard_curve="max")
+    assert_allclose(found["hazard_rate"][0], -np.log1p(-0.4) / 50.0)
 
 
 @pytest.mark.skipif(not SHARED.exists(), reason="the samples are not here")
@@ -159,7 +170,12 @@ def test_a_file_of_openquake_as_delivered(screen: Screen) -> None:
     ("options", "message"),
     [
         ({"hazard_site": (1.0, 2.0)}, "hazard_site without hazard"),
+        ({"hazard_curve": "max"}, "hazard_curve without hazard"),
         ({"hazard": "h.csv", "hazard_site": (42.0, 100.0)}, "Must be longitude, then latitude"),
+        (
+            {"hazard": "h.csv", "hazard_site": (1.0, 2.0), "hazard_site_id": "a"},
+            "hazard_site and hazard_site_id both stated",
+        ),
         ({"limit_u_m": (0.0,)}, "limit_u_m with 0. Must be above 0"),
     ],
 )

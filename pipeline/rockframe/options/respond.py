@@ -227,12 +227,19 @@ class ScreenOptions(Options):
     tails of the logistic curve are longer and can decide the annual rate."""
     hazard: Annotated[File | None, Field(examples=["hazard.csv"])] = None
     """Hazard curve of the site: CSV of annual_rate (or probability_in_50_years) and one of pga_g,
-    pgv_m_s, a_p_g, L_p_m, sa_1s_g; or a file of OpenQuake or of the USGS."""
+    pgv_m_s, a_p_g, L_p_m, sa_1s_g; a file of OpenQuake or of the USGS; or a folder of OpenQuake."""
+    hazard_curve: Annotated[str | None, Field(examples=["quantile-0.84"])] = None
+    """Kind of the hazard curve of OpenQuake: mean, max, quantile-0.84 or another that its files
+    state; by default mean in a folder, and that of the file otherwise."""
     hazard_site: Annotated[
         tuple[Finite, Finite] | None, Field(strict=False, examples=[(23.73, 37.98)])
     ] = None
-    """Longitude and latitude of the site in a file of several [degree]: the nearest site within 1
-    km is used."""
+    """Longitude and latitude of the site in a file of several [degree]: the nearest site is
+    used, if it is within hazard_site_within_km."""
+    hazard_site_within_km: Positive = 10.0
+    """Largest distance of the used site from the stated place [km]."""
+    hazard_site_id: Annotated[str | None, Field(examples=["athens"])] = None
+    """Name of the site in a file of several, instead of its longitude and latitude."""
     seed: Seed = 0
     """Random seed of the bootstrap."""
     design: DesignOptions | None = None
@@ -256,11 +263,14 @@ class ScreenOptions(Options):
     @model_validator(mode="after")
     def _site_of_hazard(self) -> Self:
         """Require a hazard curve for a site, and valid coordinates of the site."""
+        for name in ("hazard_site", "hazard_site_id", "hazard_curve"):
+            if self.hazard is None and getattr(self, name) is not None:
+                raise rule(f"{name} without hazard. State the file of hazard curves")
         if self.hazard_site is None:
             return self
         longitude, latitude = self.hazard_site
-        if self.hazard is None:
-            raise rule("hazard_site without hazard. State the file of hazard curves")
+        if self.hazard_site_id is not None:
+            raise rule("hazard_site and hazard_site_id both stated. State only one of them")
         if not (-180.0 <= longitude <= 360.0 and -90.0 <= latitude <= 90.0):
             message = f"hazard_site {longitude:g} {latitude:g}. Must be longitude, then latitude"
             raise rule(message)

@@ -373,10 +373,12 @@ def _validate_inputs(study: Study) -> None:
     if ("records", "catalogue") in files:
         read_catalogue(files["records", "catalogue"])
     if ("screen", "hazard") in files:
-        from rockframe.risk import read_hazard  # imports scipy, which is slow and only needed here
+        # They import scipy, which is slow and only needed here.
+        from rockframe.risk import read_hazard
+        from rockframe.stages.screen import requested_site
 
         path, screen = files["screen", "hazard"], study.options("screen")
-        measure = read_hazard(path, screen.hazard_site).measure
+        measure = read_hazard(path, requested_site(screen), screen.hazard_curve).measure
         if screen.azimuths_degree and measure in ("a_p", "L_p"):
             unknown = f"is for {measure}, which is unknown for rotated motions"
             raise InputError(path, f"{unknown}. Must be of PGA or PGV.")
@@ -409,6 +411,10 @@ def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
             metadata = sorted(stated.parent.glob("*.xml"))  # of a miniSEED file
             yield from ((path.name, path) for path in metadata if path.is_file())
     for where, path in study.files().items():
+        if where == ("screen", "hazard"):
+            from rockframe.risk import hazard_file
+
+            path = hazard_file(path, study.options("screen").hazard_curve)
         if where != ("structures",):
             yield path.name, path
 

@@ -32,10 +32,12 @@ from rockframe.risk import (
     Fragility,
     HazardCurve,
     Outcome,
+    Site,
     better_measure,
     compared_motions,
     demand_ranks,
     fit_fragility,
+    hazard_file,
     mean_share,
     observed_shares,
     over_azimuths,
@@ -276,6 +278,7 @@ def _rates(curve: HazardCurve, fits: Sequence[Sequence[Mapping[str, Fragility]]]
         "hazard_measure": curve.measure,
         "hazard_intensity": curve.intensity,
         "hazard_rate": curve.rate,
+        "hazard_site": curve.site,
         **SCREEN_NC.filled("rate", rates),
     }
 
@@ -387,6 +390,9 @@ def screen_stage(
     """
     records_path, output = Path(records_path), Path(output)
     options, structures_path = options or ScreenOptions(), Path(structures_path)
+    if options.hazard is not None:  # a folder of OpenQuake contains several curves
+        chosen_file = hazard_file(options.hazard, options.hazard_curve)
+        options = options.replaced(hazard=chosen_file)
     pulses_path = Path(pulses_path) if pulses_path else None
     rates, design = options.hazard is not None, options.design is not None
     tables = screen_table_paths(output, rates=rates, design=design, table_format=table_format)
@@ -444,11 +450,17 @@ def _periods(options: ScreenOptions, hazard: HazardCurve | None) -> list[float]:
     return sorted({*(options.spectral_periods_s or ()), *([period] if period else [])})
 
 
+def requested_site(options: ScreenOptions) -> Site:
+    """Return the site of the hazard curve that the options state."""
+    name = options.hazard_site_id or ""
+    return Site(options.hazard_site, name, options.hazard_site_within_km)
+
+
 def _hazard(options: ScreenOptions, pulses_path: Path | None) -> HazardCurve | None:
     path = options.hazard
     if path is None:
         return None
-    curve = read_hazard(path, options.hazard_site)
+    curve = read_hazard(path, requested_site(options), options.hazard_curve)
     if curve.measure in ("a_p", "L_p"):
         if pulses_path is None:
             raise ParameterError(

@@ -104,7 +104,7 @@ def show(output: Path, done: Screening, screening: xr.Dataset, *, as_json: bool)
     _show_ranking(screening)
     _show_azimuths(screening)
     _show_fragility(screening, summary)
-    _show_rates(summary)
+    _show_rates(screening, summary)
     _show_design(screening, summary)
     _show_notes(screening, done)
     for file in (output, *done.tables.values()):
@@ -250,7 +250,7 @@ def _better_measures_in_words(summary: Sequence[dict[str, Any]]) -> dict[str, li
     return sentences
 
 
-def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
+def _show_rates(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
     if "rates" not in summary[0]:
         return
     columns = (
@@ -267,6 +267,8 @@ def _show_rates(summary: Sequence[dict[str, Any]]) -> None:
     for rate in _each(summary, "rates"):
         if rate["note"]:
             print(f"{rate['structure']}, {rate['words']}: of the rate, {rate['note']}.")
+    if site := str(screening.get("hazard_site", "")):
+        print(f"The hazard curve is that of {site}.")
     print("Motions weaker than the first point of the hazard curve are not counted.\n")
 
 

@@ -1,0 +1,478 @@
+"""Read hazard curves: two columns, and the files of OpenQuake and of the USGS."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.cells import decimal, read_rows
+from rockframe.errors import InputError
+from rockframe.risk.hazard import HazardCurve
+from rockframe.risk.measures import COLUMNS, MEASURES, Measure, measure_of_column, spectral
+
+Float = NDArray[np.float64]
+
+Lines = list[tuple[int, list[str]]]
+
+#: Column of the annual rates, and of probabilities in a number of years.
+_RATE: Final = "annual_rate"
+_PROBABILITY: Final = re.compile(r"probability_in_(\d+(?:\.\d+)?)_years?")
+#: A curve contains probabilities if it starts between `_NEAR_ONE` and 1 and falls with a smaller
+#: power of the intensity than `_LEVEL`. Rates may level off too, but seldom just below 1 per year.
+_NEAR_ONE: Final = 0.9
+_LEVEL: Final = 0.5
+#: The largest accepted rate is once a year at `Measure.yearly`, and falls with this power of the
+#: intensity. It is several times the rate at the most active sites.
+_FALL: Final = 2.0
+_CONVERT: Final = (
+    "If these are probabilities in 50 years, name the column probability_in_50_years: they are "
+    "then converted"
+)
+#: Headings of the USGS hazard tools, in lower case.
+_USGS: Final = re.compile(r"annual (frequency|rate) of exceed[ae]nce", re.IGNORECASE)
+_GROUND_MOTION: Final = re.compile(r"ground motion \(g\)", re.IGNORECASE)
+#: Names of measures in OpenQuake files, and in names of folders and files of the USGS.
+_IMT: Final = re.compile(r"PGA|PGV|SA\((\d*\.?\d+)\)|SA(\d+)P(\d+)")
+_NAMED: Final = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|SA\d+P\d+)(?![A-Za-z0-9])")
+_VELOCITY: Final = 0.01  # both have velocities in cm/s
+#: Number of characters of an invalid row that messages show.
+_SHOWN: Final = 80
+#: Number of characters of a list of files that messages show.
+_LISTED: Final = 400
+#: Largest distance of a site from the requested place, and the earth's radius [km].
+NEAR, _EARTH = 10.0, 6371.0
+#: Columns that name the sites of OpenQuake and of the USGS.
+_NAMES: Final = ("custom_site_id", "site_id", "name")
+#: Files of OpenQuake that contain no hazard curves, by their columns.
+_NO_CURVES: Final = (
+    (re.compile(r"(?:^|,)\d[\d.]*~"), "uniform hazard spectra (hazard_uhs)"),
+    (re.compile(r"(?:^|,)(?:PGA|PGV|SA\([\d.]+\))-\d"), "hazard maps (hazard_map)"),
+    (re.compile(r"(?:^|,)iml,poe(?:,|$)"), "a disaggregation"),
+    (re.compile(r"(?:^|,)(?:event_id|eid),.*gmv_"), "ground-motion fields (gmf-data)"),
+    (
+        re.compile(r"(?:^|,)lon,lat,(?:depth,)?(?:gm[vs]_|gsd_)?(?:PGA|PGV|SA\([\d.]+\))(?:,|$)"),
+        "mean ground-motion fields (avg_gmf)",
+    ),
+)
+_EXPORT: Final = (
+    "Export the hazard curves of the same calculation instead (`oq export hcurves`), such as "
+    "hazard_curve-mean-PGA_1.csv"
+)
+_FROM_FIELDS: Final = "; they need hazard_curves_from_gmfs = true in its job"
+#: Kind and measure in the first line of a hazard curve of OpenQuake.
+_KIND: Final = re.compile(r"kind=['\"]([^'\"]+)")
+_IMT_OF: Final = re.compile(r"imt=['\"]([^'\"]+)")
+
+
+@dataclass(frozen=True)
+class Site:
+    """The requested site of a file of several: a place, or the name that the file gives it.
+
+    Parameters
+    ----------
+    place : (float, float), optional
+        Longitude and latitude [degree]; the nearest site is taken.
+    name : str
+        Name of the site; replaces the place.
+    within : float
+        Largest distance of the site from the place [km].
+
+    Examples
+    --------
+    >>> Site((23.73, 37.98)).within
+    10.0
+    """
+
+    place: tuple[float, float] | None = None
+    name: str = ""
+    within: float = NEAR
+
+
+def hazard_file(path: Path, kind: str | None = None) -> Path:
+    """Return the hazard curve of a kind in a folder of OpenQuake; a file is returned as it is.
+
+    Parameters
+    ----------
+    path : Path
+        A file, or a folder of exports.
+    kind : str, optional
+        ``mean`` (the default in a folder), ``max``, ``quantile-0.84`` or another that the files
+        state.
+
+    Raises
+    ------
+    InputError
+        If the folder has no or several curves of this kind, or the file has another kind.
+
+    Examples
+    --------
+    >>> hazard_file(Path("hazard_curve-mean-PGA_1.csv"))
+    PosixPath('hazard_curve-mean-PGA_1.csv')
+    """
+    if not path.is_dir():
+        stated = _stated(path).get("kind") if kind else None
+        if kind and stated != kind:
+            message = f"is of kind {stated!r}. Must be {kind!r}, as stated."
+            raise InputError(path, message)
+        return path
+    curves = {file: _stated(file) for file in sorted(path.glob("*.csv"))}
+    curves = {file: stated for file, stated in curves.items() if len(stated) == 2}
+    found = [file for file, stated in curves.items() if stated["kind"] == (kind or "mean")]
+    if len(found) == 1:
+        return found[0]
+    if not curves:
+        raise InputError(path, f"no hazard curves of OpenQuake in the folder. {_EXPORT}.")
+    names = ", ".join(file.name for file in (found or curves))[:_LISTED]
+    message = f"{len(found)} hazard curves of kind {kind or 'mean'!r} in the folder. "
+    raise InputError(path, f"{message}State one of its files: {names}.")
+
+
+def _stated(file: Path) -> dict[str, str]:
+    """Return kind and measure that the first line of a file of OpenQuake states."""
+    try:
+        with file.open(encoding="utf-8", errors="replace") as stream:
+            first = stream.readline(4096)
+    except OSError as error:
+        raise InputError(file, f"cannot be read: {error.strerror}.") from None
+    found = {"kind": _KIND.search(first), "imt": _IMT_OF.search(first)}
+    return {name: one[1] for name, one in found.items() if one and first.startswith("#")}
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Points of a curve in a file: intensities in the unit of the measure's column, and rates or
+    probabilities.
+
+    `years` is the time of the probabilities, or 0 for annual rates.
+    """
+
+    measure: Measure
+    lines: Sequence[int]
+    intensity: Float
+    values: Float
+    years: float = 0.0
+
+
+def read_hazard(
+    path: str | Path, site: Site | tuple[float, float] | None = None, kind: str | None = None
+) -> HazardCurve:
+    r"""Read a hazard curve.
+
+    Parameters
+    ----------
+    path : str or Path
+        CSV of two columns, `annual_rate` or `probability_in_50_years` (or another number) and one
+        of pga_g, pgv_m_s, a_p_g, L_p_m, sa_1s_g (or another period); hazard curves of OpenQuake or
+        of the USGS; or a folder of OpenQuake's curves.
+    site : Site or (float, float), optional
+        The site to read, by its name or by longitude and latitude [degree], of which the nearest
+        site within 10 km is read. It is not needed if the file has one site.
+    kind : str, optional
+        Kind of the curve of OpenQuake, such as ``mean`` (the default in a folder) or ``max``.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has other columns, invalid numbers or no curve; if an intensity
+        or a rate is too large for any site, or the rates are level near 1; if no site is near, or
+        the file has several sites and none is requested.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "site.csv")
+    ...     _ = path.write_text("pga_g,annual_rate\n0.1,0.01\n1.0,0.0001\n")
+    ...     read_hazard(path).measure
+    'pga'
+    """
+    path = hazard_file(Path(path), kind)
+    wanted = site if isinstance(site, Site) else Site(site)
+    lines = _lines(path)
+    comment = " ".join(lines[0][1]) if lines and lines[0][1][0].startswith("#") else ""
+    lines = lines[1:] if comment else lines
+    header = [name.strip() for name in lines[0][1]] if lines else []
+    _refuse_other_files(path, lines, header)
+    if "lon" in header and "lat" in header:
+        return _curve(path, *_at_site(path, lines, header, comment, wanted))
+    if wanted.place is not None or wanted.name:
+        raise InputError(path, "has no sites to choose from. Do not state a site for it.")
+    return _curve(path, _of_two_columns(path, lines, header))
+
+
+def _refuse_other_files(path: Path, lines: Lines, header: Sequence[str]) -> None:
+    """Reject files of OpenQuake that contain no hazard curves, and say what they contain."""
+    for columns, what in _NO_CURVES:
+        if columns.search(",".join(header)):
+            more = _FROM_FIELDS if "fields" in what else ""
+            raise InputError(path, f"contains {what}. {_EXPORT}{more}.", line=lines[0][0])
+
+
+def _lines(path: Path) -> Lines:
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            return list(read_rows(stream))
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}.") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from None
+
+
+def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
+    """Read a column of intensities and one of rates or probabilities."""
+    line = lines[0][0] if lines else 1
+    measures = [measure_of_column(name) for name in header]
+    often = [i for i, name in enumerate(header) if _years(name) is not None]
+    if len(header) == 2 and len(often) == 1 and _GROUND_MOTION.search(header[1 - often[0]]):
+        measures[1 - often[0]] = _named_by(path)
+    strong = [i for i, measure in enumerate(measures) if measure is not None]
+    if len(header) != 2 or len(often) != 1 or len(strong) != 1:
+        known = ", ".join((*COLUMNS, "sa_1s_g"))
+        stated = ", ".join(header)[:_SHOWN] or "missing"
+        raise InputError(path, f"columns {stated}. Must be {_RATE} and one of {known}.", line=line)
+    measure, years = measures[strong[0]], _years(header[often[0]])
+    assert measure is not None  # noqa: S101  `strong` has only such columns
+    rows = np.array([_numbers(path, row, at) for at, row in lines[1:]]).reshape(-1, 2)
+    return _Points(
+        measure,
+        [at for at, _ in lines[1:]],
+        rows[:, strong[0]],
+        rows[:, often[0]],
+        years or 0.0,
+    )
+
+
+def _years(heading: str) -> float | None:
+    """Return the years of a column of probabilities, 0 for rates, None for another column."""
+    stated = _PROBABILITY.fullmatch(heading)
+    if stated:
+        return float(stated[1]) or None
+    return 0.0 if heading == _RATE or _USGS.search(heading) else None
+
+
+def _at_site(
+    path: Path, lines: Lines, header: Sequence[str], comment: str, site: Site
+) -> tuple[_Points, str]:
+    """Read the row of a site from a table of OpenQuake (``poe-0.1``) or the USGS (``0.1``)."""
+    imt, years = _IMT_OF.search(comment), 0.0
+    measure = _measure_of(path, imt[1], 1) if imt else _named_by(path)
+    if imt:
+        years = _investigation_time(path, comment, line=lines[0][0] - 1)
+    columns = {i: _intensity(name, "poe-" if imt else "") for i, name in enumerate(header)}
+    found = {i: level for i, level in columns.items() if level is not None}
+    (line, row), called = _nearest(path, lines, header, site)
+    values = np.array([_cell(path, row, i, header[i], line) for i in found])
+    unit = _VELOCITY if measure.name == "pgv" else 1.0  # m/s and g are the units of the columns
+    levels = np.array([*found.values()]) * unit
+    return _Points(measure, [line] * len(found), levels, values, years), called
+
+
+def _investigation_time(path: Path, comment: str, line: int) -> float:
+    """Return the years of the probabilities in a file of OpenQuake."""
+    stated = re.search(r"investigation_time=([^,\s]*)", comment)
+    text = stated[1] if stated else ""
+    try:
+        years = decimal(text)
+    except ValueError:
+        years = 0.0
+    if not years > 0.0:
+        what = f"investigation_time {text!r}" if stated else "no investigation_time"
+        raise InputError(path, f"{what}. Must be a number of years above 0.", line=line)
+    return years
+
+
+def _intensity(heading: str, before: str) -> float | None:
+    try:
+        return decimal(heading.removeprefix(before)) if heading.startswith(before) else None
+    except ValueError:
+        return None
+
+
+def _nearest(
+    path: Path, lines: Lines, header: Sequence[str], site: Site
+) -> tuple[tuple[int, list[str]], str]:
+    """Return the row of the requested site, or of the only one, and the site in words."""
+    if site.name:
+        return _called(path, lines, header, site.name), f"site {site.name}"
+    places = []
+    for line, row in lines[1:]:
+        try:
+            places.append((decimal(row[header.index("lon")]), decimal(row[header.index("lat")])))
+        except (ValueError, IndexError):
+            shown = ", ".join(row)[:_SHOWN]
+            raise InputError(
+                path, f"{shown!r} without longitude and latitude. Must be degrees.", line=line
+            ) from None
+    if site.place is None:
+        if len(places) != 1:
+            message = f"has {len(places)} sites. Choose one with --hazard-site LON LAT"
+            raise InputError(path, f"{message} or --hazard-site-id ID.")
+        return lines[1], f"the only site, at {places[0][0]:g} {places[0][1]:g}"
+    away = [_distance(site.place, place) for place in places] or [math.inf]
+    best = int(np.argmin(away))
+    there = f"at {places[best][0]:g} {places[best][1]:g}" if places else ""
+    if away[best] > site.within:
+        nearest = f"the site nearest to {site.place[0]:g} {site.place[1]:g} is {away[best]:.3g} km"
+        message = f"{nearest} away{there and ', '}{there}. Must be within {site.within:g} km."
+        raise InputError(path, message)
+    words = f"the nearest site, {there}, {away[best]:.2f} km from the requested place"
+    return lines[1 + best], words
+
+
+def _called(path: Path, lines: Lines, header: Sequence[str], name: str) -> tuple[int, list[str]]:
+    """Return the row of the site with this name."""
+    columns = [header.index(column) for column in _NAMES if column in header]
+    if not columns:
+        message = f"names no sites (no column {' or '.join(_NAMES)}). Choose one with"
+        raise InputError(path, f"{message} --hazard-site LON LAT.")
+    named = [row[columns[0]].strip() if columns[0] < len(row) else "" for _, row in lines[1:]]
+    if named.count(name) != 1:
+        known = ", ".join(named)[:_SHOWN]
+        raise InputError(path, f"{named.count(name)} sites {name!r}. Must be one of: {known}.")
+    return lines[1 + named.index(name)]
+
+
+def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
+    """Return the distance between two places [km], by the haversine formula."""
+    (x, y), (u, v) = ((math.radians(lon), math.radians(lat)) for lon, lat in (one, other))
+    share = math.sin(0.5 * (v - y)) ** 2
+    share += math.cos(y) * math.cos(v) * math.sin(0.5 * (u - x)) ** 2
+    return 2.0 * _EARTH * math.asin(min(1.0, math.sqrt(share)))
+
+
+def _measure_of(path: Path, imt: str, line: int | None = None) -> Measure:
+    """Return the measure with this name in files of OpenQuake and the USGS."""
+    stated = _IMT.fullmatch(imt)
+    if stated is None:
+        raise InputError(path, f"is of imt {imt!r}. Must be PGA, PGV or SA(T).", line)
+    period = stated[1] or (f"{stated[2]}.{stated[3]}" if stated[2] else "")
+    if not period:
+        return MEASURES[imt.lower()]
+    if not float(period) > 0.0:
+        raise InputError(path, f"is of {imt}. The period must be above 0 s.", line)
+    return spectral(float(period))
+
+
+def _named_by(path: Path) -> Measure:
+    """Return the measure that is part of the name of the file or of its folder."""
+    for name in (path.stem, path.absolute().parent.name):
+        stated = _NAMED.search(name.replace("_", "-"))
+        if stated:
+            return _measure_of(path, stated[0])
+    raise InputError(
+        path,
+        "does not state its measure. The name of the file or of its folder must contain PGA, PGV "
+        "or SA1P0 (1.0 s).",
+    )
+
+
+def _curve(path: Path, points: _Points, site: str = "") -> HazardCurve:
+    """Return the curve of rates, without points that have no information."""
+    measure, rates = points.measure, points.values
+    printed = points.intensity
+    if points.years:
+        wrong = np.flatnonzero(~((rates >= 0.0) & (rates <= 1.0)))
+        if wrong.size:
+            message = f"probability {rates[wrong[0]]:g}. Must be from 0 to 1."
+            raise InputError(path, message, line=points.lines[wrong[0]])
+        with np.errstate(divide="ignore"):
+            rates = -np.log1p(-rates) / points.years
+    kept = np.ones(rates.size, dtype=bool)
+    if points.years or len(set(points.lines)) < rates.size:  # written by a hazard program
+        # probabilities 0 and 1 have no rate; of equal rates the largest intensity is kept
+        kept = (rates > 0.0) & np.isfinite(rates) & (np.append(rates[1:], -1.0) != rates)
+        if kept.sum() < 2:
+            raise InputError(
+                path,
+                f"{kept.sum()} different rates at this site. Must be two or more.",
+                line=points.lines[-1] if points.lines else 1,
+            )
+    for line, x, rate in zip(np.array(points.lines)[kept], printed[kept], rates[kept], strict=True):
+        _require_possible(path, int(line), measure, float(x), float(rate))
+    lines = np.array(points.lines, dtype=int)[kept]
+    _require_monotone(path, lines, measure.column, printed[kept], rates[kept])
+    if not points.years:
+        _refuse_probabilities(path, lines, np.stack([printed[kept], rates[kept]], axis=1))
+    return HazardCurve(measure.name, printed[kept] * measure.printed, rates[kept], site)
+
+
+def _require_monotone(
+    path: Path, lines: NDArray[np.int_], column: str, intensity: Float, rates: Float
+) -> None:
+    """Require two points or more, with increasing intensities and decreasing, positive rates."""
+    if rates.size < 2:
+        line = int(lines[-1]) if lines.size else 1
+        raise InputError(path, f"{rates.size} points. Must be two or more.", line=line)
+    for values, name, sign, must in (
+        (intensity, column, 1.0, "larger"),
+        (rates, _RATE, -1.0, "smaller"),
+    ):
+        wrong = np.flatnonzero(sign * np.diff(values) <= 0.0)
+        if wrong.size:
+            one, other = values[wrong[0] : wrong[0] + 2]
+            raise InputError(
+                path,
+                f"{name} {other:g} after {one:g}. Must be {must}.",
+                line=int(lines[wrong[0] + 1]),
+            )
+    if rates[-1] <= 0.0:
+        raise InputError(path, f"{_RATE} {rates[-1]:g}. Must be above 0.", line=int(lines[-1]))
+
+
+def _require_possible(
+    path: Path, line: int, measure: Measure, intensity: float, rate: float
+) -> None:
+    if not 0.0 < intensity <= measure.largest:
+        message = (
+            f"{measure.column} {intensity:g}. Must be above 0 and at most {measure.largest:g}."
+        )
+        raise InputError(path, message, line=line)
+    if rate * (intensity / measure.yearly) ** _FALL > 1.0:
+        most = (measure.yearly / intensity) ** _FALL
+        raise InputError(
+            path,
+            f"{_RATE} {rate:g} at {measure.column} {intensity:g}. Must be at most {most:.2g}: the "
+            f"most active sites have less. {_CONVERT}.",
+            line=line,
+        )
+
+
+def _refuse_probabilities(path: Path, lines: NDArray[np.int_], values: Float) -> None:
+    """Reject a curve that starts just below 1 and stays there."""
+    (weak, often), (strong, less) = values[:2]
+    if _NEAR_ONE <= often <= 1.0 and often / less < (strong / weak) ** _LEVEL:
+        raise InputError(
+            path,
+            f"{_RATE} {often:g}, then {less:g}: level near 1, as probabilities in many years are. "
+            f"Must be rates. {_CONVERT}.",
+            line=int(lines[1]),
+        )
+
+
+def _numbers(path: Path, row: list[str], line: int) -> list[float]:
+    numbers = []
+    with suppress(ValueError):
+        numbers = [decimal(cell) for cell in row]
+    if len(numbers) != 2:
+        shown = ", ".join(row)[:_SHOWN]
+        raise InputError(path, f"{shown!r}. Must be two numbers.", line=line)
+    return numbers
+
+
+def _cell(path: Path, row: list[str], index: int, column: str, line: int) -> float:
+    """Return the number in a cell of the row of a site."""
+    cell = row[index] if index < len(row) else ""
+    try:
+        return decimal(cell)
+    except ValueError:
+        message = f"column {column!r}: {cell[:_SHOWN]!r}. Must be a number."
+        raise InputError(path, message, line=line) from None
