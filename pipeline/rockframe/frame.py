@@ -194,6 +194,11 @@ class RockingFrame:
         return invalid(quantity, getattr(self, quantity), f"frame {self.name!r}", allowed)
 
     @property
+    def weight(self) -> float:
+        """Weight of a column with its share of the beam [N]; NaN if the mass is not known."""
+        return (1.0 + self.mass_ratio) * (self.column_mass or math.nan) * GRAVITY
+
+    @property
     def restrained(self) -> bool:
         """True if tendons or dissipaters cross the joints."""
         return self.tendon is not None or self.dissipater is not None

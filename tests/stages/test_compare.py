@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -11,13 +12,16 @@ import pytest
 import xarray as xr
 from tests.commands import ingested, run
 
+from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame, crushed
 from rockframe.parts import Pivot
 from rockframe.results.response import comparison_rows, read_histories
 from rockframe.results.screen import read_screening
+from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.table import response_rows
 from rockframe.rocking.design import Design
+from rockframe.stages.compare import compare_stage
 from rockframe.study.structures import read_bridges, read_structures
 from rockframe.units import GRAVITY
 
@@ -77,7 +81,8 @@ def test_every_model_is_in_the_file_the_table_and_the_figure(
     with xr.open_dataset(output, decode_times=False) as stored:  # each other variable is a column
         bands = {name for name in stored.variables if str(name).endswith("_band")}
         each = set(stored.variables) - series - bands - {"quantile"}
-        assert len(rows[0]) == len(each) + 3 * len(bands)
+        in_kn = 1 + 3  # base shear and its quantiles, beside those over the weight
+        assert len(rows[0]) == len(each) + 3 * len(bands) + in_kn
         share = stored["share_overturned"].values[0, 0]
         drifts = stored["peak_u_band"].values[0, 0]
     for k, row in enumerate(rows):
@@ -98,6 +103,101 @@ def test_only_the_rivals_that_are_asked_for(records: Path, tmp_path: Path) -> No
     assert run("compare", records, "--structures", bridge, "--against", "isolated",
                "--output", output) == 0  # fmt: skip
     assert [row["model"] for row in comparison_rows(output)] == ["free", "isolated"]
+
+
+def test_base_shear_is_also_in_kilonewtons(records: Path, tmp_path: Path) -> None:
+    """The column has 48.3 t, and the deck four times that."""
+    bridge, output = structures(tmp_path, BENT + RIVALS), tmp_path / "compare.nc"
+    compare_stage(records, output, bridge, against=["isolated"], engine=OneProcess())
+    weight = 5.0 * 2500.0 * math.pi / 4.0 * 1.6**2 * 9.6 * GRAVITY / 1000.0
+    for row in comparison_rows(output):
+        assert row["weight_kn"] == pytest.approx(weight)
+        assert row["base_shear_kn"] == pytest.approx(row["base_shear"] * weight)
+        assert row["base_shear_84_kn"] == pytest.approx(row["base_shear_84"] * weight)
+    light = structures(tmp_path, BENT.replace("density_kg_m3 = 2500.0", "") + RIVALS)
+    compare_stage(records, output, light, against=["isolated"], engine=OneProcess())
+    assert math.isnan(comparison_rows(output)[0]["base_shear_kn"])
+
+
+@pytest.fixture
+def several(tmp_path: Path) -> tuple[Path, Path, Path]:
+    """Return records.nc of two motions together, and of each of them alone."""
+    time, files = np.arange(0.0, 4.0, 0.01), []
+    for name, size in (("first", 0.4), ("second", 0.2)):
+        files.append(tmp_path / f"{name}.txt")
+        np.savetxt(files[-1], size * np.sin(4.0 * time) * np.sin(time * math.pi / 4.0))
+    stated = ("--units", "g", "--time-step", "0.01", "--workers", "0", "--output")
+    outputs = []
+    for name, motions in (("both", files), ("a", files[:1]), ("b", files[1:])):
+        (tmp_path / name).mkdir()
+        outputs.append(tmp_path / name / "records.nc")
+        assert run("ingest", *motions, *stated, outputs[-1]) == 0
+    both, first, second = outputs
+    return both, first, second
+
+
+def test_records_of_two_files_are_compared_as_those_of_one(
+    several: tuple[Path, Path, Path], tmp_path: Path
+) -> None:
+    both, first, second = several
+    bridge, output = structures(tmp_path, BENT + RIVALS), tmp_path / "compare.nc"
+    found = []
+    for given in (both, [first, second]):
+        compare_stage(given, output, bridge, against=["isolated"], engine=OneProcess())
+        with xr.open_dataset(output, decode_times=False) as stored:
+            found.append(stored.load())
+    assert found[0].equals(found[1])
+    assert list(json.loads(found[1].attrs["input_sha256"])) == [
+        *("bridge.toml", "records.nc", "records.nc (2)")
+    ]
+    with pytest.raises(InputError, match=r"b/records.nc: holds 'second', as .*both/records.nc"):
+        compare_stage([both, second], output, bridge, against=["isolated"])
+
+
+def test_workers_change_no_byte(several: tuple[Path, Path, Path], tmp_path: Path) -> None:
+    bridge, written = structures(tmp_path, BENT + RIVALS), []
+    for workers in ("1", "2"):
+        output = tmp_path / "compare.nc"
+        assert run("compare", several[0], "--structures", bridge, "--output", output,
+                   "--against", "isolated", "--workers", workers) == 0  # fmt: skip
+        written.append(output.read_bytes())
+    assert written[0] == written[1]
+
+
+def test_records_outside_the_filters_are_not_compared(
+    several: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bridge, output = structures(tmp_path, BENT + RIVALS), tmp_path / "compare.nc"
+    asked = ("compare", several[0], "--structures", bridge, "--output", output, "--against",
+             "isolated")  # fmt: skip
+    assert run(*asked, "--pga-g", "0.3", "1") == 0
+    assert {row["record_id"] for row in comparison_rows(output)} == {"first"}
+    assert "1 records left out" in capsys.readouterr().out
+    with xr.open_dataset(output, decode_times=False) as stored:
+        assert "Must be from 0.3 to 1" in json.loads(stored.attrs["left_out"])["second"]
+    assert run(*asked, "--pga-g", "3", "4") == 2
+    assert "no record is left to compare; 'first': pga_g 0.39" in (capsys.readouterr().err)
+
+
+def test_a_comparison_has_tables_and_a_page(
+    several: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bridge, output = structures(tmp_path, BENT + RIVALS), tmp_path / "compare.nc"
+    page = tmp_path / "compare.html"
+    capsys.readouterr()
+    assert run("compare", several[0], "--structures", bridge, "--output", output, "--against",
+               "isolated", "fixed", "--format", "csv", "--page", page) == 0  # fmt: skip
+    printed = capsys.readouterr().out
+    names = ["compare-designs", "compare-best", "compare", "compare-parameters"]
+    assert printed.split()[-5:] == [*(str(tmp_path / f"{n}.csv") for n in names), str(page)]
+    designs = list(rows_of(tmp_path / "compare-designs.csv"))
+    assert [row["design"] for row in designs] == ["free", "isolated", "fixed"]
+    assert {row["records"] for row in designs} == {"2"}
+    worst = max(row["u_max_50_m"] for row in comparison_rows(output) if row["model"] == "free")
+    assert float(designs[0]["u_max_worst_m"]) == worst
+    assert "Designs over all 2 records" in printed
+    assert "Best designs" in printed
+    assert page.read_text(encoding="utf-8").count("<svg") == 7
 
 
 @pytest.mark.parametrize(

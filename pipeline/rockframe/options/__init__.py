@@ -169,7 +169,6 @@ _DECLARED: Final = (
         figures="stages.compare.comparison_figures",
         command="stages.respond",
         summary="compare bridges that rock with restrained, hybrid, isolated and fixed ones",
-        engine=False,
         memory=2000,
         minutes=60,
     ),

@@ -22,7 +22,6 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.cells import Column, write_table
 from rockframe.frame import unusual
 from rockframe.provenance import source_code_hash
-from rockframe.results.response import COMPARISON
 from rockframe.results.run import Ground, History, Run, rank
 from rockframe.results.schema import KINDS, RESPONSE
 from rockframe.results.screen_tables import (
@@ -301,7 +300,7 @@ def render(
     run: Run,
     motions: Iterable[tuple[Ground, Sequence[History]]],
     screening: xr.Dataset | None = None,
-    comparison: Sequence[Mapping[str, Any]] = (),
+    comparison: Mapping[str, Any] | None = None,
 ) -> str:
     """Return the report of a run. The same run gives the same text.
 
@@ -313,8 +312,8 @@ def render(
         As returned by `read_histories` for the histories on the page.
     screening : Dataset, optional
         As returned by `read_screening`, if the run has a screening.
-    comparison : sequence of mapping
-        As returned by `comparison_rows`, if the run compares bridges.
+    comparison : mapping, optional
+        As returned by `comparison_content`, if the run compares bridges.
 
     Returns
     -------
@@ -330,7 +329,6 @@ def render(
         pair_of={pair["row"]: i for i, pair in enumerate(facts["pairs"])},
         screening=None if screening is None else screening_content(screening),
         comparison=comparison,
-        comparison_columns=COMPARISON,
         manifest=run.manifest,
         manifest_sha256=run.manifest_sha256,
         source=source_code_hash(),

@@ -335,7 +335,7 @@ _COLUMNS: Final = columns_of(
     "record_id structure model u_max_m=peak_u v_max_m=peak_v residual_u_m=residual_u",
     "peak_rotation_ratio ductility base_shear=peak_base_shear tendon_n=peak_tendon_force",
     "friction_demand validity valid_until_s=valid_until gap_closed_time_s=gap_closed_time",
-    "closing_velocity_m_s=closing_velocity",
+    "closing_velocity_m_s=closing_velocity weight",
     *SHARES,
     *(f"{column}={variable}" for column, variable in OF_BANDS.items()),
 )
@@ -396,7 +396,8 @@ def write_comparison(
 def _compared(columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame]) -> dict[str, Any]:
     names = [frame.name for frame in frames]
     bands = {"quantile": QUANTILES} if "share_overturned" in columns else {}
-    return {**columns, **bands, "model": columns["model"][0], "structure": names}
+    frame = COMPARE_NC.filled("frame", list(frames))
+    return {**columns, **bands, **frame, "model": columns["model"][0], "structure": names}
 
 
 def comparison_rows(comparison: Path | xr.Dataset) -> list[Row]:
@@ -415,7 +416,14 @@ def comparison_rows(comparison: Path | xr.Dataset) -> list[Row]:
     if isinstance(comparison, Path):
         with opened(comparison, COMPARE_NC.name) as dataset:
             return comparison_rows(dataset)
-    return list(rows_along(comparison, "record structure model", _COLUMNS))
+    return list(map(_in_kilonewtons, rows_along(comparison, "record structure model", _COLUMNS)))
+
+
+def _in_kilonewtons(row: Row) -> Row:
+    """Return a row with its base shear in kN too; NaN where the weight is not known."""
+    weight = row.pop("weight") / 1000.0
+    names = ("base_shear", *(f"base_shear_{100 * one:.0f}" for one in QUANTILES))
+    return row | {"weight_kn": weight} | {f"{name}_kn": row[name] * weight for name in names}
 
 
 def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:

@@ -152,8 +152,15 @@ def _encoding(variable: xr.Variable) -> dict[str, Any]:
 
 
 def input_hash(*paths: Path) -> dict[str, str]:
-    """Return names and SHA-256 of inputs, as `Origin` needs them."""
-    return {path.name: sha256_of(path) for path in paths}
+    """Return names and SHA-256 of inputs, as `Origin` needs them; equal names are numbered."""
+    found: dict[str, str] = {}
+    for path in paths:
+        name, number = path.name, 1
+        while name in found:
+            number += 1
+            name = f"{path.name} ({number})"
+        found[name] = sha256_of(path)
+    return found
 
 
 class Growing:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import xarray as xr
 
 from rockframe.errors import ParameterError
+from rockframe.options.ingest import Filters
 from rockframe.results.records import RecordsFile
+from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
     from rockframe.figures.captioned import Captioned
@@ -153,3 +155,28 @@ def horizontal(records: RecordsFile) -> list[str]:
             "At least one must be horizontal."
         )
     return chosen
+
+
+def filtered_by(filters: Filters, numbers: Mapping[str, float], site: str) -> str:
+    """Return the reason why a record is filtered out, or "".
+
+    Parameters
+    ----------
+    filters : Filters
+        The filters.
+    numbers : mapping of str to float
+        `rockframe.results.pulses.NUMBERS` of the record, in SI units.
+    site : str
+        Site of its sensor.
+    """
+    return filters.refusal(
+        site=site,
+        magnitude=numbers["magnitude"],
+        epicentral_distance_km=numbers["epicentral_distance"],
+        distance_rrup_km=numbers["distance_rrup"],
+        distance_rjb_km=numbers["distance_rjb"],
+        distance_hypocentral_km=numbers["distance_hypocentral"],
+        vs30_m_s=numbers["vs30"],
+        pga_g=numbers["pga"] / GRAVITY,
+        pgv_m_s=numbers["pgv"],
+    )

@@ -2,42 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import replace
+from collections import ChainMap
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
+from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
+from rockframe.options.ingest import Filters
+from rockframe.options.respond import BridgeEnsemble
 from rockframe.oscillators.comparison import Compared, Rivals, compare
 from rockframe.outcome import InputOutcome
-from rockframe.provenance import refuse_overwriting
-from rockframe.results.records import open_records
+from rockframe.provenance import refuse_overwriting, whole_file
+from rockframe.record import Record
+from rockframe.results.pulses import read_metadata
+from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import furthest_pairs, read_histories, write_comparison
 from rockframe.results.writing import input_hash
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.stages.common import (
     WHOLE,
+    Counted,
     NamedFigure,
     Progress,
     Written,
     accepted,
+    filtered_by,
     horizontal,
     silent,
     unseen,
 )
-from rockframe.stages.versions import VersionSources
+from rockframe.stages.versions import Uncertain, VersionSources
 from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 
 
 def compare_stage(
-    records_path: str | Path,
+    records_path: str | Path | Sequence[str | Path],
     output: str | Path,
     structures_path: str | Path,
     options: CompareEntry | None = None,
     *,
     against: Collection[str] | None = None,
     structure: str | None = None,
+    filters: Filters | None = None,
+    engine: Engine | None = None,
     progress: Progress = silent,
     written: Written = unseen,
 ) -> tuple[InputOutcome, ...]:
@@ -45,8 +57,10 @@ def compare_stage(
 
     Parameters
     ----------
-    records_path, output : str or Path
-        Output of `ingest_stage`, and the netCDF file to write.
+    records_path : str or Path, or sequence of them
+        Output of `ingest_stage`, or several of them without common records.
+    output : str or Path
+        The netCDF file to write.
     structures_path : str or Path
         TOML file of ``[[structure]]`` tables, and of ``[compare]`` tables of the alternatives.
     options : CompareEntry, optional
@@ -55,6 +69,10 @@ def compare_stage(
         Only these alternatives: restrained, hybrid, isolated, fixed.
     structure : str, optional
         Only the structure of this name.
+    filters : Filters, optional
+        Only records that pass these filters.
+    engine : Engine, optional
+        Engine of the computation; the file does not depend on it.
     progress : callable
         Called with the number of records done and in total.
     written : callable
@@ -63,60 +81,124 @@ def compare_stage(
     Returns
     -------
     tuple of InputOutcome
-        Records that could not be computed.
+        Records that could not be computed. The attribute ``left_out`` of the file also has those
+        outside the filters.
 
     Raises
     ------
     InputError
-        If records or structures cannot be read, the output cannot be written, or an
-        alternative is not stated.
+        If records or structures cannot be read, a record is in two files, the output cannot be
+        written, or an alternative is not stated.
     ParameterError
         If there is no structure of that name or no alternative, a structure is a column alone, or
         no record is left.
+    EngineError
+        If the engine is not available.
     """
-    records_path, output = Path(records_path), Path(output)
-    structures_path = Path(structures_path)
-    refuse_overwriting([output], [records_path, structures_path])
+    given = [records_path] if isinstance(records_path, str | Path) else records_path
+    paths, output, structures_path = [*map(Path, given)], Path(output), Path(structures_path)
+    refuse_overwriting([output], [*paths, structures_path])
     entries, of_file = read_bridges(structures_path)
     stated = options or of_file
-    against = against or stated.against or ()
+    compared = _compared(structures_path, entries, stated, against, structure)
+    filters = filters or Filters()
+    filtered, left_out = _filtered(paths, filters), dict[str, str]()
+    with ExitStack() as stack:
+        files = [stack.enter_context(open_records(path)) for path in paths]
+        chosen = [[name for name in horizontal(one) if name not in filtered] for one in files]
+        names = [name for some in chosen for name in some]
+        if not names:
+            name, reason = next(iter(filtered.items()))
+            raise ParameterError(f"no record is left to compare; {name!r}: {reason}.")
+        tasks = Counted(_tasks(files, chosen, tuple(compared), stated.ensemble), len(names))
+        answers = map_batches(_answer, tasks, engine=engine)
+        made = write_comparison(
+            accepted(answers, names, WHOLE, left_out, progress),
+            [rivals.frame for rivals in compared],
+            output,
+            input_sha256=input_hash(*paths, structures_path),
+            parameters={"against": list(compared[0].models)[1:], "structure": structure}
+            | {"ensemble": stated.ensemble.stated(), "filters": filters.bounds()},
+            left_out=ChainMap(left_out, filtered),
+        )
+    written(made)
+    return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
+
+
+def _compared(
+    path: Path,
+    entries: Sequence[StructureEntry],
+    stated: CompareEntry,
+    against: Collection[str] | None,
+    structure: str | None,
+) -> list[Rivals]:
+    """Return the models of each requested structure."""
     if structure is not None:
         require_known("structure", structure, [one.name for one in entries])
-    compared = []
+    found: list[Rivals] = []
     for i, entry in enumerate(entries):
         if structure not in (None, entry.name):
             continue
         try:
-            compared.append(_rivals_of(entry, stated, against))
-            _require_same_rivals(compared)
+            found.append(_rivals_of(entry, stated, against or stated.against or ()))
+            _require_same_rivals(found)
         except ParameterError as error:
-            line = line_of(read_text(structures_path), ("structure", i))
-            raise InputError(structures_path, str(error), line) from None
-    left_out: dict[str, str] = {}
-    with open_records(records_path) as file:
-        names = horizontal(file)
-        sources = VersionSources.of(file, stated.ensemble, names)
+            line = line_of(read_text(path), ("structure", i))
+            raise InputError(path, str(error), line) from None
+    return found
 
-        def answer(name: str) -> tuple[str, list[list[Compared]] | None, str]:
-            record, ensemble = file.read(name), stated.ensemble
-            made_of = sources.uncertain(record)
-            versions = None if made_of is None else made_of.versions(ensemble, record)
-            try:
-                return name, [compare(one, record, ensemble, versions) for one in compared], ""
-            except ParameterError as error:
-                return name, None, str(error)
 
-        made = write_comparison(
-            accepted(map(answer, names), names, WHOLE, left_out, progress),
-            [rivals.frame for rivals in compared],
-            output,
-            input_sha256=input_hash(records_path, structures_path),
-            parameters={"against": list(compared[0].models)[1:], "structure": structure}
-            | {"ensemble": stated.ensemble.stated()},
-            left_out=left_out,
-        )
-    written(made)
-    return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
+def _filtered(paths: Sequence[Path], filters: Filters) -> dict[str, str]:
+    """Return the reasons why records are filtered out; a record in two files is an error."""
+    source: dict[str, Path] = {}
+    found: dict[str, str] = {}
+    for path in paths:
+        metadata = read_metadata(path, None)
+        for row, name in enumerate(metadata.names):
+            if name in source:
+                raise InputError(path, f"holds {name!r}, as {source[name]}. State it once.")
+            source[name] = path
+            numbers = {key: float(values[row]) for key, values in metadata.numbers.items()}
+            reason = filtered_by(filters, numbers, metadata.texts["site"][row])
+            if reason:
+                found[name] = reason
+    return found
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One record with what its versions are made of, and the models of each structure."""
+
+    name: str
+    record: Record
+    made_of: Uncertain | None
+    compared: tuple[Rivals, ...]
+    ensemble: BridgeEnsemble
+
+
+def _tasks(
+    files: Sequence[RecordsFile],
+    chosen: Sequence[Sequence[str]],
+    compared: tuple[Rivals, ...],
+    ensemble: BridgeEnsemble,
+) -> Iterator[_Task]:
+    """Read one record at a time."""
+    for file, names in zip(files, chosen, strict=True):
+        sources = VersionSources.of(file, ensemble, names)
+        for name in names:
+            record = file.read(name)
+            yield _Task(name, record, sources.uncertain(record), compared, ensemble)
+
+
+def _answer(task: _Task) -> tuple[str, list[list[Compared]] | None, str]:
+    """Return the responses to a record, or the reason why it is rejected."""
+    made_of, ensemble = task.made_of, task.ensemble
+    versions = None if made_of is None else made_of.versions(ensemble, task.record)
+    try:
+        found = [compare(one, task.record, ensemble, versions) for one in task.compared]
+    except ParameterError as error:
+        return task.name, None, str(error)
+    return task.name, found, ""
 
 
 def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:
@@ -199,3 +281,30 @@ def comparison_figures(path: Path, most: int) -> Iterator[NamedFigure]:
     for record, structure in furthest_pairs(path, most):
         one = read_histories(path, record, structure)
         yield f"{record}-{structure}", f"{record} {structure}", draw_comparison(one)
+
+
+def write_comparison_page(
+    path: Path, title: str, rows: Sequence[Mapping[str, Any]], recordings: Mapping[str, Hashable]
+) -> None:
+    """Write one HTML page about a comparison: a chart of its designs, and its tables.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    title : str
+        Title of the page.
+    rows : sequence of mapping
+        Rows of `comparison_rows`.
+    recordings : mapping of str to hashable
+        As for `summary_rows`.
+
+    Raises
+    ------
+    InputError
+        If the page cannot be written.
+    """
+    from rockframe.report.comparison import render_comparison
+
+    with whole_file(path) as partial:
+        partial.write_text(render_comparison(title, rows, recordings), encoding="utf-8")

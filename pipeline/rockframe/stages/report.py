@@ -21,9 +21,11 @@ from rockframe.provenance import (
     versions,
     whole_file,
 )
+from rockframe.report.comparison import comparison_content
 from rockframe.report.page import choose, is_whole, render, sealed
 from rockframe.results.manifest import read_manifest
 from rockframe.results.merging import Described, describe
+from rockframe.results.pulses import recordings_of
 from rockframe.results.records import open_records
 from rockframe.results.response import comparison_rows
 from rockframe.results.run import read_histories, read_run
@@ -249,7 +251,10 @@ def report_stage(
     screened = folder / "screen.nc"
     screening = read_screening(screened) if screened in outputs else None
     compared = folder / "compare.nc"
-    comparison = comparison_rows(compared)[: limits.rows] if compared in outputs else []
+    comparison = None
+    if compared in outputs:
+        recordings = recordings_of(folder / RECORDS_FILE)
+        comparison = comparison_content(comparison_rows(compared), recordings, limits.rows)
     page = render(content, read_histories(folder, shown), screening, comparison)
     with whole_file(output) as partial:
         partial.write_bytes(sealed(page))

@@ -22,10 +22,9 @@ from rockframe.risk import spectral
 from rockframe.rocking import GroundAcceleration, refuse_flight, require_motion
 from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import integrate, peak
-from rockframe.stages.common import horizontal
+from rockframe.stages.common import filtered_by, horizontal
 from rockframe.stages.respond import with_vertical
 from rockframe.stages.versions import Uncertain, VersionSources
-from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
 
@@ -129,17 +128,7 @@ class Motions:
 
     def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None, site: str) -> str:
         """Return the reason why a motion is filtered out, or ""."""
-        reason = self.filters.refusal(
-            site=site,
-            magnitude=numbers["magnitude"],
-            epicentral_distance_km=numbers["epicentral_distance"],
-            distance_rrup_km=numbers["distance_rrup"],
-            distance_rjb_km=numbers["distance_rjb"],
-            distance_hypocentral_km=numbers["distance_hypocentral"],
-            vs30_m_s=numbers["vs30"],
-            pga_g=numbers["pga"] / GRAVITY,
-            pgv_m_s=numbers["pgv"],
-        )
+        reason = filtered_by(self.filters, numbers, site)
         if reason:
             return reason
         for name, number in (("pulse_period_s", "T_p"), ("pulse_length_m", "L_p")):

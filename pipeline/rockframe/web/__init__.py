@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from rockframe.provenance import versions
@@ -43,15 +43,7 @@ def render_page(
     """
     code, look = _script(home, parts), _style(home)
     rules = policy(code, look, connect)
-    environment = Environment(
-        loader=FileSystemLoader([home, _HOME]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    page = environment.get_template("template.html").render(
+    page = _template(home, "template.html").render(
         policy=rules,
         script=Markup(code),  # noqa: S704 -- our own files, no text of a record
         style=Markup(look),  # noqa: S704
@@ -62,6 +54,39 @@ def render_page(
         **content,
     )
     return page, rules
+
+
+def render_still(home: Path, template: str, **content: Any) -> str:
+    """Return a page without scripts; all text of the content is escaped.
+
+    Parameters
+    ----------
+    home : Path
+        Folder of the template, and of its ``style.css``.
+    template : str
+        Name of the template.
+    **content
+        Values that the template shows.
+    """
+    look = _style(home)
+    return _template(home, template).render(
+        policy=policy("", look),
+        style=Markup(look),  # noqa: S704 -- our own file
+        version=versions()["rockframe"],
+        **content,
+    )
+
+
+def _template(home: Path, name: str) -> Template:
+    environment = Environment(
+        loader=FileSystemLoader([home, _HOME]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.get_template(name)
 
 
 def _script(home: Path, parts: Sequence[str]) -> str:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rockframe.cells import MATRIX_QUANTITIES, Cells, Column, in_digits, number
 from rockframe.options.respond import QUANTILES
@@ -183,19 +184,11 @@ def summary_rows(
 
 
 def _summary(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
-    from rockframe.risk.distribution import mean_share
-    from rockframe.rocking.margins.ensemble import quantiles
-
     first, worst = rows[0], min(rows, key=severity)
-    place: dict[Hashable, int] = {}
-    keys = (recordings.get(row["record_id"], row["record_id"]) for row in rows)
-    clusters = [place.setdefault(key, len(place)) for key in keys]
-    share = mean_share([[share_overturned(row)] for row in rows], clusters=clusters)
     bands = {
-        column: quantiles(np.array([value(row) for row in rows]))
+        column: over_records([value(row) for row in rows])
         for column, value in (("peak_rotation_ratio", _rotation), ("u_max_m", _drift))
     }
-    uplifted = sum(spread_verdict(row).kind is not VerdictKind.NO_UPLIFT for row in rows)
     margins = {
         key: min((one for row in rows if (one := number(row.get(key))) == one), default=math.nan)
         for key in ("robust_scale_10", "critical_scale", "largest_robust_scale", "largest_scale")
@@ -204,12 +197,10 @@ def _summary(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
         "structure": first["structure"],
         **{key: number(first.get(key)) for key in OF_STRUCTURE},
         "records": len(rows),
-        "share_overturned": float(share.share[0]),
-        "share_overturned_low": float(share.low[0]),
-        "share_overturned_high": float(share.high[0]),
-        "uplifted": uplifted,
+        **mean_share_of([share_overturned(row) for row in rows], rows, recordings),
+        "uplifted": sum(spread_verdict(row).kind is not VerdictKind.NO_UPLIFT for row in rows),
         **{
-            band_column(column, quantile): float(value)
+            band_column(column, quantile): value
             for column, values in bands.items()
             for quantile, value in zip(QUANTILES, values, strict=True)
         },
@@ -217,6 +208,44 @@ def _summary(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
         "worst_record": worst.get("record") or worst["record_id"],
         "nominal": all(spread_verdict(row).is_nominal for row in rows),
     }
+
+
+def mean_share_of(
+    shares: Sequence[float], rows: Sequence[Cells], recordings: Mapping[str, Hashable]
+) -> Row:
+    """Return the mean of the shares that overturn under the records of the rows, and its interval.
+
+    Parameters
+    ----------
+    shares : sequence of float
+        The share of each row [1].
+    rows : sequence of mapping
+        Rows with ``record_id``.
+    recordings : mapping of str to hashable
+        As for `summary_rows`.
+    """
+    from rockframe.risk.distribution import mean_share
+
+    place: dict[Hashable, int] = {}
+    keys = (recordings.get(row["record_id"], row["record_id"]) for row in rows)
+    clusters = [place.setdefault(key, len(place)) for key in keys]
+    found = mean_share([[one] for one in shares], clusters=clusters)
+    ends = {"": found.share, "_low": found.low, "_high": found.high}
+    return {f"share_overturned{end}": float(value[0]) for end, value in ends.items()}
+
+
+def over_records(values: ArrayLike) -> list[float]:
+    """Return the `QUANTILES` of the values of records; NaN without records.
+
+    Examples
+    --------
+    >>> over_records([0.1, 0.2, math.inf])[1]
+    0.2
+    """
+    from rockframe.rocking.margins.ensemble import quantiles
+
+    known = np.asarray(values, dtype=np.float64)
+    return quantiles(known).tolist() if known.size else [math.nan] * len(QUANTILES)
 
 
 def band_column(column: str, quantile: float) -> str:

@@ -1,0 +1,280 @@
+"""Designs over all records: rows of a comparison by structure and model, and the best of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from rockframe.cells import DASH, Cells, Column, in_digits, number
+from rockframe.results.tables.rows import Row, share_words
+from rockframe.results.tables.summary import mean_share_of, over_records
+from rockframe.rocking.verdict import Verdict
+
+
+@dataclass(frozen=True)
+class DesignQuantity:
+    """A quantity by which designs are compared; the less, the better.
+
+    Parameters
+    ----------
+    name, unit : str
+        Beginning and end of the names of its columns, such as ``u_max`` and ``_m``.
+    head, words : str
+        Heading of a narrow column, and name in words, both with the printed unit.
+    median : str
+        Column of the median of the ensemble in a row of `comparison_rows`; empty without one.
+    nominal : str
+        Column of the value of the bridge as given.
+    form : str
+        Format of numbers.
+    factor : float
+        Conversion to the printed unit.
+    stored : float
+        Conversion from the columns `median` and `nominal` to those of the design.
+    """
+
+    name: str
+    unit: str
+    head: str
+    words: str
+    median: str
+    nominal: str
+    form: str
+    factor: float = 1.0
+    stored: float = 1.0
+
+    def column(self, what: str) -> str:
+        """Return the column of the 50 or 84 % quantile or of the worst record."""
+        return f"{self.name}_{what}{self.unit}"
+
+    def of_record(self, row: Cells) -> float:
+        """Return the median of the ensemble, or the nominal value; infinite if that overturns."""
+        known = math.isfinite(number(row.get("share_overturned"))) and self.median
+        return self.stored * number(row[self.median if known else self.nominal])
+
+    def cell(self, row: Cells, key: str) -> str:
+        """Return the text of a value of the quantity."""
+        value = number(row.get(key))
+        if value == math.inf:
+            return Verdict.OVERTURNS.label
+        return in_digits(self.factor * value, self.form)
+
+
+DESIGN_QUANTITIES: Final = (
+    DesignQuantity(
+        *("u_max", "_m", "drift [cm]", "drift [cm]", "u_max_50_m", "u_max_m", ".1f"), factor=100.0
+    ),
+    DesignQuantity(
+        *("residual_u", "_m", "left [cm]", "residual drift [cm]", "", "residual_u_m", ".1f"),
+        factor=100.0,
+    ),
+    DesignQuantity(
+        *("base_shear", "", "shear / W", "base shear over the weight"),
+        *("base_shear_50", "base_shear", ".3f"),
+    ),
+    DesignQuantity(
+        *("base_shear", "_kn", "shear [kN]", "base shear [kN]"),
+        *("base_shear_50_kn", "base_shear_kn", ".0f"),
+    ),
+    DesignQuantity(
+        *("tendon", "_kn", "tendon [kN]", "tendon force [kN]"),
+        *("tendon_force_50_n", "tendon_n", ".0f"),
+        stored=1e-3,
+    ),
+    DesignQuantity(
+        *("dissipater", "_kn", "dissipater [kN]", "dissipater force [kN]"),
+        *("dissipater_force_50_n", "dissipater_force_50_n", ".0f"),
+        stored=1e-3,
+    ),
+    DesignQuantity(
+        *("friction_demand", "", "friction", "friction that the joints need"),
+        *("friction_demand_50", "friction_demand", ".2f"),
+    ),
+)
+_SHARES: Final = {"share_overturned": "overturn [%]", "share_model_ends": "model ends in [%]"}
+#: First columns of the designs and of the best of them, by which earlier ones are recognised.
+DESIGN_COLUMNS: Final = ("structure", "design", "records")
+BEST_COLUMNS: Final = ("quantity", "best")
+
+
+def design_rows(
+    rows: Sequence[Cells], recordings: Mapping[str, Hashable] | None = None
+) -> list[Row]:
+    """Return a row for each structure and model of a comparison, over all records.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Rows of `comparison_rows`.
+    recordings : mapping of str to hashable, optional
+        As for `summary_rows`.
+
+    Returns
+    -------
+    list of dict
+        ``structure``, ``design``, the number of ``records``, ``weight_kn``; ``share_overturned``
+        with its 90 % interval, and ``share_model_ends``, means over the records of the shares of
+        the ensembles; and for each of `DESIGN_QUANTITIES` the 50 and 84 % quantiles over the
+        records, the value of the worst record, and its name. Each record counts with the median of
+        its ensemble, and as infinite if that overturns; the residual drift is nominal.
+
+    Examples
+    --------
+    >>> from collections import defaultdict
+    >>> rows = [defaultdict(lambda: math.nan, structure="bent", model="free", record_id=name,
+    ...                     validity="holds", u_max_m=u) for name, u in (("a", 0.1), ("b", 0.3))]
+    >>> (row,) = design_rows(rows)
+    >>> row["design"], row["u_max_50_m"], row["u_max_worst_m"], row["u_max_record"]
+    ('free', 0.2, 0.3, 'b')
+    """
+    of_each: dict[tuple[str, str], list[Cells]] = {}
+    for row in rows:
+        of_each.setdefault((row["structure"], row["model"]), []).append(row)
+    return [
+        {"structure": structure, "design": model, **_design(found, recordings or {})}
+        for (structure, model), found in of_each.items()
+    ]
+
+
+def _design(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
+    shares = [_share(row, "share_overturned", _fell(row)) for row in rows]
+    ends = [_share(row, "share_model_ends", row["validity"] != "holds") for row in rows]
+    found: Row = {"records": len(rows), "weight_kn": number(rows[0].get("weight_kn"))}
+    found |= mean_share_of(shares, rows, recordings)
+    found["share_model_ends"] = float(np.mean(ends))
+    for one in DESIGN_QUANTITIES:
+        values = np.array([one.of_record(row) for row in rows])
+        known = np.flatnonzero(~np.isnan(values))
+        worst = int(known[np.argmax(values[known])]) if known.size else -1
+        _, middle, high = over_records(values[known])
+        found |= {
+            one.column("50"): middle,
+            one.column("84"): high,
+            one.column("worst"): float(values[worst]) if known.size else math.nan,
+            f"{one.name}_record": rows[worst]["record_id"] if known.size else "",
+        }
+    return found
+
+
+def _fell(row: Cells) -> bool:
+    return number(row["u_max_m"]) == math.inf
+
+
+def _share(row: Cells, key: str, nominal: bool) -> float:
+    """Return a share of the ensemble; without one, 0 or 1 as for the bridge as given.
+
+    A bridge whose model ends only by overturning has no share of it, but one that overturns.
+    """
+    share = number(row.get(key))
+    if math.isnan(share):
+        share = number(row.get("share_overturned"))
+    return float(nominal) if math.isnan(share) else share
+
+
+def design_name(row: Cells, several: bool) -> str:
+    """Return the name of a design; with the structure if the comparison has several."""
+    return f"{row['structure']} {row['design']}" if several else str(row["design"])
+
+
+def best_rows(designs: Sequence[Row]) -> list[Row]:
+    """Return a row for each quantity: the best and the second best design.
+
+    Designs are ranked by the 84 % quantile over the records, or by the share; equal ones share
+    their rank. Quantities of fewer than two designs are left out.
+
+    Parameters
+    ----------
+    designs : sequence of dict
+        Rows of `design_rows`.
+
+    Returns
+    -------
+    list of dict
+        ``quantity`` (the column that decides), ``words``; ``best`` and ``second`` (names), the
+        value of each, and the share ``best_model_ends`` and ``second_model_ends`` for which its
+        model ends, the largest of equal ones.
+    """
+    several = len({row["structure"] for row in designs}) > 1
+    ranked = dict(_SHARES) | {one.column("84"): one.words for one in DESIGN_QUANTITIES}
+    found = []
+    for key, words in ranked.items():
+        known = [row for row in designs if not math.isnan(row[key])]
+        values = sorted({row[key] for row in known})[:2]
+        if len(known) < 2:
+            continue
+        row: Row = {"quantity": key, "words": words}
+        for place, value in zip(("best", "second"), [*values, math.nan], strict=False):
+            equal = [one for one in known if one[key] == value]
+            row[place] = ", ".join(design_name(one, several) for one in equal)
+            row[f"{place}_value"] = value
+            ends = [one["share_model_ends"] for one in equal]
+            row[f"{place}_model_ends"] = max(ends, default=math.nan)
+        found.append(row)
+    return found
+
+
+#: Largest number of designs of one rank that are printed by name.
+_NAMED: Final = 3
+
+
+def _names(row: Cells, key: str) -> str:
+    count = row[key].count(",") + 1
+    return f"{count} designs" if count > _NAMED else row[key] or DASH
+
+
+def _best_value(row: Cells, key: str) -> str:
+    for one in DESIGN_QUANTITIES:
+        if one.column("84") == row["quantity"]:
+            return one.cell(row, key)
+    return in_digits(100.0 * number(row[key]), ".0f")
+
+
+#: Columns of `best_rows` in terminal and page.
+BEST: Final = (
+    Column("Quantity, 84 %", "words"),
+    Column("best", "best", rule=_names, wraps=True),
+    Column(">", "best_value", rule=_best_value),
+    Column("model ends\nin [%]>", "best_model_ends", ".0f", 100.0),
+    Column("second best", "second", rule=_names, wraps=True),
+    Column(">", "second_value", rule=_best_value),
+    Column("model ends\nin [%]>", "second_model_ends", ".0f", 100.0),
+)
+#: Explanation of the tables of designs.
+DESIGN_LEGEND: Final = (
+    "Over all records: 50 and 84 % quantiles and the worst record; each record counts with the "
+    "median of its ensemble, and as infinite if that overturns. Left: residual drift, nominal. "
+    "Model ends in: share of plausible bridges that overturn or reach a limit of the model, after "
+    "which its values no longer describe the bridge. W: weight of deck and columns; kN for a "
+    "column with its share of the deck."
+)
+
+
+def _spread(row: Cells, key: str) -> str:
+    """Return 50 %, 84 % and worst value of a quantity."""
+    (one,) = (one for one in DESIGN_QUANTITIES if one.column("*") == key)
+    words = [one.cell(row, one.column(what)) for what in ("50", "84", "worst")]
+    return DASH if words == [DASH] * 3 else " ".join(words)
+
+
+def design_columns(designs: Sequence[Row]) -> list[Column]:
+    """Return the columns of printed designs; quantities that none has are left out."""
+    known = [
+        one
+        for one in DESIGN_QUANTITIES
+        if any(not math.isnan(row[one.column("84")]) for row in designs)
+    ]
+    quantities = [
+        Column(f"{one.head}\n50 84 % worst>", one.column("*"), rule=_spread) for one in known
+    ]
+    quantities.insert(1, Column("worst record", "u_max_record", wraps=True))
+    return [
+        Column("Structure", "structure", once=True),
+        Column("design", "design"),
+        Column("overturn\n(90 %)>", "share_overturned", rule=share_words),
+        Column("model ends\nin [%]>", "share_model_ends", ".0f", 100.0),
+        *quantities,
+    ]

@@ -1,0 +1,123 @@
+"""Designs over all records of a comparison, the best of them, and their page."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import pytest
+
+from rockframe.report.comparison import comparison_content, render_comparison
+from rockframe.results.tables.designs import (
+    DESIGN_QUANTITIES,
+    best_rows,
+    design_columns,
+    design_rows,
+)
+
+NAN = math.nan
+INF = math.inf
+
+
+def row(record: str, model: str, u: float, shear: float, **others: Any) -> dict[str, Any]:
+    """Return a row of a comparison with an ensemble, whose nominal drift must not matter."""
+    unknown = [key for one in DESIGN_QUANTITIES for key in (one.nominal, one.median)]
+    return {
+        **dict.fromkeys(unknown, NAN),
+        **{"record_id": record, "structure": "bent", "model": model, "u_max_m": 9.9},
+        **{"u_max_50_m": u, "residual_u_m": 0.5 * u, "base_shear_50": shear},
+        **{"base_shear_50_kn": 1000.0 * shear, "weight_kn": 1000.0, "validity": "holds"},
+        **{"share_overturned": 0.0, "share_model_ends": 0.0, "v_max_m": 0.0},
+        **{"ductility": NAN, "peak_rotation_ratio": NAN, "valid_until_s": NAN},
+        **others,
+    }
+
+
+@pytest.fixture
+def rows() -> list[dict[str, Any]]:
+    free = [
+        row(f"r{k}", "free", *both) for k, both in enumerate(((0.1, 0.2), (0.5, 0.1), (0.3, 0.3)))
+    ]
+    fixed = [row(f"r{k}", "fixed", 0.05, 0.4, share_model_ends=0.5) for k in range(3)]
+    return [*free, *fixed]
+
+
+def test_quantiles_and_worst_records_of_a_design(rows: Any) -> None:
+    free, fixed = design_rows(rows)
+    assert (free["structure"], free["design"], free["records"]) == ("bent", "free", 3)
+    assert free["u_max_50_m"] == 0.3
+    # 84 % of two steps is 0.68 of the second
+    assert free["u_max_84_m"] == pytest.approx(0.3 + 0.68 * 0.2)
+    assert (free["u_max_worst_m"], free["u_max_record"]) == (0.5, "r1")
+    assert (free["base_shear_worst"], free["base_shear_record"]) == (0.3, "r2")
+    assert free["base_shear_worst_kn"] == 300.0
+    assert free["residual_u_worst_m"] == 0.25
+    assert (free["share_model_ends"], fixed["share_model_ends"]) == (0.0, 0.5)
+    assert math.isnan(free["tendon_84_kn"])
+    assert free["tendon_record"] == ""
+
+
+def test_a_design_that_overturns_is_infinite_and_never_the_best(rows: Any) -> None:
+    fallen = [row(f"r{k}", "fallen", INF, 0.2, share_overturned=1.0) for k in range(3)]
+    designs = design_rows([*rows, *fallen])
+    drift = next(one for one in best_rows(designs) if one["quantity"] == "u_max_84_m")
+    assert (drift["best"], drift["second"]) == ("fixed", "free")
+    assert drift["best_value"] == 0.05
+    assert drift["best_model_ends"] == 0.5
+    columns = {column.key: column for column in design_columns(designs)}
+    assert columns["u_max_*_m"].cell(designs[2]) == "overturns overturns overturns"
+    assert columns["u_max_*_m"].cell(designs[1]) == "5.0 5.0 5.0"
+
+
+def test_equal_designs_share_their_rank(rows: Any) -> None:
+    ends = {one["quantity"]: one for one in best_rows(design_rows(rows))}
+    assert ends["share_overturned"]["best"] == "free, fixed"
+    assert ends["share_overturned"]["second"] == ""
+    assert (ends["base_shear_84"]["best"], ends["base_shear_84"]["second"]) == ("free", "fixed")
+    assert "tendon_84_kn" not in ends  # no design has tendons
+
+
+def test_designs_of_several_structures_are_named_with_them(rows: Any) -> None:
+    other = [{**one, "structure": "pier", "u_max_50_m": 0.01} for one in rows]
+    best = best_rows(design_rows([*rows, *other]))
+    drift = next(one for one in best if one["quantity"] == "u_max_84_m")
+    assert drift["best"] == "pier free, pier fixed"
+
+
+def test_without_an_ensemble_shares_are_those_of_the_records(rows: Any) -> None:
+    nominal = [
+        {**one, "share_overturned": NAN, "share_model_ends": NAN, "u_max_m": u, "validity": ends}
+        for one, u, ends in zip(
+            rows, (0.1, INF, 0.2), ("holds", "overturns", "holds"), strict=False
+        )
+    ]
+    (free,) = design_rows(nominal)
+    assert free["share_overturned"] == free["share_model_ends"] == 1 / 3
+    assert (free["u_max_50_m"], free["u_max_worst_m"]) == (0.2, INF)
+
+
+def test_each_design_has_a_mark_in_each_panel(rows: Any) -> None:
+    content = comparison_content(rows, {}, most=2)
+    titles = [panel.title for panel in content["panels"]]
+    assert titles[:4] == [
+        *("drift [cm]", "residual drift [cm]"),
+        *("base shear over the weight", "base shear [kN]"),
+    ]
+    assert {len(panel.marks) for panel in content["panels"]} == {2}
+    drift = content["panels"][0]
+    (free, fixed), width = drift.marks, content["size"][1]
+    assert drift.end == "50.0"  # the worst record
+    assert (free.dot, free.far) == (pytest.approx(0.6 * width), width)
+    assert (fixed.text, fixed.dot) == ("5.0", pytest.approx(0.1 * width))
+    assert (len(content["rows"]), content["total"]) == (2, 6)
+
+
+def test_the_page_has_no_script_and_escapes_names(rows: Any) -> None:
+    named = [{**one, "record_id": "<b>r</b>"} for one in rows]
+    page = render_comparison("<site>", named, {})
+    assert "<script" not in page
+    assert "&lt;site&gt;" in page
+    assert "<b>r" not in page
+    assert re.search(r"default-src 'none'|default-src &#39;none&#39;", page)
+    assert page.count("<figure>") == 6
