@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -121,6 +122,21 @@ def test_own_tables_are_replaced_and_others_are_not(tmp_path: Path, table_format
     write_tables(made[0].with_suffix(".nc"), {"rows": [{"mine": 1}]}, "rows", table_format)
     with pytest.raises(InputError, match="is in the place of a table of this command"):
         refuse_other_tables(output, first, "rows", table_format)
+
+
+def test_a_screening_prints_motions_by_structures(
+    records: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    structures = tmp_path / "one.toml"
+    structures.write_text(STRUCTURE)
+    asked = ("screen", records, "--structures", structures, "--margins", "none", "--scales", "1")
+    capsys.readouterr()
+    assert run(*asked, "--output", tmp_path / "s.nc", "--matrix", "u") == 0
+    assert "Responses at scale 1 (nominal): u [cm]" in capsys.readouterr().out
+    assert run(*asked, "--output", tmp_path / "s.nc", "--matrix", "share", "--json") == 0
+    said = json.loads(capsys.readouterr().out)
+    row = {"record_id": "shake", "portico share_overturned": said["overall"][0]["share_overturned"]}
+    assert said["matrices"] == {"share": [row]}
 
 
 def test_every_stage_that_prints_rows_writes_a_table(records: Path, tmp_path: Path) -> None:

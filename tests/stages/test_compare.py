@@ -14,6 +14,7 @@ from tests.commands import ingested, run
 
 from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError, ParameterError
+from rockframe.figures.histories import draw_comparison
 from rockframe.frame import RockingFrame, crushed
 from rockframe.parts import Pivot
 from rockframe.results.response import comparison_rows, read_histories
@@ -134,6 +135,24 @@ def several(tmp_path: Path) -> tuple[Path, Path, Path]:
         assert run("ingest", *motions, *stated, outputs[-1]) == 0
     both, first, second = outputs
     return both, first, second
+
+
+def test_each_model_has_its_panel_of_the_base_shear(records: Path, tmp_path: Path) -> None:
+    """The envelope reaches the extremes within the drawn time, and all panels have one scale."""
+    bridge, output = structures(tmp_path, BENT + RIVALS), tmp_path / "compare.nc"
+    compare_stage(records, output, bridge, against=["isolated", "fixed"], engine=OneProcess())
+    histories = read_histories(output, "shake", "bent")
+    panels = draw_comparison(histories).figure.axes
+    assert [panel.texts[0].get_text() for panel in panels[2:]] == ["free", "isolated", "fixed"]
+    assert len({panel.get_ylim() for panel in panels[2:]}) == 1
+    first, last = panels[-1].get_xlim()
+    time = histories["time"].values
+    drawn = (time >= first) & (time <= last)
+    for panel, model in zip(panels[2:], ("free", "isolated", "fixed"), strict=True):
+        shear = histories["base_shear"].values[list(histories["model"].values).index(model)]
+        height = np.asarray(panel.collections[0].get_paths()[0].vertices)[:, 1]
+        assert height.max() == np.nanmax(shear[drawn])
+        assert height.min() == np.nanmin(shear[drawn])
 
 
 def test_records_of_two_files_are_compared_as_those_of_one(

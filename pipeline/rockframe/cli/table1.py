@@ -12,6 +12,7 @@ from rockframe.cells import TABLE_FORMATS, Column
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write
 from rockframe.cli.stages.respond import (
+    matrices,
     most_severe,
     show_responses,
     verdict_notes,
@@ -50,6 +51,7 @@ def add_table1(parser: argparse.ArgumentParser) -> None:
         help="folder to write (default: outputs/table1)",
     )
     arguments.add_format(parser)
+    arguments.add_matrix(parser)
     arguments.add_structures(parser, one=False)
     add_options(parser, RespondOptions)
     add_options(parser, PulseOptions, title="pulses")
@@ -101,9 +103,10 @@ def run_table1(options: argparse.Namespace) -> int:
                 "rejected": [vars(rejection) for rejection in rejections],
                 "output": str(folder),
             }
+            | matrices(rows, options.matrix)
         )
     else:
-        show(rows, summary, comparisons, said)
+        show(rows, summary, comparisons, said, options.matrix)
         print(f"{count} files and their manifest in {folder}")
     return console.show_rejections(rejections)
 
@@ -247,6 +250,7 @@ def show(
     summary: Sequence[Row],
     comparisons: Sequence[Row],
     said: Sequence[str],
+    quantities: Sequence[str] = (),
 ) -> None:
     """Print records, pulses and responses, then the comparison with the paper."""
     several = len({row["structure"] for row in rows}) > 1
@@ -255,12 +259,12 @@ def show(
     known = [key for key in _IF_KNOWN if any(math.isfinite(row[key]) for row in rows)]
     of_record = [one for one in _OF_RECORD if one.key in known or one.key not in _IF_KNOWN]
     if console.table_width() >= _WIDE:
-        show_responses("", (*of_record, *response_columns(one, {})), rows, **how)
+        show_responses("", (*of_record, *response_columns(one, {})), rows, quantities, **how)
     else:
         first = {row["record_id"]: row for row in reversed(most_severe(rows))}
         console.show_rows("Records and pulses", of_record, reversed(first.values()))
         columns = (*titled({"record": "Record"}, once=True), *response_columns(one, {}))
-        show_responses("", columns, rows, **how)
+        show_responses("", columns, rows, quantities, **how)
     console.show_summary(summary)
     _show_notes(rows)
     if comparisons:

@@ -348,11 +348,9 @@ _VISIBLE_DRIFT: Final = 0.1
 _OSCILLATORS: Final = ("isolated", "fixed")
 #: A falling bridge is drawn up to this multiple of the largest drift of the others.
 _FALLING: Final = 1.3
-_PANELS: Final = (
-    ("u", 100.0, "drift  u [cm]"),
-    ("v", 100.0, "lift  v [cm]"),
-    ("base_shear", 1.0, "base shear / W"),
-)
+_PANELS: Final = (("u", 100.0, "drift  u [cm]"), ("v", 100.0, "lift  v [cm]"))
+#: Number of intervals of the drawn time in each of which the base shear has one range.
+_RANGES: Final = 400
 
 
 def draw_comparison(histories: xr.Dataset) -> Captioned:
@@ -366,20 +364,25 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
     record, structure = (str(histories[name].item()) for name in ("record_id", "structure"))
     time = histories["time"].values
     with styled():
-        figure = Figure(figsize=(PAGE_WIDTH, 6.0), layout="constrained")
-        panels = figure.subplots(3, 1, sharex=True, height_ratios=(1.3, 0.8, 1.2))
+        models = [str(model) for model in histories["model"].values]
+        size = (PAGE_WIDTH, 4.2 + 0.7 * len(models))
+        figure = Figure(figsize=size, layout="constrained")
+        ratios = (2.0, 1.3, *(0.75 for _ in models))
+        panels = figure.subplots(2 + len(models), 1, sharex=True, height_ratios=ratios)
         handles = []
+        window = _comparison_window(histories)
         reach = _largest_drift(histories)
-        for k, model in enumerate(histories["model"].values):
+        for k, model in enumerate(models):
             one = histories.isel(model=k)
             drawn = np.nan_to_num(np.abs(one["u"].values), nan=np.inf) <= _FALLING * reach
             last = time.size if drawn.all() else int(np.argmin(drawn))
             dashes: Literal["--", "-"] = "--" if model in _OSCILLATORS else "-"
-            for panel, (name, factor, _) in zip(panels, _PANELS, strict=True):
+            for panel, (name, factor, _) in zip(panels, _PANELS, strict=False):
                 panel.plot(
                     time[:last], factor * one[name].values[:last], color=f"C{k}", linewidth=0.8,
                     linestyle=dashes,
                 )  # fmt: skip
+            _draw_shear(panels[2 + k], time[:last], one["base_shear"].values[:last], window, k)
             ended = Validity(int(one["validity"]))
             when = float(one["valid_until"])
             if np.isfinite(when) and when <= time[-1]:
@@ -387,23 +390,52 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
                 panels[0].plot(time[at], 100.0 * one["u"].values[at], "x", color=f"C{k}")
             at_time = f" at {when:.1f} s" if np.isfinite(when) else ""
             end = ended.name.lower().replace("_", " ")
-            words = f"{model}: {end}{at_time}" if ended else str(model)
+            words = f"{model}: {end}{at_time}" if ended else model
             handles.append(Line2D([], [], color=f"C{k}", label=words, linestyle=dashes))
-        for panel, (_, _, label) in zip(panels, _PANELS, strict=True):
+        for panel, (_, _, label) in zip(panels, _PANELS, strict=False):
             panel.set_ylabel(label)
+        _name_shears(panels[2:], models)
         panels[0].set_title(f"{structure} under {record}")
         panels[-1].set_xlabel("time [s]")
-        panels[-1].set_xlim(*_comparison_window(histories))
+        panels[-1].set_xlim(*window)
         figure.align_ylabels(list(panels))
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
     title = f"Bridges under {record}"
     caption = (
-        f"Drift and lift of the deck of {structure} under record {record}, and the force of the "
-        "ground over the weight of deck and columns. Solid: rocking frames; dashed: the same "
+        f"Drift and lift of the deck of {structure} under record {record}, and for each model the "
+        "envelope of the base shear over the weight of deck and columns: its range in each short "
+        "interval. Solid: rocking frames; dashed: the same "
         "deck on isolators, and on monolithic columns. A cross marks when the "
         "assumptions of a model fail."
     )
     return Captioned(figure, title, caption)
+
+
+def _draw_shear(
+    panel: Axes, time: Float, shear: Float, window: tuple[float, float], number: int
+) -> None:
+    """Draw the range of the base shear in each short interval of the drawn time.
+
+    A line would cover the panel, because the shear of rocking bridges changes sign in each impact.
+    """
+    ends = np.linspace(*window, _RANGES + 1)
+    starts = np.unique(np.searchsorted(time, ends))
+    starts = starts[starts < time.size]
+    if starts.size:
+        low, high = (np.append(one := part.reduceat(shear, starts), one[-1])
+                     for part in (np.fmin, np.fmax))  # fmt: skip
+        at = np.append(time[starts], time[-1])
+        panel.fill_between(at, low, high, step="post", color=f"C{number}", linewidth=0.4)
+
+
+def _name_shears(panels: Sequence[Axes], models: Sequence[str]) -> None:
+    """Name the panels of the base shear, and give them one scale."""
+    largest = max(abs(end) for panel in panels for end in panel.get_ylim())
+    for panel, model in zip(panels, models, strict=True):
+        panel.set_ylim(-1.3 * largest, 1.3 * largest)
+        panel.annotate(model, (0.99, 0.93), xycoords="axes fraction", fontsize=7, ha="right",
+                       va="top")  # fmt: skip
+    panels[len(panels) // 2].set_ylabel("base shear / W")
 
 
 def _largest_drift(histories: xr.Dataset) -> float:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, path
+from rockframe.cli.stages.respond import matrices, show_responses
 from rockframe.interruption import keeping
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import ExecutionOptions
@@ -35,6 +36,7 @@ def add_screen(parser: argparse.ArgumentParser) -> None:
     arguments.add_output(parser)
     parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
     arguments.add_format(parser)
+    arguments.add_matrix(parser)
     arguments.add_structures(parser, one=False)
     add_options(parser, ScreenOptions)
     add_options(parser, Filters, title=arguments.FILTERS)
@@ -64,7 +66,7 @@ def run_screen(options: argparse.Namespace) -> int:
             table_format=options.format,
             written=written.append,
         )
-    show(options.output, done, written[0], as_json=options.json)
+    show(options.output, done, written[0], options.matrix, as_json=options.json)
     return console.show_rejections(done.rejections) or status
 
 
@@ -72,7 +74,14 @@ def run_screen(options: argparse.Namespace) -> int:
 _SHOWN: Final = 10
 
 
-def show(output: Path, done: Screening, screening: xr.Dataset, *, as_json: bool) -> None:
+def show(
+    output: Path,
+    done: Screening,
+    screening: xr.Dataset,
+    quantities: Sequence[str] = (),
+    *,
+    as_json: bool,
+) -> None:
     """Print the screening as tables, or as JSON."""
     from rockframe.results.screen_tables import (
         members_of,
@@ -97,9 +106,13 @@ def show(output: Path, done: Screening, screening: xr.Dataset, *, as_json: bool)
                 "table": str(done.table),
                 "tables": [str(path) for path in done.tables.values()],
             }
+            | matrices(list(screen_rows(screening)) if quantities else [], quantities)
         )
         return
     _show_overall(screening)
+    if quantities:
+        at = f" at scale {float(screening['reference_scale']):g}{_nominal(screening)}"
+        show_responses(at, (), list(screen_rows(screening)), quantities)
     _show_shares(screening)
     _show_ranking(screening)
     _show_azimuths(screening)
