@@ -76,6 +76,7 @@ from .rocking import Design as Design
 from .rocking import GroundAcceleration as GroundAcceleration
 from .rocking import Histories as Histories
 from .rocking import Impulses as Impulses
+from .rocking import JointForces as JointForces
 from .rocking import Margin as Margin
 from .rocking import OverturningSpectrum as OverturningSpectrum
 from .rocking import Peaks as Peaks
@@ -90,6 +91,7 @@ from .rocking import barrier_rate as barrier_rate
 from .rocking import column_forces as column_forces
 from .rocking import impact_friction_demand as impact_friction_demand
 from .rocking import impact_impulses as impact_impulses
+from .rocking import joint_forces as joint_forces
 from .rocking import least_spacing as least_spacing
 from .rocking import margins as margins
 from .rocking import overturning_spectrum as overturning_spectrum

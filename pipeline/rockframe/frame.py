@@ -90,7 +90,11 @@ class RockingFrame:
         Depth of the beam [m]; its centre of mass is at half the depth. Only the least spacing of
         two columns depends on it.
     column_mass : float, optional
-        Mass of one column [kg]. Restraints need it; free rocking does not depend on it.
+        Mass of one column [kg]. Restraints and forces in newtons need it; free rocking does not
+        depend on it.
+    friction_coefficient : float, optional
+        Coefficient of friction available at the joints [1]. Rocking does not depend on it: shear
+        keys carry what exceeds the friction.
     tendon, dissipater : Tendon, Dissipater, optional
         Restraints of each column. A tendon without a length gets that of the columns.
     abutment : Abutment, optional
@@ -103,7 +107,8 @@ class RockingFrame:
     ParameterError
         If a dimension is not between 1 mm and 1 km, the centre of gravity is not within the height,
         the inertia ratio is not above 1 and at most 100, the mass ratio is not between 0 and 1e15,
-        or the restitution factor makes the velocity ratio of impacts 0 or less, or 1 or more; if
+        the coefficient of friction is negative, or the restitution factor makes the velocity ratio
+        of impacts 0 or less, or 1 or more; if
         the restitution of eq (43) is not positive, because so stocky a frame does not rock; or if
         there is a restraint without the mass of a column.
 
@@ -131,6 +136,7 @@ class RockingFrame:
     centre_of_gravity: float | None = None
     beam_depth: float | None = None
     column_mass: float | None = None
+    friction_coefficient: float | None = None
     tendon: Tendon | None = None
     dissipater: Dissipater | None = None
     abutment: Abutment | None = None
@@ -156,6 +162,9 @@ class RockingFrame:
             raise self._invalid("column_mass", "stated together with a tendon or a dissipater")
         if self.column_mass is not None and not 0.0 < self.column_mass < math.inf:
             raise self._invalid("column_mass", "positive")
+        friction = self.friction_coefficient
+        if friction is not None and not 0.0 <= friction < math.inf:
+            raise self._invalid("friction_coefficient", "zero or above")
         self._fill_in_length()
         self._require_loss()
 
@@ -180,7 +189,7 @@ class RockingFrame:
 
     def _require_numbers(self) -> None:
         ratios = ("mass_ratio", "inertia_ratio", "restitution_factor")
-        for label in (*_LENGTHS, *ratios, "column_mass"):
+        for label in (*_LENGTHS, *ratios, "column_mass", "friction_coefficient"):
             value = getattr(self, label)
             absent = value is None and getattr(RockingFrame, label, 0.0) is None
             if not (absent or isinstance(value, Real)):
@@ -343,6 +352,16 @@ class RockingFrame:
         """Return the force [N] of a tendon that has not yielded, at a rotation [rad]; 0 without."""
         stretch = 2.0 * self.tie_lever * math.sin(0.5 * abs(theta))
         return 0.0 if self.tendon is None else self.tendon.force(stretch)
+
+    def bar_force(self, theta: float) -> float:
+        """Return the force [N] of the dissipaters across one joint at the first rotation [rad] to
+        `theta`; 0 without them.
+        """
+        bars = self.dissipater
+        if bars is None:
+            return 0.0
+        stretch = 2.0 * bars.lever_arm * math.sin(0.5 * abs(theta))
+        return min(bars.stiffness * stretch, bars.yield_force)
 
     def resized(self, height: float, width: float) -> Self:
         """Return the frame with another height and width [m], its other dimensions in proportion.

@@ -208,7 +208,7 @@ def test_numbers_of_figures_have_bounds(invalid: dict[str, Any]) -> None:
         raise AssertionError
 
     for allowed in (2, 4000):
-        assert FigureRequest(records=no_records, grid=allowed).friction == 0.5
+        assert FigureRequest(records=no_records, grid=allowed).friction is None
     with pytest.raises(ParameterError, match=f"Invalid {next(iter(invalid))} "):
         FigureRequest(records=no_records, **invalid)
 

@@ -73,9 +73,9 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--friction",
         type=float,
-        default=0.5,
         metavar="MU",
-        help="assumed coefficient of friction of the joints (default: 0.5)",
+        help="assumed coefficient of friction of the joints (default: friction_coefficient of the "
+        "structure, or 0.5 if it states none)",
     )
     parser.add_argument(
         "--spacing",

@@ -68,13 +68,13 @@ class FigureRequest:
     structures: Path = SHIPPED_STRUCTURES
     structure: str | None = None
     vertical: bool = False
-    friction: float = 0.5
+    friction: float | None = None
     spacing: float | None = None
     beam_centre: float = 0.0
     grid: int = 400
 
     def __post_init__(self) -> None:
-        if not self.friction > 0.0:
+        if self.friction is not None and not self.friction > 0.0:
             raise ParameterError(f"Invalid friction {self.friction!r}. Must be positive.")
         if not 2 <= self.grid <= 4000:
             raise ParameterError(f"Invalid grid {self.grid}. Must be 2 to 4000.")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from rockframe.figures.captioned import (
     DRAWN_TO,
+    PAGE_WIDTH,
     PRINT_WIDTH,
     Captioned,
     of_record,
@@ -21,6 +23,7 @@ from rockframe.figures.captioned import (
 )
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
+from rockframe.results.tables.forces import forces_in_words, kilonewtons
 from rockframe.rocking import (
     ColumnForces,
     GroundAcceleration,
@@ -41,6 +44,8 @@ Float = NDArray[np.float64]
 
 #: The curves of moment and barrier extend to this multiple of the slenderness.
 _CURVES_TO: Final = 1.3
+#: Assumed coefficient of friction of joints, if nothing is stated [1].
+_FRICTION: Final = 0.5
 #: Demands are drawn up to this multiple of the available friction [1]; they may be infinite.
 _SHOWN: Final = 2.0
 
@@ -50,7 +55,7 @@ def draw_joints(
     frame: RockingFrame,
     motion: GroundAcceleration | None = None,
     *,
-    friction: float = 0.5,
+    friction: float | None = None,
     spacing: float | None = None,
     beam_centre: float = 0.0,
 ) -> Captioned:
@@ -64,8 +69,9 @@ def draw_joints(
         The frame.
     motion : GroundAcceleration, optional
         Motion of the ground, if it includes more than the record: with vertical acceleration.
-    friction : float
-        Assumed coefficient of friction of the joints [1].
+    friction : float, optional
+        Assumed coefficient of friction of the joints [1]; by default that of the frame, or 0.5 if
+        it states none.
     spacing : float, optional
         Distance between the axes of two columns [m]: adds the forces on each column, if there is a
         beam.
@@ -80,6 +86,9 @@ def draw_joints(
     ground = as_ground(motion or record)
     response = respond(frame, ground)
     forces = reactions(response, ground)
+    if friction is None:
+        stated = frame.friction_coefficient
+        friction = _FRICTION if stated is None else stated
     each, bent = None, ""
     if spacing is not None and frame.mass_ratio > 0.0:
         each = column_forces(response, ground, spacing=spacing, beam_centre=beam_centre)
@@ -99,7 +108,7 @@ def draw_joints(
         furthest = min(response.peak_rotation_ratio, DRAWN_TO)
         panels[0].set_ylim(*(side * max(1.1 * furthest, 0.01) for side in (-1.0, 1.0)))
         _draw_friction(panels[1], response, forces, friction)
-        _draw_vertical(panels[2], response.time, base, beam)
+        _draw_vertical(panels[2], response, base, beam)
         panels[2].set_xlabel("time [s]")
         rotated = np.nan_to_num(np.abs(response.theta), nan=0.0) > 1e-4
         panels[0].set_xlim(*time_limits(response.time, rotated, 1.5))
@@ -107,6 +116,7 @@ def draw_joints(
     caption = (
         "Rotation, friction demand and vertical forces. "
         f"{_sliding(frame, forces, each, friction)} {_lift_off(base, beam, bent)} "
+        f"{_in_kilonewtons(frame, forces, each)}"
         f"{of_structure(frame)} {of_record(record, response, ground)}"
     )
     return Captioned(figure, "Forces at the joints", caption)
@@ -126,17 +136,23 @@ def _draw_friction(panel: Axes, response: Response, forces: Reactions, friction:
     _legend_above(panel)
 
 
-def _draw_vertical(panel: Axes, time: Float, base: Float, beam: Float | None) -> None:
-    panel.plot(time, base, linewidth=0.8, label="all base joints")
+def _draw_vertical(panel: Axes, response: Response, base: Float, beam: Float | None) -> None:
+    """Draw vertical forces over the static ones, or in kN for one column where it is known."""
+    time, weight, gamma = response.time, response.frame.weight, response.frame.mass_ratio
+    known = not math.isnan(weight)
+    static = kilonewtons(1.0, weight) if known else 1.0
+    base, share = static * base, static * gamma / (1.0 + gamma) if known else 1.0
+    label = "base joint, mean of all" if known else "all base joints"
+    panel.plot(time, base, linewidth=0.8, label=label)
     if beam is not None:
         # fmax and fmin ignore NaN, after a fall
         for values, word in ((np.fmax(*beam), "more"), (np.fmin(*beam), "less")):
-            panel.plot(time, values, linewidth=0.7, label=f"{word} loaded column")
+            panel.plot(time, share * values, linewidth=0.7, label=f"{word} loaded column")
     panel.axhline(0.0, color="black", linestyle="--", linewidth=0.9, label="lift-off")
-    panel.set_ylabel("vertical force / static")
+    panel.set_ylabel("vertical force [kN]" if known else "vertical force / static")
     drawn = [line.get_ydata() for line in panel.get_lines()]
-    highest = max(float(np.nanmax(np.asarray(values))) for values in drawn)
-    panel.set_ylim(-0.1, 1.1 * max(highest, 1.0))
+    highest = _largest(np.array([_largest(np.asarray(values)) for values in drawn]))
+    panel.set_ylim(-0.1 * static, 1.1 * max(highest, static))
     _legend_above(panel)
 
 
@@ -190,6 +206,30 @@ def _lift_off(base: Float, beam: Float | None, bent: str) -> str:
     return (
         f"Least vertical force over the static one: {stated}{bent}; the assumption of no lift-off "
         f"{'holds' if holds else 'does not hold'}."
+    )
+
+
+def _in_kilonewtons(frame: RockingFrame, forces: Reactions, each: ColumnForces | None) -> str:
+    """Return the sentence about the largest forces; empty if the weight is not known."""
+    if math.isnan(frame.weight):
+        return ""
+    column = frame.weight / (1.0 + frame.mass_ratio)
+    largest = {
+        "base joint": (forces.base_shear, forces.base_vertical),
+        "joint under the beam": (forces.top_shear, forces.top_vertical),
+    }
+    if each is not None:
+        largest["base joint of one of the two columns"] = (each.base_shear, each.base_vertical)
+        largest["joint under the beam of one"] = (each.top_shear, each.top_vertical)
+    stated = (
+        f"{name} {kilonewtons(_largest(np.abs(across)), column):.0f} and "
+        f"{kilonewtons(_largest(down), column):.0f}"
+        for name, (across, down) in largest.items()
+    )
+    return (
+        f"A column with its share of the beam weighs {frame.weight / 1000.0:.0f} kN; largest "
+        f"horizontal and vertical force of one column, the mean of all columns unless one is "
+        f"named [kN]: {', '.join(stated)}. "
     )
 
 
@@ -302,3 +342,82 @@ def draw_moment_rotation(
         f"{of_structure(frame)} {of_record(record, response, ground)}"
     )
     return Captioned(figure, "Moment and rotation", caption)
+
+
+#: Forces of each panel, with their labels.
+_PANELS: Final = {
+    "horizontal force": {
+        "base_shear": "base shear",
+        "base_joint_horizontal": "base joint",
+        "base_key_force": "base key",
+        "top_joint_horizontal": "top joint",
+        "top_key_force": "top key",
+    },
+    "vertical force": {
+        "base_joint_vertical": "base, largest",
+        "base_joint_vertical_least": "base, least",
+        "top_joint_vertical": "top, largest",
+        "top_joint_vertical_least": "top, least",
+        "tendon_force": "tendon",
+        "dissipater_force": "dissipaters",
+    },
+    "impulse": {
+        "base_impulse_horizontal": "base, horizontal",
+        "base_impulse_vertical": "base, vertical",
+        "top_impulse_horizontal": "top, horizontal",
+        "top_impulse_vertical": "top, vertical",
+    },
+}
+
+
+def draw_forces(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned:
+    """Draw the forces at the joints of each structure with their bands, in kN where it is known.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        The rows of one record, as `force_rows` yields them; at least one.
+    title : str
+        Name of the record.
+    """
+    structures = list(dict.fromkeys(str(row["structure"]) for row in rows))
+    with styled():
+        size = (PAGE_WIDTH, 0.6 + 1.55 * len(structures))
+        figure = Figure(figsize=size, layout="constrained")
+        grid = figure.subplots(len(structures), len(_PANELS), squeeze=False)
+        for name, panels in zip(structures, grid, strict=True):
+            found = {row["force"]: row for row in rows if row["structure"] == name}
+            for axes, (what, labels) in zip(panels, _PANELS.items(), strict=True):
+                shown = {label: found[key] for key, label in labels.items() if key in found}
+                _draw_ranges(axes, shown)
+                unit = next((row["unit"] for row in shown.values()), "")
+                axes.set_xlabel(f"{what} [{unit}]")
+            panels[0].set_title(name, loc="left", fontsize=8)
+        figure.suptitle(title, fontsize=9)
+    return Captioned(
+        figure,
+        f"Forces under {title}",
+        f"{forces_in_words(rows)} Bars: from the 16 to the 84 % quantile of the ensemble; lines: "
+        "its median; diamonds: the nominal value, of the structure as given. Arrows: the quantile "
+        "falls on a member that overturns.",
+    )
+
+
+def _draw_ranges(axes: Axes, shown: Mapping[str, Mapping[str, Any]]) -> None:
+    """Draw a bar from the 16 to the 84 % quantile of each force, its median and nominal value."""
+    known = [one for row in shown.values() for key, one in row.items()
+             if key.startswith("value") and math.isfinite(one)]  # fmt: skip
+    low, high = min([0.0, *known]), 1.08 * max([*known, 1e-12])
+    for place, row in enumerate(shown.values()):
+        ends = [float(np.clip(row[f"value_{end}"], low, high)) for end in (16, 84)]
+        if not math.isnan(ends[0]):
+            axes.barh(place, ends[1] - ends[0], left=ends[0], height=0.55, color="#9ecae1")
+        for beyond, edge, marker in ((-math.inf, low, "<"), (math.inf, high, ">")):
+            if beyond in (row["value_16"], row["value_84"]):
+                axes.plot(edge, place, marker=marker, color="#d55e00", markersize=4, clip_on=False)
+        if math.isfinite(row["value_50"]):
+            axes.plot([row["value_50"]] * 2, [place - 0.28, place + 0.28], color="C0")
+        axes.plot(row["value"], place, marker="D", markersize=3, color="black", linestyle="")
+    axes.set_yticks(range(len(shown)), list(shown))
+    axes.set_ylim(len(shown) - 0.4, -0.6)
+    axes.set_xlim(low, high)

@@ -129,6 +129,10 @@ class RespondOptions(Options):
     """Margins of the verdicts: none; first (nominal critical scales; some 50 ms for each record and
     structure); or robust (also the scales at which 10, 25 and 50 % of an ensemble of plausible
     structures overturn; some 150 ms)."""
+    forces: bool = False
+    """Compute the largest forces at the joints: of base and top joints, shear keys, tendons and
+    dissipaters, the base shear, and the impulses of impacts, with their bands over the ensemble; in
+    kN where column_mass_kg or density_kg_m3 is stated."""
     ensemble: Ensemble = Ensemble()
 
 

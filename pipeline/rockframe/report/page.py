@@ -24,6 +24,7 @@ from rockframe.frame import unusual
 from rockframe.provenance import source_code_hash
 from rockframe.results.run import Ground, History, Run, rank
 from rockframe.results.schema import KINDS, RESPONSE
+from rockframe.results.schema.response import FORCES
 from rockframe.results.screen_tables import (
     demand_words,
     design_by_share,
@@ -36,6 +37,7 @@ from rockframe.results.screen_tables import (
     site_note,
     with_its_limits,
 )
+from rockframe.results.tables.forces import FORCE_VALUES, force_text, forces_in_words
 from rockframe.results.tables.rows import (
     OVERVIEW,
     LabelledValue,
@@ -57,7 +59,7 @@ from rockframe.web import bars_svg, render_page, strip_svg, tone
 _SUPERSCRIPTS: Final = str.maketrans("-123", "⁻¹²³")
 #: Values that the page shows elsewhere, or uses only internally.
 _NOT_SHOWN: Final = frozenset(
-    ["row_size", "history", "passport", "source_sha256", "samples_sha256"]
+    ["row_size", "history", "passport", "source_sha256", "samples_sha256", *FORCES]
 )
 #: Values that are not shown for structures that overturn, because they only describe the fall.
 _OF_THE_FALL: Final = frozenset(["peak_rotation_ratio", "peak_u", "peak_v"])
@@ -163,6 +165,7 @@ def payload(
                     "overturns": stated.overturns,
                     "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
                     "spreads": _spreads(run.spreads[pair]) if pair in run.spreads else "",
+                    "forces": _forces(run.forces.get(pair, ())),
                     "peak": _finite(row["peak_rotation_ratio"]),
                     "facts": _texts(_of_pair(run.pairs[pair], stated)),
                 }
@@ -175,6 +178,17 @@ def payload(
         "structures": structures,
         "pairs": pairs,
     }, samples
+
+
+def _forces(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the cells of the table of forces, and its explanation."""
+    return {
+        "rows": [
+            [f"{row['words']} [{row['unit']}]", *(force_text(row, key) for key in FORCE_VALUES)]
+            for row in rows
+        ],
+        "words": forces_in_words(rows) if rows else "",
+    }
 
 
 def _band(row: Mapping[str, str], verdict: SpreadVerdict) -> str:

@@ -52,7 +52,10 @@ from rockframe.rocking.verdict import Strip, Verdict, strip_of
 _HISTORIES: Final = ("theta", "u", "v")
 _ENVELOPES: Final = tuple(one.name for one in ENVELOPES)
 #: Optional parts of a response.
-_PARTS: Final = ("to_pulse", "margin", "ensemble", "contact", "restraint")
+_PARTS: Final = (
+    *("to_pulse", "margin", "ensemble", "contact", "restraint"),
+    *("forces", "force_bands"),
+)
 
 
 def write_responses(
@@ -144,8 +147,9 @@ def _complete(
     if all(one is not None for row in columns["ensemble"] for one in row):
         values |= {**RESPONSE_NC.filled("ensemble", columns["ensemble"]), "quantile": [*QUANTILES]}
         values |= _sensitivity(columns["ensemble"])
-    if all(contact is not None for row in columns["contact"] for contact in row):
-        values |= RESPONSE_NC.filled("contact", columns["contact"])
+    for part in ("contact", "forces", "force_bands"):
+        if all(one is not None for row in columns[part] for one in row):
+            values |= RESPONSE_NC.filled(part, columns[part])
     if any(frame.restrained for frame in frames):
         values |= RESPONSE_NC.filled("restraint", columns["restraint"])
     return values

@@ -6,6 +6,7 @@ import heapq
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,6 +22,7 @@ from rockframe.results.reading import opened
 from rockframe.results.response import strips_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.tables.entries import rows_of
+from rockframe.results.tables.forces import force_rows
 from rockframe.results.tables.rows import LabelledValues, LabelledValuesOf, spread_verdict
 from rockframe.results.tables.sensitivity import sensitivity_rows
 from rockframe.results.writing import slices
@@ -64,6 +66,8 @@ class Run:
         Rows of `sensitivity_rows` by record and structure; empty without an ensemble.
     summary : tuple of mapping of str to str
         Rows of ``summary.csv``; empty for runs of versions without it.
+    forces : mapping of (str, str) to list of mapping
+        Rows of `force_rows` by record and structure; empty without forces.
     """
 
     folder: Path
@@ -78,6 +82,7 @@ class Run:
     strips: Mapping[Pair, Strip] = field(default_factory=dict)
     spreads: Mapping[Pair, Mapping[str, Any]] = field(default_factory=dict)
     summary: tuple[Mapping[str, str], ...] = ()
+    forces: Mapping[Pair, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -128,6 +133,12 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
             strips_of(response, {row["record_id"] for row in rows}),
             {(row["record_id"], row["structure"]): row for row in sensitivity_rows(response)},
             tuple(rows_of(folder / "summary.csv")),
+            {
+                pair: list(rows)
+                for pair, rows in groupby(
+                    force_rows(response), lambda row: (row["record_id"], row["structure"])
+                )
+            },
         )
 
 

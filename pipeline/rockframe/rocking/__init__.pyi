@@ -5,6 +5,7 @@ from .assessments import Bands as Bands
 from .assessments import ContactDemand as ContactDemand
 from .assessments import EnsembleResponse as EnsembleResponse
 from .assessments import FirstOverturning as FirstOverturning
+from .assessments import JointForces as JointForces
 from .assessments import Margin as Margin
 from .assessments import RobustMargin as RobustMargin
 from .assessments import share_interval as share_interval
@@ -15,6 +16,7 @@ from .batch import respond_scenarios as respond_scenarios
 from .contact import Impulses as Impulses
 from .contact import impact_friction_demand as impact_friction_demand
 from .contact import impact_impulses as impact_impulses
+from .contact import joint_forces as joint_forces
 from .contact import least_spacing as least_spacing
 from .contact import with_contact as with_contact
 from .design import DIMENSIONS as DIMENSIONS
@@ -30,6 +32,7 @@ from .margins.ensemble import member_peaks as member_peaks
 from .margins.ensemble import quantiles as quantiles
 from .margins.ensemble import with_ensemble as with_ensemble
 from .margins.ensemble import with_envelope as with_envelope
+from .margins.ensemble import with_forces as with_forces
 from .margins.margins import margins as margins
 from .margins.margins import with_margins as with_margins
 from .margins.members import chosen_ensemble as chosen_ensemble

@@ -1,4 +1,4 @@
-"""Assessments that a response may carry: demand on the joints, ensemble, margins."""
+"""Assessments that a response may carry: demand and forces on the joints, ensemble, margins."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, Generic, TypeAlias, TypeVar
 
 import scipy
 
@@ -41,6 +41,52 @@ class ContactDemand:
     least_base_vertical: float
     least_top_vertical: float
     least_spacing: float
+
+
+#: A number, or the quantiles of an ensemble.
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True)
+class JointForces(Generic[Value]):
+    """Largest forces and impulses of one column, over its weight with its share of the beam.
+
+    They are means over the columns of a frame: of two columns, one carries more, the other less
+    (see `column_forces`). Multiplied by the frame's `weight` they are in N and N s.
+
+    Parameters
+    ----------
+    peak_base_shear : float
+        Largest horizontal force of the ground on the column, through contact and tendons [1].
+    base_joint_horizontal, top_joint_horizontal : float
+        Largest horizontal force in the joints at base and top [1]; NaN without a beam, as all
+        values of the joint at the top.
+    base_joint_vertical, top_joint_vertical : float
+        Largest vertical force in these joints [1].
+    base_joint_vertical_least, top_joint_vertical_least : float
+        Least vertical force in them [1]; if it is not positive, the joint would lift off.
+    base_key_force, top_key_force : float
+        Largest horizontal force that the friction of the same instant does not carry, for which a
+        shear key must be designed [1]; all of it if the frame states no coefficient of friction.
+    base_impulse_horizontal, top_impulse_horizontal : float
+        Horizontal impulse of the strongest impact [s]; 0 without impacts.
+    base_impulse_vertical, top_impulse_vertical : float
+        Vertical impulse of the same impact [s].
+    """
+
+    peak_base_shear: Value
+    base_joint_horizontal: Value
+    base_joint_vertical: Value
+    base_joint_vertical_least: Value
+    base_key_force: Value
+    top_joint_horizontal: Value
+    top_joint_vertical: Value
+    top_joint_vertical_least: Value
+    top_key_force: Value
+    base_impulse_horizontal: Value
+    base_impulse_vertical: Value
+    top_impulse_horizontal: Value
+    top_impulse_vertical: Value
 
 
 #: Level of the interval of a share [1].

@@ -1,4 +1,4 @@
-"""Friction and contact that the joints need for the model to hold: no sliding, no lift-off.
+"""Friction and contact that the joints need for the model to hold, and the forces on them.
 
 The impulses at the joints during an impact follow eqs (39) and (40).
 """
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.rocking.assessments import ContactDemand
+from rockframe.rocking.assessments import ContactDemand, JointForces
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.reactions import Reactions, ground_at_nodes, reactions_under
 from rockframe.rocking.response import Response
@@ -106,6 +106,69 @@ def _spacing(response: Response, forces: Reactions) -> float:
     offset = np.abs(0.5 * np.sign(response.theta) * frame.top_contact_width + lean)
     during = 2.0 * float(np.where(forces.top_vertical > 0.0, offset, math.inf).max())
     return max(during, least_spacing(frame, centre)) if response.impacts else during
+
+
+def joint_forces(
+    response: Response, motion: Record | Pulse | GroundAcceleration
+) -> JointForces[float]:
+    """Return the largest forces at the nodes of a response, and its largest impulses.
+
+    Parameters
+    ----------
+    response : Response
+        A response from `respond`.
+    motion : Record, Pulse or GroundAcceleration
+        The motion of the response.
+
+    Returns
+    -------
+    JointForces
+        All NaN if the structure overturns.
+
+    Raises
+    ------
+    ParameterError
+        If the nodes of the motion are not those of the response.
+
+    Examples
+    --------
+    >>> from rockframe import RockingFrame, respond
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, friction_coefficient=0.1)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
+    >>> forces = joint_forces(respond(bent, pulse), pulse)
+    >>> round(forces.base_joint_horizontal, 4), round(forces.base_key_force, 4)
+    (0.1866, 0.0826)
+    """
+    if response.verdict is Verdict.OVERTURNS or np.isnan(response.theta).any():
+        return JointForces(*[math.nan] * len(fields(JointForces)))
+    frame = response.frame
+    forces = reactions_under(response, *ground_at_nodes(response.time, motion))
+    strongest = np.abs(response.impact_velocities).max(initial=0.0)
+    impulses = impact_impulses(frame, strongest)
+    base = 1.0 / (1.0 + frame.mass_ratio)  # reactions are over the weight of the columns alone
+    top = base if frame.mass_ratio > 0.0 else math.nan
+    of_base = _extremes(forces.base_shear, forces.base_vertical, frame.friction_coefficient)
+    of_top = _extremes(forces.top_shear, forces.top_vertical, frame.friction_coefficient)
+    values = [
+        base * float(np.abs(forces.support_shear).max()),
+        *(base * one for one in of_base),
+        *(top * one for one in of_top),
+        base * float(impulses.base_horizontal) / GRAVITY,
+        base * float(impulses.base_vertical) / GRAVITY,
+        top * float(impulses.top_horizontal) / GRAVITY,
+        top * float(impulses.top_vertical) / GRAVITY,
+    ]
+    return JointForces(*values)
+
+
+def _extremes(
+    shear: NDArray[np.float64], vertical: NDArray[np.float64], friction: float | None
+) -> tuple[float, float, float, float]:
+    """Return the largest horizontal, largest and least vertical force, and that on a shear key."""
+    across = np.abs(shear)
+    carried = (friction or 0.0) * np.maximum(vertical, 0.0)
+    key = max(float((across - carried).max()), 0.0)
+    return float(across.max()), float(vertical.max()), float(vertical.min()), key
 
 
 Float = NDArray[np.float64]

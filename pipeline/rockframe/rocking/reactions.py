@@ -323,9 +323,8 @@ def demands_at_rest(
     found = np.empty((len(frames), 2))
     for k, (frame, scale) in enumerate(zip(frames, scales.tolist(), strict=True)):
         pressed = 1.0
-        if frame.tendon is not None and frame.column_mass is not None:
-            weight = (1.0 + frame.mass_ratio) * frame.column_mass * GRAVITY
-            pressed += frame.tendon.prestress / weight
+        if frame.tendon is not None:
+            pressed += frame.tendon.prestress / frame.weight
         shear = found[k, 0] = abs(scale) * np.abs(across).max()
         found[k, 1] = shear / pressed
         if ground.vertical is not None:

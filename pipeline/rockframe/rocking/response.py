@@ -15,7 +15,13 @@ from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown, history_dataset
 from rockframe.parts import Abutment
 from rockframe.record import Record
-from rockframe.rocking.assessments import ContactDemand, EnsembleResponse, Margin
+from rockframe.rocking.assessments import (
+    Band,
+    ContactDemand,
+    EnsembleResponse,
+    JointForces,
+    Margin,
+)
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel, ties
 from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
@@ -46,8 +52,9 @@ class RestraintResponse:
         Force of one tendon [N]; NaN after overturning, or without tendons.
     dissipater_force : array, shape (nodes,)
         Force of the dissipaters across one joint [N]; NaN after overturning, or without them.
-    peak_tendon_force : float
-        Largest force of a tendon, also after the end of the motion [N].
+    peak_tendon_force, peak_dissipater_force : float
+        Largest force of a tendon, and of the dissipaters across one joint, also after the end of
+        the motion [N]; NaN without them.
     tendon_yields, dissipater_yields : float
         Time at which the yield force is first reached [s]; NaN if never.
     tendon_force_left : float
@@ -63,6 +70,7 @@ class RestraintResponse:
     tendon_force: Float
     dissipater_force: Float
     peak_tendon_force: float
+    peak_dissipater_force: float
     tendon_yields: float
     dissipater_yields: float
     tendon_force_left: float
@@ -123,7 +131,6 @@ def restraint_response(
     tendon, dissipater = frame.tendon, frame.dissipater
     nothing = np.full(forces.shape[0], math.nan)
     left = math.nan
-    peak = frame.tension(peak_rotation) if tendon is not None else math.nan
     tendon_force = dissipater_force = nothing
     if tendon is not None:
         tendon_force = forces[:, 0] / frame.tie_moment(1.0, frame.tie_lever)
@@ -136,7 +143,8 @@ def restraint_response(
     return RestraintResponse(
         tendon_force=tendon_force,
         dissipater_force=dissipater_force,
-        peak_tendon_force=peak,
+        peak_tendon_force=frame.tension(peak_rotation) if tendon else math.nan,
+        peak_dissipater_force=frame.bar_force(peak_rotation) if dissipater else math.nan,
         tendon_yields=float(log[0, ties.YIELD_TIME]),
         dissipater_yields=float(log[1, ties.YIELD_TIME]),
         tendon_force_left=left,
@@ -222,6 +230,10 @@ class Response(Shown):
         them; infinite where a quantile falls on a member that has overturned.
     contact : ContactDemand, optional
         Demand on the joints, if `with_contact` added it.
+    forces : JointForces, optional
+        Largest forces at the joints, if `with_forces` added them.
+    force_bands : JointForces, optional
+        Bands of these forces of an ensemble, if `with_forces` added them.
     restraint : RestraintResponse, optional
         Response of tendons and dissipaters, if there are any.
     gap_closed_time, closing_velocity : float
@@ -251,6 +263,8 @@ class Response(Shown):
     theta_low: Float | None = None
     theta_high: Float | None = None
     contact: ContactDemand | None = None
+    forces: JointForces[float] | None = None
+    force_bands: JointForces[Band] | None = None
     restraint: RestraintResponse | None = None
     gap_closed_time: float = math.nan
     closing_velocity: float = math.nan

@@ -13,6 +13,7 @@ from rockframe.cells import write_rows
 from rockframe.errors import InputError, ParameterError
 from rockframe.figures.captioned import caption_path, save, save_captioned
 from rockframe.figures.histories import draw_response_history
+from rockframe.figures.joints import draw_forces
 from rockframe.figures.margins import draw_margin_strips
 from rockframe.figures.sensitivity import draw_sensitivity
 from rockframe.options import STAGES, loaded
@@ -33,6 +34,7 @@ from rockframe.results.reading import kind_of
 from rockframe.results.records import open_records
 from rockframe.results.response import open_response
 from rockframe.results.tables.entries import rows_of
+from rockframe.results.tables.forces import force_rows
 from rockframe.results.tables.rows import Row, stated_pulse
 from rockframe.results.tables.sensitivity import sensitivity_rows
 from rockframe.stages.common import Progress, silent
@@ -204,8 +206,8 @@ def draw_records(
     chosen: Sequence[str],
     progress: Progress = silent,
 ) -> dict[str, str]:
-    """Draw each chosen record with the histories that were kept, and its margins and the
-    sensitivity to the spreads of the ensemble if they are known.
+    """Draw each chosen record with the histories that were kept, and its margins, the sensitivity
+    to the spreads of the ensemble and the forces at the joints if they are known.
 
     Returns
     -------
@@ -238,6 +240,11 @@ def draw_records(
             if spreads:
                 file = f"sensitivity/{name}.png"
                 save_captioned(draw_sensitivity(spreads, title), folder / file)
+                drawn[file] = name
+            forces = list(force_rows(response.dataset, name))
+            if forces:
+                file = f"forces/{name}.png"
+                save_captioned(draw_forces(forces, title), folder / file)
                 drawn[file] = name
             progress(i + 1, len(chosen))
     return drawn

@@ -36,6 +36,7 @@ from rockframe.rocking import (
     respond,
     with_contact,
     with_envelope,
+    with_forces,
     with_margins,
     with_pulse,
 )
@@ -267,6 +268,9 @@ def _answer_one(
             responses = [with_pulse(response, task.pulses[name]) for response in responses]
         if task.options.margins != "none":
             responses = with_margins(responses, motion, chosen_ensemble(task.options))
+        if task.options.forces:
+            beside = (motion, task.options.ensemble, several.get(name))
+            responses = [with_forces(one, *beside) for one in responses]
     except ParameterError as error:
         return name, None, str(error)
     histories = Histories(task.options.histories)

@@ -203,7 +203,9 @@ class StructureEntry(TableEntry):
         Depth of the beam [m], for the least spacing of two columns.
     column_mass_kg, density_kg_m3 : float, optional
         Mass of one column [kg], or its density; restraints and pivots need one of them, and the
-        density of rectangular columns the depth.
+        density of rectangular columns the depth. Without a mass, forces are stated over the weight.
+    friction_coefficient : float, optional
+        Coefficient of friction available at the joints [1], which reduces the forces of shear keys.
     tendon, dissipater, pivot, abutment : table, optional
         Restraints of the frame.
     isolated, fixed : table, optional
@@ -225,6 +227,7 @@ class StructureEntry(TableEntry):
     beam_depth_m: float | None = None
     column_mass_kg: float | None = None
     density_kg_m3: float | None = None
+    friction_coefficient: float | None = None
     tendon: Tendon | None = None
     dissipater: Dissipater | None = None
     pivot: Pivot | None = None
@@ -258,6 +261,7 @@ class StructureEntry(TableEntry):
             centre_of_gravity=shape.centre_of_gravity if stated else None,
             beam_depth=self.beam_depth_m,
             column_mass=self._mass(),
+            friction_coefficient=self.friction_coefficient,
             tendon=self.tendon,
             dissipater=self.dissipater,
             abutment=self.abutment,

@@ -256,7 +256,8 @@ _STRUCTURE: Final = """\
 # mass_ratio = 4.0   # mass of the beam over that of all columns; 0: a column alone
 # Columns of other shapes: section, top_width_m, inner_width_m, depth_m, inner_depth_m,
 # inertia_ratio, centre_of_gravity_m, beam_depth_m. Impacts with another restitution:
-# restitution_factor. Restraints need column_mass_kg or density_kg_m3, and are tables of their own:
+# restitution_factor. Forces in kN need column_mass_kg or density_kg_m3; friction_coefficient is
+# subtracted from those of shear keys. Restraints need the mass too, and are tables of their own:
 # structure.tendon and structure.dissipater with the keys of compare.restrained and compare.hybrid,
 # structure.pivot with compressive_strength_pa and depth_m, structure.abutment with gap_m and
 # uplift_allowance_m. The tables structure.isolated and structure.fixed state rivals of this

@@ -8,7 +8,7 @@ import math
 from collections import ChainMap
 from collections.abc import Mapping, Sequence
 from heapq import nsmallest
-from itertools import islice
+from itertools import groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_args
 
@@ -59,6 +59,12 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
         help="print which spread of the ensemble matters most for each record and structure",
     )
     parser.add_argument(
+        "--figures",
+        type=folder_to_write,
+        metavar="FOLDER",
+        help="folder for a figure of the forces of each record; with --forces",
+    )
+    parser.add_argument(
         "--pulses",
         type=path,
         metavar="FILE",
@@ -83,6 +89,8 @@ def run_respond(options: argparse.Namespace) -> int:
     arguments.refuse_tables(options, first_columns(*_RESPONSES), _RESPONSES[0])
     if options.sensitivity:
         _require_spreads(stated.ensemble)
+    if options.figures and not stated.forces:
+        raise ParameterError("--figures without --forces: there is nothing to draw. State both.")
     written: list[xr.Dataset] = []
     with console.progress_bar("rocking") as progress:
         rejections = respond_stage(
@@ -100,6 +108,7 @@ def run_respond(options: argparse.Namespace) -> int:
     summary = summary_rows(rows, recordings_of(options.records))
     tables = tables_of(rows, summary, _RESPONSES[0])
     made = arguments.write_tables(options, tables, _RESPONSES[0])
+    drawn = _draw_forces(written[0], options.figures) if options.figures else []
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         found = {"sensitivity": list(sensitivity_rows(written[0]))} if options.sensitivity else {}
@@ -117,9 +126,12 @@ def run_respond(options: argparse.Namespace) -> int:
         show_responses(f" in {options.output}", columns, rows, options.matrix)
         console.show_summary(summary)
         print(verdict_notes(rows[0] if rows else {}))
+        if stated.forces:
+            _show_forces(written[0], str(options.output))
         if options.sensitivity:
             _show_sensitivity(written[0], str(options.output))
-        print(*made, sep="\n", end="\n" if made else "")
+        files = [*made, *drawn]
+        print(*files, sep="\n", end="\n" if files else "")
     return console.show_rejections(rejections)
 
 
@@ -172,6 +184,30 @@ def _require_spreads(ensemble: Ensemble) -> None:
     if not (ensemble.members and spreads_of(ensemble)):
         lack = "all its spreads are switched off" if ensemble.members else "--members is 0"
         raise ParameterError(f"--sensitivity without an ensemble: {lack}. State another one.")
+
+
+def _show_forces(response: xr.Dataset, output: str) -> None:
+    """Print the forces at the joints, and their meaning."""
+    from rockframe.results.tables.forces import FORCE_COLUMNS, force_rows, forces_in_words
+
+    rows = list(force_rows(response))
+    if rows:
+        each = ({**row, "pair": (row["record_id"], row["structure"])} for row in rows)
+        console.show_rows(f"Forces in {output}", FORCE_COLUMNS, each, group="pair")
+        print(console.filled(forces_in_words(rows)))
+
+
+def _draw_forces(response: xr.Dataset, folder: Path) -> list[Path]:
+    """Draw the forces at the joints under each record; return the files."""
+    from rockframe.figures.captioned import save_captioned
+    from rockframe.figures.joints import draw_forces
+    from rockframe.results.tables.forces import force_rows
+
+    drawn = []
+    for record, rows in groupby(force_rows(response), lambda row: str(row["record_id"])):
+        drawn.append(folder / "forces" / f"{record}.png")
+        save_captioned(draw_forces(list(rows), record), drawn[-1])
+    return drawn
 
 
 def _show_sensitivity(response: xr.Dataset, output: str) -> None:

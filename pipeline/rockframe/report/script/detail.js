@@ -31,6 +31,11 @@ class Detail {
     at("spread-bars").innerHTML = pair.spreads;
     at("spread-words").textContent = at("spread-bars").querySelector("title")?.textContent ?? "";
     at("spreads").hidden = !pair.spreads;
+    at("force-rows").replaceChildren(...pair.forces.rows.map(([name, ...values]) =>
+      element("tr", {}, element("th", { scope: "row" }, name),
+        ...values.map((value) => element("td", { class: "number" }, value)))));
+    at("force-words").textContent = pair.forces.words;
+    at("forces").hidden = !pair.forces.words;
     list(at("pair-facts"), pair.facts);
     list(at("structure-facts"), structure.facts);
     list(at("record-facts"), ground.facts);

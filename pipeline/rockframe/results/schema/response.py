@@ -173,6 +173,38 @@ def _band(along: str, name: str, units: str, long_name: str, comment: str = "") 
     return Variable(f"{name}_band", f"{along} quantile", float, units, f"{long_name}, of an ensemble of plausible structures", f"ensemble.bands.{name}", comment=f"{_OVERTURNED_MEMBER}; {comment}" if comment else _OVERTURNED_MEMBER)
 
 
+#: Largest forces at the joints: name, unit, description and comment.
+_AT_SAMPLES: Final = "at the samples; the mean of all columns"
+_NO_BEAM: Final = "NaN without a beam"
+_FORCES: Final = (
+    ("peak_base_shear", "1", "largest base shear, the horizontal force of the ground,", f"through contact and tendons; {_AT_SAMPLES}, without the impulses of impacts"),
+    *(
+        force
+        for place, joint, more in (("base", "the joint at the base", ""), ("top", "the joint under the beam", f"; {_NO_BEAM}"))
+        for force in (
+            (f"{place}_joint_horizontal", "1", f"largest horizontal force in {joint}", f"{_AT_SAMPLES}{more}"),
+            (f"{place}_joint_vertical", "1", f"largest vertical force in {joint}", f"{_AT_SAMPLES}{more}"),
+            (f"{place}_joint_vertical_least", "1", f"least vertical force in {joint}", f"if it is not positive, the joint would lift off; {_AT_SAMPLES}{more}"),
+            (f"{place}_key_force", "1", f"force of a shear key in {joint}", f"largest horizontal force less friction_coefficient times the vertical force of the same instant; where no coefficient is stated, nothing is subtracted{more}"),
+            (f"{place}_impulse_horizontal", "s", f"horizontal impulse in {joint} of the strongest impact", f"0 without impacts{more}"),
+            (f"{place}_impulse_vertical", "s", f"vertical impulse in {joint} of the strongest impact", f"0 without impacts{more}"),
+        )
+    ),
+)
+_OF_WEIGHT: Final = "over the weight of a column with its share of the beam"
+OF_FORCES: Final = optional("forces", *(
+    Variable(name, "record structure", float, units, f"{words} {_OF_WEIGHT}", "forces", comment=f"{comment}; NaN where the structure overturns")
+    for name, units, words, comment in _FORCES
+))
+FORCES: Final = tuple(one.name for one in OF_FORCES)
+#: Bands of these forces; that of the base shear is among the bands of peaks.
+OF_FORCE_BANDS: Final = optional("bands of forces", *(
+    replace(_band("record structure", name, units, f"{words} {_OF_WEIGHT}", comment), source=f"force_bands.{name}")
+    for name, units, words, comment in _FORCES
+    if name != "peak_base_shear"
+))
+
+
 def of_ensemble(along: str) -> tuple[Variable, ...]:
     """Declare the response of an ensemble to the motion itself."""
     return optional("ensemble",
@@ -223,6 +255,12 @@ OF_ABUTMENT: Final = optional("abutment",
 
 ABUTMENT: Final = tuple(one.name for one in OF_ABUTMENT)
 
+#: What turns forces over the weight into newtons, and the friction that shear keys need not carry.
+OF_WEIGHT: Final = optional("weight",
+    Variable("weight", "structure", float, "N", "weight of a column with its share of the beam", "frame", comment="NaN if the mass is not stated"),
+    Variable("friction_coefficient", "structure", float, "1", "coefficient of friction available at the joints", "frame", comment="NaN if it is not stated"),
+)
+
 #: Values of frames before their edges crush; OF_FRAME has the values after crushing.
 OF_CRUSHING: Final = optional("crushing",
     Variable("slenderness_before_crushing", "structure", float, "rad", "slenderness before the edges crush", "before_crushing.slenderness", comment="NaN where edges do not crush"),
@@ -249,7 +287,12 @@ RESPONSE_NC: Final = FileKind(
         Variable("impacts", "record structure", np.int32, "1", "number of impacts", "response", comment=f"without the last impacts before rest, slower than {REST_VELOCITY_RATIO:g} effective_frequency_parameter"),
         *OF_CONTACT,
         *OF_RESTRAINT,
+        *optional("dissipater force",
+            Variable("peak_dissipater_force", "record structure", float, "N", "largest force of the dissipaters across one joint", "restraint", comment="NaN without dissipaters"),
+        ),
         *OF_ABUTMENT,
+        *OF_FORCES,
+        *OF_FORCE_BANDS,
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns", "margin", comment=f"NaN if none was found up to largest_scale. Lower edge, with a relative error of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of the lowest intervals at least 1e-4 of the multiple wide, about 3 in 100 are missed"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),
@@ -268,6 +311,7 @@ RESPONSE_NC: Final = FileKind(
             Variable("rank_correlation_by_chance", "spread", float, "1", "rank correlation, up or down, that 5 % of spreads without any effect would exceed"),
         ),
         *OF_FRAME,
+        *OF_WEIGHT,
         *OF_CRUSHING,
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
     ),

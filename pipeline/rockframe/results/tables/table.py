@@ -15,6 +15,7 @@ from rockframe.results.pulses import pulse_rows
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
 from rockframe.results.schema.response import CONTACT, ROBUST
+from rockframe.results.tables.forces import FORCE_CELLS, force_cells
 from rockframe.results.tables.rows import (
     OF_BANDS,
     SHARES,
@@ -26,7 +27,8 @@ from rockframe.results.tables.rows import (
 from rockframe.results.tables.summary import OF_STRUCTURE
 from rockframe.rocking.verdict import MODEL_ENDS
 
-#: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty.
+#: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty. Those
+#: of `force_cells` follow if the responses have forces.
 _COLUMNS: Final = (
     *("event", "record", "magnitude", "epicentral_distance_km"),
     *("distance_rrup_km", "distance_rjb_km", "pga_g", "pgv_m_s", "a_p_g"),
@@ -104,7 +106,8 @@ def table_rows(
             "record": short if named[short] == 1 else name,
             "pulse_p_value": pulse["p_value"],
         }
-        yield {column: row[column] for column in _COLUMNS}
+        forces = dict.fromkeys(FORCE_CELLS) if FORCE_CELLS[0] in answer else {}
+        yield {column: row[column] for column in dict.fromkeys(_COLUMNS) | forces}
 
 
 def _file(content: Path | xr.Dataset) -> Path:
@@ -145,7 +148,7 @@ def response_rows(responses: Path | xr.Dataset) -> Iterator[Row]:
     if "record_id" not in responses:  # a batch without accepted records
         return
     rows, robust = rows_along(responses, "record structure", _OF_RESPONSE), ROBUST[0] in responses
-    for row in rows:
+    for row, forces in zip(rows, force_cells(responses), strict=False):
         searched = row["largest_scale"] if robust else math.nan
         words = spread_verdict(row).words
-        yield row | {"verdict_words": words, "largest_robust_scale": searched}
+        yield row | {"verdict_words": words, "largest_robust_scale": searched} | forces

@@ -19,6 +19,7 @@ _MOST_ROWS: Final = 1_048_575
 _MOST_CHARACTERS: Final = 31
 #: Units at the end of names of columns, the longer ones first.
 _UNITS: Final = {
+    "_kn_s": "kN s",
     "_m_s": "m/s",
     "_n_m": "N/m",
     "_years": "years",
@@ -52,8 +53,8 @@ def head_with_unit(name: str) -> str:
 
     Examples
     --------
-    >>> [head_with_unit(name) for name in ("u_max_84_m", "pgv_m_s", "mass_ratio")]
-    ['u_max_84 [m]', 'pgv [m/s]', 'mass_ratio']
+    >>> [head_with_unit(name) for name in ("u_max_84_m", "pgv_m_s", "impulse_kn_s", "mass_ratio")]
+    ['u_max_84 [m]', 'pgv [m/s]', 'impulse [kN s]', 'mass_ratio']
     """
     for suffix, unit in _UNITS.items():
         if name.endswith(suffix):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, fields, replace
 from functools import lru_cache
 from itertools import chain
 
@@ -15,9 +15,9 @@ from rockframe.frame import RockingFrame
 from rockframe.options.respond import QUANTILES, Ensemble
 from rockframe.parts import Lever
 from rockframe.record import Record
-from rockframe.rocking.assessments import BANDS, Bands, EnsembleResponse
+from rockframe.rocking.assessments import BANDS, Band, Bands, EnsembleResponse, JointForces
 from rockframe.rocking.batch import Prepared, Scenarios, respond_scenarios
-from rockframe.rocking.contact import impact_friction_demand
+from rockframe.rocking.contact import impact_friction_demand, joint_forces
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.members import draws, members, require_members, require_motion
 from rockframe.rocking.margins.spreads import rank_correlations
@@ -185,19 +185,82 @@ def with_envelope(
     """
     chosen = ensemble or Ensemble()
     require_members(chosen)
-    grounds, [of_member] = shaken([motion], chosen, [versions])
-    require_motion(chosen, grounds[0])  # the vertical motion of all versions is the same
-    scales = draws(chosen)[:, 3].tolist()
-    family = members(chosen, response.frame)
-    rotations = np.stack(
-        [
-            _until_fallen(respond(member, grounds[version].scaled(scale)).theta)
-            for member, version, scale in zip(family, of_member, scales, strict=True)
-        ],
-        axis=-1,
-    )
+    each = _member_responses(response.frame, motion, chosen, versions)
+    rotations = np.stack([_until_fallen(one.theta) for one, _ in each], axis=-1)
     low, _, high = np.moveaxis(quantiles(rotations), -1, 0)
     return replace(response, theta_low=low, theta_high=high)
+
+
+def _member_responses(
+    frame: RockingFrame, motion: Motion, ensemble: Ensemble, versions: Versions | None
+) -> Iterator[tuple[Response, GroundAcceleration]]:
+    """Yield the response of each member with its history, and the ground motion of the member."""
+    grounds, [of_member] = shaken([motion], ensemble, [versions])
+    require_motion(ensemble, grounds[0])  # the vertical motion of all versions is the same
+    scales = draws(ensemble)[:, 3].tolist()
+    family = members(ensemble, frame)
+    for member, version, scale in zip(family, of_member.tolist(), scales, strict=True):
+        ground = grounds[version].scaled(scale)
+        yield respond(member, ground), ground
+
+
+def with_forces(
+    response: Response,
+    motion: Motion,
+    ensemble: Ensemble | None = None,
+    versions: Versions | None = None,
+) -> Response:
+    """Add the largest forces at the joints to a response, with their bands if there is an ensemble.
+
+    Parameters
+    ----------
+    response : Response
+        A response from `respond`.
+    motion : Record, Pulse or GroundAcceleration
+        The motion of the response.
+    ensemble : Ensemble, optional
+        Number of members, spreads and seed; without it or without members, there are no bands.
+    versions : Versions, optional
+        Versions of the motion, one of which shakes each member; by default the motion itself.
+
+    Raises
+    ------
+    ParameterError
+        If a member cannot rock, the vertical acceleration falls faster than gravity, or the nodes
+        of the motion are not those of the response.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
+    >>> response = with_forces(respond(bent, pulse), pulse, Ensemble(members=16))
+    >>> [round(force, 3) for force in response.force_bands.peak_base_shear]
+    [0.186, 0.186, 0.188]
+    """
+    response = replace(response, forces=joint_forces(response, motion))
+    if ensemble is None or not ensemble.members:
+        return response
+    each = [
+        astuple(joint_forces(one, ground))
+        for one, ground in _member_responses(response.frame, motion, ensemble, versions)
+    ]
+    return replace(response, force_bands=_force_bands(np.array(each), response.frame))
+
+
+def _force_bands(each: Float, frame: RockingFrame) -> JointForces[Band]:
+    """Return the bands of forces, shape (members, forces); those of members that overturn are NaN.
+
+    A member that overturns counts as beyond all others: above the largest, below the least force.
+    """
+    names = [field.name for field in fields(JointForces)]
+    fallen = np.isnan(each[:, names.index("peak_base_shear")])
+    bands = {}
+    for name, forces in zip(names, each.T, strict=True):
+        worse = -1.0 if name.endswith("_least") else 1.0
+        there = frame.mass_ratio > 0.0 or not name.startswith("top")
+        found = worse * quantiles(np.where(fallen & there, math.inf, worse * forces))
+        bands[name] = tuple(sorted(found.tolist()))
+    return JointForces(**bands)
 
 
 def _until_fallen(theta: Float) -> Float:
@@ -355,9 +418,8 @@ def _tie_forces(family: Sequence[RockingFrame], rotation: Float) -> tuple[Float,
     for k, frame in enumerate(family):
         if frame.tendon is not None:
             tendon[:, k] = [frame.tension(one) for one in rotation[:, k].tolist()]
-        if (bars := frame.dissipater) is not None:
-            stretch = 2.0 * bars.lever_arm * np.sin(0.5 * rotation[:, k])
-            dissipater[:, k] = np.minimum(bars.stiffness * stretch, bars.yield_force)
+        if frame.dissipater is not None:
+            dissipater[:, k] = [frame.bar_force(one) for one in rotation[:, k].tolist()]
     return tendon, dissipater
 
 

@@ -1,0 +1,257 @@
+"""Rows and words on the forces at the joints, in kN where the weight of the structure is known."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import repeat
+from typing import Any, Final, Literal
+
+import xarray as xr
+
+from rockframe.cells import Column, in_digits, number
+from rockframe.options.respond import QUANTILES
+from rockframe.results.reading import positions
+from rockframe.results.tables.rows import Row, rows_along
+
+#: Meaning of the forces, for the lines below a table or figure.
+FORCES_LEGEND: Final = (
+    "Forces of one column, the mean of all columns: N columns have N times as much, and of two "
+    "columns one carries more (rockframe figure joints --spacing). 16, 50, 84 %: quantiles of the "
+    "ensemble. Shear key: largest horizontal force that the friction of the same instant does not "
+    "carry."
+)
+#: What to state for forces in kN, and for the friction that shear keys need not carry.
+STATE_MASS: Final = (
+    "Over the weight W, because the mass is not known: for kN, state density_kg_m3 or "
+    "column_mass_kg of the structure."
+)
+STATE_FRICTION: Final = (
+    "No friction is subtracted from the forces of shear keys: state friction_coefficient of the "
+    "structure to subtract it."
+)
+
+
+def kilonewtons(over_weight: float, weight: float) -> float:
+    """Return a force in kN, or an impulse in kN s, from that over the weight.
+
+    Parameters
+    ----------
+    over_weight : float
+        Force over the weight [1], or impulse over the weight [s].
+    weight : float
+        Weight of a column with its share of the beam [N]: `RockingFrame.weight`, and the variable
+        ``weight`` of response.nc; NaN if it is not known.
+
+    Examples
+    --------
+    >>> kilonewtons(0.2, 2.5e6)
+    500.0
+    """
+    return over_weight * weight / 1000.0
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force or impulse of a table.
+
+    Parameters
+    ----------
+    name : str
+        Name in rows and columns.
+    words : str
+        Name in printed tables.
+    variable, band : str
+        Variables of response.nc.
+    kind : {"force", "impulse", "tie"}
+        A force over the weight [1], an impulse over the weight [s], or a force [N].
+    """
+
+    name: str
+    words: str
+    variable: str
+    band: str
+    kind: Literal["force", "impulse", "tie"] = "force"
+
+    def is_of(self, row: Row) -> bool:
+        """Return True if the structure of a row has the joint or the restraint of the force."""
+        if self.kind == "tie":
+            return not math.isnan(row[self.name])
+        return not self.name.startswith("top") or row["mass_ratio"] > 0.0
+
+    def over_weight(self, row: Row, end: str) -> float:
+        """Return the value, or the quantile with this end of its name, over the weight."""
+        return float(row[f"{self.name}{end}"])
+
+    def in_kilonewtons(self, row: Row, end: str) -> float:
+        """Return the value or quantile in kN or kN s; NaN if the weight is not known."""
+        value = float(row[f"{self.name}{end}"])
+        if self.kind != "tie":
+            return kilonewtons(value, row["weight"])
+        fallen = row["verdict"] == "overturns" and not end  # the largest force is that of the fall
+        return math.nan if fallen else value / 1000.0
+
+
+def _joint(place: str) -> Iterator[Force]:
+    for part, words in (
+        ("joint_horizontal", "horizontal"),
+        ("joint_vertical", "vertical, largest"),
+        ("joint_vertical_least", "vertical, least"),
+        ("key_force", "shear key"),
+    ):
+        name = f"{place}_{part}"
+        yield Force(name, f"{place} joint, {words}", name, f"{name}_band")
+
+
+def _impact(place: str) -> Iterator[Force]:
+    for part in ("horizontal", "vertical"):
+        name = f"{place}_impulse_{part}"
+        yield Force(name, f"{place} joint, impact, {part}", name, f"{name}_band", "impulse")
+
+
+#: All forces and impulses, in the order of tables.
+FORCES: Final = (
+    Force("base_shear", "base shear", "peak_base_shear", "base_shear_band"),
+    *_joint("base"),
+    *_joint("top"),
+    *_impact("base"),
+    *_impact("top"),
+    Force("tendon_force", "tendon", "peak_tendon_force", "tendon_force_band", "tie"),
+    Force(
+        *("dissipater_force", "dissipaters of a joint"),
+        *("peak_dissipater_force", "dissipater_force_band"),
+        "tie",
+    ),
+)
+
+
+#: Ends of the names of the nominal value and of its quantiles.
+_QUANTILES: Final = ("", *(f"_{100 * one:.0f}" for one in QUANTILES))
+_SHARED: Final = ("record_id", "structure", "weight", "friction_coefficient", "mass_ratio")
+#: Variables of rows with all forces, over the weight or in N.
+_VARIABLES: Final = {
+    **{name: name for name in (*_SHARED, "verdict")},
+    **{
+        f"{force.name}{end}": f"{force.band}.{place - 1}" if end else force.variable
+        for force in FORCES
+        for place, end in enumerate(_QUANTILES)
+    },
+}
+
+
+def has_forces(response: xr.Dataset) -> bool:
+    """Return True if a response file has the forces at the joints."""
+    return FORCES[0].variable in response
+
+
+def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]:
+    """Yield a row for each record, structure and force; none if the file has no forces.
+
+    A row has ``record_id``, ``structure``, ``weight_kn``, ``friction_coefficient``, ``force`` (its
+    name), ``words``, ``unit``, and ``value`` with its quantiles ``value_16``, ``value_50`` and
+    ``value_84`` in this unit: kN or kN s, or without a known weight that over the weight, W or W s.
+    The value is NaN if the structure as given overturns; a quantile that falls on a member that
+    overturns is infinite. Forces that a structure does not have, such as those of tendons, have no
+    row.
+
+    Parameters
+    ----------
+    response : Dataset
+        A response file.
+    record : str, optional
+        Only this record.
+    """
+    if not has_forces(response):
+        return
+    if record is not None:
+        response = response.isel(record=[positions(response, record=record)["record"]])
+    for row in rows_along(response, "record structure", _VARIABLES):
+        weight = row["weight"]
+        for force in FORCES:
+            if not force.is_of(row):
+                continue
+            unit = "kN" if force.kind == "tie" or not math.isnan(weight) else "W"
+            yield {
+                "record_id": row["record_id"],
+                "structure": row["structure"],
+                "weight_kn": weight / 1000.0,
+                "friction_coefficient": row["friction_coefficient"],
+                "force": force.name,
+                "words": force.words,
+                "unit": f"{unit} s" if force.kind == "impulse" else unit,
+                **{
+                    f"value{end}": force.over_weight(row, end)
+                    if unit == "W"
+                    else force.in_kilonewtons(row, end)
+                    for end in _QUANTILES
+                },
+            }
+
+
+def force_cells(response: xr.Dataset) -> Iterator[Row]:
+    """Return the columns of ``table.csv`` for each record and structure; none without forces.
+
+    They are ``weight_kn``, and for each force its value and quantiles over the weight and in kN,
+    such as ``base_key_force``, ``base_key_force_84`` and ``base_key_force_84_kn``; impulses end in
+    ``_s`` and ``_kn_s``. Those in kN are NaN where the weight is not known.
+    """
+    if not has_forces(response):
+        return repeat({})
+    return map(_cells, rows_along(response, "record structure", _VARIABLES))
+
+
+def _cells(row: Row) -> Row:
+    cells = {"weight_kn": row["weight"] / 1000.0}
+    for force in FORCES:
+        second = "_s" if force.kind == "impulse" else ""
+        for end in _QUANTILES:
+            if force.kind != "tie":
+                cells[f"{force.name}{end}{second}"] = force.over_weight(row, end)
+            cells[f"{force.name}{end}_kn{second}"] = force.in_kilonewtons(row, end)
+    return cells
+
+
+#: Names of these columns.
+FORCE_CELLS: Final = tuple(_cells(defaultdict(float)))
+
+
+def forces_in_words(rows: Iterable[Mapping[str, Any]]) -> str:
+    """Return the meaning of such rows, and which keys of structures to state for more."""
+    rows = list(rows)
+    said = [FORCES_LEGEND]
+    if any(row["unit"].startswith("W") for row in rows):
+        said.append(STATE_MASS)
+    if any(math.isnan(row["friction_coefficient"]) for row in rows):
+        said.append(STATE_FRICTION)
+    return " ".join(said)
+
+
+def force_text(row: Mapping[str, Any], key: str) -> str:
+    """Return a value or quantile of a row as text.
+
+    Examples
+    --------
+    >>> [force_text({"unit": "kN", "value": one}, "value") for one in (97.53, math.inf, math.nan)]
+    ['98', 'overturns', '–']
+    """
+    value = number(row[key])
+    if math.isinf(value):
+        return "overturns"
+    form = {"kN": ".0f", "kN s": ".1f", "W": ".3f"}.get(row["unit"], ".4f")
+    return in_digits(value, form)
+
+
+#: Keys of the nominal value and of the quantiles in such rows.
+FORCE_VALUES: Final = tuple(f"value{end}" for end in _QUANTILES)
+#: Columns of a table of such rows.
+FORCE_COLUMNS: Final = (
+    Column("record", "record_id", once=True),
+    Column("structure", "structure", once=True),
+    Column("weight [kN]>", "weight_kn", ".0f", once=True),
+    Column("force", "words"),
+    Column("unit", "unit"),
+    Column("nominal>", "value", rule=force_text),
+    *(Column(f"{end[1:]} %>", f"value{end}", rule=force_text) for end in _QUANTILES[1:]),
+)
