@@ -191,7 +191,10 @@ def test_figures_need_forces_and_are_drawn_for_each_record(
     words += ["--margins", "none", "--members", "16", "--output", str(tmp_path / "r.nc")]
     words += ["--figures", str(tmp_path / "drawn")]
     assert main(words) == 2
-    assert "--figures without --forces: there is nothing to draw." in capsys.readouterr().err
+    assert (
+        "--figures without --forces or --scales: there is nothing to draw."
+        in capsys.readouterr().err
+    )
     assert not (tmp_path / "r.nc").exists()
     assert main([*words, "--forces"]) == 0
     names = {row["record_id"] for row in rows_of(home)}

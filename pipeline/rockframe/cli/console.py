@@ -94,6 +94,17 @@ def column(head: str, key: str = "", form: str = "", factor: float = 1.0, **othe
     return Column(head, key, form, factor, **others)
 
 
+def nearest_to_one(scales: Sequence[float], most: int) -> list[int]:
+    """Return the places of the scales nearest to 1, the nearest first.
+
+    Examples
+    --------
+    >>> nearest_to_one([0.5, 0.9, 1.0, 2.0, 10.0], 3)
+    [2, 1, 0]
+    """
+    return sorted(range(len(scales)), key=lambda s: abs(math.log(scales[s])))[:most]
+
+
 def show_rows(
     title: str,
     columns: Sequence[Column],

@@ -414,7 +414,8 @@ def _draw_ranges(axes: Axes, shown: Mapping[str, Mapping[str, Any]]) -> None:
             axes.barh(place, ends[1] - ends[0], left=ends[0], height=0.55, color="#9ecae1")
         for beyond, edge, marker in ((-math.inf, low, "<"), (math.inf, high, ">")):
             if beyond in (row["value_16"], row["value_84"]):
-                axes.plot(edge, place, marker=marker, color="#d55e00", markersize=4, clip_on=False)
+                (arrow,) = axes.plot(edge, place, marker=marker, color="#d55e00", markersize=4)
+                arrow.set(clip_on=False, in_layout=False)
         if math.isfinite(row["value_50"]):
             axes.plot([row["value_50"]] * 2, [place - 0.28, place + 0.28], color="C0")
         axes.plot(row["value"], place, marker="D", markersize=3, color="black", linestyle="")

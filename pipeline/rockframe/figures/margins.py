@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
 
 from rockframe.figures.captioned import (
+    DRAWN_TO,
     PAGE_WIDTH,
     PRINT_WIDTH,
     Captioned,
@@ -208,3 +209,79 @@ def draw_stability_map(
         f"cross is the structure under the motion itself. {of_structure(frame)}"
     )
     return Captioned(figure, "Stability map", caption)
+
+
+def draw_scales(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned:
+    """Draw how the peak rotation and the share that overturns change with the amplitude.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        The rows of one record, as `scaled_rows` of the respond stage returns them; at least one.
+    title : str
+        Name of the record.
+    """
+    structures = list(dict.fromkeys(str(row["structure"]) for row in rows))
+    spread = "share_overturned" in rows[0]
+    with styled():
+        size = (PAGE_WIDTH, 0.7 + 1.5 * len(structures))
+        figure = Figure(figsize=size, layout="constrained")
+        grid = figure.subplots(len(structures), 1 + spread, sharex=True, squeeze=False)
+        for name, panels in zip(structures, grid, strict=True):
+            of_this = [row for row in rows if row["structure"] == name]
+            _draw_scaled_peaks(panels[0], of_this)
+            panels[0].set_title(name, loc="left", fontsize=8)
+            if spread:
+                _draw_scaled_shares(panels[1], of_this)
+        for axes in grid[-1]:
+            axes.set_xlabel("multiple of the motion")
+        figure.suptitle(title, fontsize=9)
+    nominal = "Points: the structure as given; crosses at the upper edge: it overturns."
+    ensemble = (
+        " Band and dashed line: 16 to 84 % and median of an ensemble of plausible structures, at "
+        "the upper edge where they fall on members that overturn. Right: share of the ensemble "
+        "that overturns, with its 90 % interval. Dotted: the motion itself."
+    )
+    return Captioned(
+        figure,
+        f"Change with amplitude under {title}",
+        f"Largest rotation θ/α against the multiple of the motion. {nominal}{ensemble * spread}",
+    )
+
+
+def _draw_scaled_peaks(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Draw theta / alpha of the structure as given and of the ensemble; a fall is at the edge."""
+    scale = np.array([row["scale"] for row in rows])
+    fallen = np.array([row["verdict"] == "overturns" for row in rows])
+    peak = np.array([row["peak_rotation_ratio"] for row in rows])
+    bands = [
+        np.array([row.get(f"peak_rotation_ratio_{part}", math.nan) for row in rows])
+        for part in (16, 50, 84)
+    ]
+    known = np.concatenate([peak[~fallen], *bands])
+    known = known[np.isfinite(known) & (known <= DRAWN_TO)]
+    top = 1.15 * max(float(known.max()), 0.01) if known.size else DRAWN_TO
+    low, median, high = (np.minimum(one, top) for one in bands)
+    axes.fill_between(scale, low, high, color=_STANDS, alpha=0.7, linewidth=0.0)
+    axes.plot(scale, median, color="C0", linestyle="--", linewidth=0.9)
+    axes.plot(scale, np.where(fallen, np.nan, peak), color="black", marker="o", markersize=2.5,
+              linewidth=0.8)  # fmt: skip
+    (crosses,) = axes.plot(scale[fallen], np.full(fallen.sum(), top), color=_OVERTURNS, marker="x",
+                           markersize=4, linestyle="", clip_on=False)  # fmt: skip
+    crosses.set_in_layout(False)
+    axes.axvline(1.0, color="black", linewidth=0.7, linestyle=":")
+    axes.set_ylim(0.0, top)
+    axes.set_xlim(scale[0], scale[-1])
+    axes.set_ylabel("θ/α")
+
+
+def _draw_scaled_shares(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+    scale = [row["scale"] for row in rows]
+    share, low, high = (
+        [100.0 * row[f"share_overturned{end}"] for row in rows] for end in ("", "_low", "_high")
+    )
+    axes.fill_between(scale, low, high, color=_SHADES[1], linewidth=0.0)
+    axes.plot(scale, share, color=_OVERTURNS, marker="o", markersize=2.5, linewidth=0.9)
+    axes.axvline(1.0, color="black", linewidth=0.7, linestyle=":")
+    axes.set_ylim(0.0, 100.0)
+    axes.set_ylabel("overturn [%]")

@@ -21,6 +21,7 @@ from rockframe.record import Orientation, Record
 from rockframe.results.pulses import pulses_with_hashes
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import write_responses
+from rockframe.results.tables.rows import Row, ensemble_cells, spread_verdict
 from rockframe.results.writing import input_hash
 from rockframe.rocking import (
     EnsembleResponse,
@@ -282,6 +283,94 @@ def _answer_one(
             with_envelope(one, motion, ensemble, versions) if one.time.size else one for one in kept
         ]
     return name, kept, ""
+
+
+def scaled_rows(
+    records_path: Path,
+    scales: Sequence[float],
+    options: RespondOptions | None = None,
+    *,
+    structures_path: Path = SHIPPED_STRUCTURES,
+    records: Sequence[str] = (),
+    progress: Progress = silent,
+) -> tuple[list[Row], tuple[InputOutcome, ...]]:
+    """Return the peaks and shares of the structures under each record at several scales.
+
+    Parameters
+    ----------
+    records_path, structures_path : Path
+        Output of `ingest_stage`, and TOML file of ``[[structure]]`` tables.
+    scales : sequence of float
+        Factors on the accelerations [1].
+    options : RespondOptions, optional
+        Structure, vertical component and ensemble.
+    records : sequence of str
+        Names of records; by default all horizontal ones.
+    progress : callable
+        Called with the number of records done and in total.
+
+    Returns
+    -------
+    list of dict
+        A row for each record, structure and scale, with the columns of `response_rows` for
+        verdict, peaks, shares and bands; without an ensemble, those of the stated structure.
+    tuple of InputOutcome
+        Rejected records, for the reasons of `respond_stage`, at the largest scale.
+
+    Raises
+    ------
+    InputError
+        If records or structures cannot be read.
+    ParameterError
+        If there is no structure or horizontal record of a name.
+    """
+    options = options or RespondOptions()
+    frames = choose_structures(structures_path, options.structure)
+    left_out: dict[str, str] = {}
+    found: list[Row] = []
+    with open_records(records_path) as file:
+        names = horizontal(file)
+        for name in records:
+            require_known("record", name, names)
+        names = [name for name in names if name in records] if records else names
+        for done, (record, motion, made_of) in enumerate(_motions(file, names, options, left_out)):
+            versions = made_of.versions(options.ensemble, motion) if made_of else None
+            try:
+                found += _at_scales(record, as_ground(motion), frames, scales, options, versions)
+            except ParameterError as error:
+                left_out[record.record_id] = str(error)
+            progress(done + 1, len(names))
+    return found, tuple(InputOutcome(name, left_out[name]) for name in left_out)
+
+
+def _at_scales(
+    record: Record,
+    ground: GroundAcceleration,
+    frames: Sequence[RockingFrame],
+    scales: Sequence[float],
+    options: RespondOptions,
+    versions: Versions | None,
+) -> Iterator[Row]:
+    """Yield the rows of one record, by structure and scale."""
+    grounds = [ground.scaled(scale) for scale in scales]
+    every = [None if versions is None else versions.scaled(scale) for scale in scales]
+    ensemble = options.ensemble
+    spread = ensemble_responses(grounds, frames, ensemble, every) if ensemble.members else None
+    for k, frame in enumerate(frames):
+        for j, scale in enumerate(scales):
+            nominal = respond(frame, grounds[j])
+            row: Row = {
+                "record_id": record.record_id,
+                "structure": frame.name,
+                "scale": float(scale),
+                "verdict": nominal.verdict.name.lower(),
+                "peak_rotation_ratio": nominal.peak_rotation_ratio,
+                "u_max_m": nominal.peak_u,
+                "v_max_m": nominal.peak_v,
+                "overturning_time_s": nominal.overturning_time,
+                **(ensemble_cells(spread[j][k]) if spread else {}),
+            }
+            yield row | {"verdict_words": spread_verdict(row).words}
 
 
 def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceleration:

@@ -19,16 +19,18 @@ from rockframe.cli.options import (
     file_to_write,
     flag,
     folder_to_write,
+    numbers,
     path,
     whole_number,
 )
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, require_known
 from rockframe.options.ingest import Filters
 from rockframe.options.model import ExecutionOptions
 from rockframe.options.respond import (
     Ensemble,
     RespondOptions,
     RockingSpectrumOptions,
+    ScreenOptions,
     SpectrumOptions,
 )
 
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rockframe.cells import Column
+    from rockframe.outcome import InputOutcome
     from rockframe.results.tables.rows import Row
 
 
@@ -59,10 +62,25 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
         help="print which spread of the ensemble matters most for each record and structure",
     )
     parser.add_argument(
+        "--scales",
+        type=numbers,
+        nargs="+",
+        metavar="SCALE",
+        help="also respond to the motion times these factors, such as 0.95:1.05:21, and print how "
+        "peaks and the share that overturns change with the amplitude",
+    )
+    parser.add_argument(
+        "--record",
+        action="append",
+        metavar="ID",
+        help="only this record with --scales; may be repeated (default: all)",
+    )
+    parser.add_argument(
         "--figures",
         type=folder_to_write,
         metavar="FOLDER",
-        help="folder for a figure of the forces of each record; with --forces",
+        help="folder for figures of each record: of the forces with --forces, and of the change "
+        "with amplitude with --scales",
     )
     parser.add_argument(
         "--pulses",
@@ -79,18 +97,53 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.results.pulses import recordings_of
-    from rockframe.results.tables.rows import response_columns
-    from rockframe.results.tables.sensitivity import sensitivity_rows
     from rockframe.results.tables.summary import first_columns, summary_rows, tables_of
     from rockframe.results.tables.table import response_rows
-    from rockframe.stages.respond import respond_stage
 
     stated = chosen(options, RespondOptions)
     arguments.refuse_tables(options, first_columns(*_RESPONSES), _RESPONSES[0])
     if options.sensitivity:
         _require_spreads(stated.ensemble)
-    if options.figures and not stated.forces:
-        raise ParameterError("--figures without --forces: there is nothing to draw. State both.")
+    scales = _stated_scales(options, stated)
+    response, rejections = _respond(options, stated)
+    scaled, more = _respond_at_scales(options, stated, scales) if scales else ([], ())
+    rejections += tuple(one for one in more if one not in rejections)
+    rows = list(response_rows(response))
+    summary = summary_rows(rows, recordings_of(options.records))
+    tables = tables_of(rows, summary, _RESPONSES[0])
+    made = arguments.write_tables(options, tables, _RESPONSES[0])
+    drawn = _draw(response, scaled, options.figures) if options.figures else []
+    if options.json:
+        from rockframe.results.tables.sensitivity import sensitivity_rows
+
+        said: dict[str, Any] = {
+            "responses": rows,
+            "rejected": [vars(rejection) for rejection in rejections],
+            "output": str(options.output),
+            "summary": summary,
+            **({"sensitivity": list(sensitivity_rows(response))} if options.sensitivity else {}),
+            **({"tables": made} if made else {}),
+            **({"scales": scaled} if scales else {}),
+        }
+        console.show_json(said | matrices(rows, options.matrix))
+    else:
+        _show_responses(options, rows, summary)
+        if stated.forces:
+            _show_forces(response, str(options.output))
+        if options.sensitivity:
+            _show_sensitivity(response, str(options.output))
+        _show_scales(scaled)
+        files = [*made, *drawn]
+        print(*files, sep="\n", end="\n" if files else "")
+    return console.show_rejections(rejections)
+
+
+def _respond(
+    options: argparse.Namespace, stated: RespondOptions
+) -> tuple[xr.Dataset, tuple[InputOutcome, ...]]:
+    """Run the stage; return what it wrote, and the rejected records."""
+    from rockframe.stages.respond import respond_stage
+
     written: list[xr.Dataset] = []
     with console.progress_bar("rocking") as progress:
         rejections = respond_stage(
@@ -104,35 +157,21 @@ def run_respond(options: argparse.Namespace) -> int:
             progress=progress,
             written=written.append,
         )
-    rows = list(response_rows(written[0]))
-    summary = summary_rows(rows, recordings_of(options.records))
-    tables = tables_of(rows, summary, _RESPONSES[0])
-    made = arguments.write_tables(options, tables, _RESPONSES[0])
-    drawn = _draw_forces(written[0], options.figures) if options.figures else []
-    if options.json:
-        rejected = [vars(rejection) for rejection in rejections]
-        found = {"sensitivity": list(sensitivity_rows(written[0]))} if options.sensitivity else {}
-        said: dict[str, Any] = {
-            "responses": rows,
-            "rejected": rejected,
-            "output": str(options.output),
-        }
-        said |= {"summary": summary} | found | ({"tables": made} if made else {})
-        console.show_json(said | matrices(rows, options.matrix))
-    else:
-        columns = response_columns(rows[0] if rows else {}, {"record_id": "Record"})
-        if options.pulses:
-            columns.append(console.column("Pulse alone", rule=pulse_cell))
-        show_responses(f" in {options.output}", columns, rows, options.matrix)
-        console.show_summary(summary)
-        print(verdict_notes(rows[0] if rows else {}))
-        if stated.forces:
-            _show_forces(written[0], str(options.output))
-        if options.sensitivity:
-            _show_sensitivity(written[0], str(options.output))
-        files = [*made, *drawn]
-        print(*files, sep="\n", end="\n" if files else "")
-    return console.show_rejections(rejections)
+    return written[0], rejections
+
+
+def _show_responses(
+    options: argparse.Namespace, rows: Sequence[Row], summary: Sequence[Row]
+) -> None:
+    """Print the responses, a line for each structure, and the meaning of the columns."""
+    from rockframe.results.tables.rows import response_columns
+
+    columns = response_columns(rows[0] if rows else {}, {"record_id": "Record"})
+    if options.pulses:
+        columns.append(console.column("Pulse alone", rule=pulse_cell))
+    show_responses(f" in {options.output}", columns, rows, options.matrix)
+    console.show_summary(summary)
+    print(verdict_notes(rows[0] if rows else {}))
 
 
 #: Kind of the main table, and its first columns.
@@ -197,16 +236,89 @@ def _show_forces(response: xr.Dataset, output: str) -> None:
         print(console.filled(forces_in_words(rows)))
 
 
-def _draw_forces(response: xr.Dataset, folder: Path) -> list[Path]:
-    """Draw the forces at the joints under each record; return the files."""
+def _stated_scales(options: argparse.Namespace, stated: RespondOptions) -> tuple[float, ...]:
+    """Return the scales of the command line; none if they are not stated.
+
+    Raises
+    ------
+    ParameterError
+        If a scale is invalid, a record unknown, or an option stated without what it needs.
+    """
+    from rockframe.results.records import open_records
+    from rockframe.stages.common import horizontal
+
+    if options.record and not options.scales:
+        raise ParameterError("--record without --scales. State scales, such as 0.95:1.05:21.")
+    if options.figures and not (stated.forces or options.scales):
+        needs = "--forces or --scales: there is nothing to draw"
+        raise ParameterError(f"--figures without {needs}. State one of them.")
+    if not options.scales:
+        return ()
+    with open_records(options.records) as file:
+        for name in options.record or ():
+            require_known("record", name, horizontal(file))
+    return chosen(argparse.Namespace(scales=options.scales), ScreenOptions).scales
+
+
+def _respond_at_scales(
+    options: argparse.Namespace, stated: RespondOptions, scales: Sequence[float]
+) -> tuple[list[Row], tuple[InputOutcome, ...]]:
+    """Respond to each record, or to those stated, at several scales."""
+    from rockframe.stages.respond import scaled_rows
+
+    with console.progress_bar("scaling") as progress:
+        return scaled_rows(
+            options.records,
+            scales,
+            stated,
+            structures_path=arguments.chosen_structures(options),
+            records=options.record or (),
+            progress=progress,
+        )
+
+
+#: Largest number of scales that are printed for a structure.
+_MOST_SCALES: Final = 21
+
+
+def _show_scales(rows: Sequence[Row]) -> None:
+    """Print the change with amplitude, at the scales nearest to 1."""
+    from rockframe.results.tables.rows import response_columns
+
+    if not rows:
+        return
+    scales = sorted({row["scale"] for row in rows})
+    near = {scales[place] for place in console.nearest_to_one(scales, _MOST_SCALES)}
+    columns = [
+        console.column("record", "record_id", once=True),
+        console.column("structure", "structure", once=True),
+        console.column("scale>", "scale", ".4g"),
+        *response_columns(rows[0], {})[1:],
+    ]
+    each = (
+        {**row, "pair": (row["record_id"], row["structure"])}
+        for row in rows
+        if row["scale"] in near
+    )
+    console.show_rows("Change with the amplitude of the motion", columns, each, group="pair")
+    if len(near) < len(scales):
+        many = f"The {len(near)} of {len(scales)} scales that are nearest to 1"
+        print(f"{many}; --json and --figures have all.\n")
+
+
+def _draw(response: xr.Dataset, scaled: Sequence[Row], folder: Path) -> list[Path]:
+    """Draw the forces and the change with amplitude of each record; return the files."""
     from rockframe.figures.captioned import save_captioned
     from rockframe.figures.joints import draw_forces
+    from rockframe.figures.margins import draw_scales
     from rockframe.results.tables.forces import force_rows
 
     drawn = []
-    for record, rows in groupby(force_rows(response), lambda row: str(row["record_id"])):
-        drawn.append(folder / "forces" / f"{record}.png")
-        save_captioned(draw_forces(list(rows), record), drawn[-1])
+    figures = (("forces", force_rows(response), draw_forces), ("scales", scaled, draw_scales))
+    for kind, every, draw in figures:
+        for record, rows in groupby(every, lambda row: str(row["record_id"])):
+            drawn.append(folder / kind / f"{record}.png")
+            save_captioned(draw(list(rows), record), drawn[-1])
     return drawn
 
 

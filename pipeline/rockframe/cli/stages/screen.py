@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
@@ -149,7 +148,7 @@ def _show_shares(screening: xr.Dataset) -> None:
     from rockframe.results.screen_tables import responses_in_words
 
     scales = screening["scale"].values
-    nearest = sorted(range(scales.size), key=lambda s: abs(math.log(scales[s])))[:_SHOWN]
+    nearest = console.nearest_to_one(scales.tolist(), _SHOWN)
     shown = sorted(nearest)
     motions, nominal = screening.sizes["record"], _nominal(screening)
     shares = screening["overall_share_overturned"].values

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rockframe.cells import DASH, Cells, Column, in_digits, number
 from rockframe.options.respond import QUANTILES
 from rockframe.results.schema import KINDS
+from rockframe.rocking.assessments import EnsembleResponse
 from rockframe.rocking.verdict import MODEL_ENDS, SpreadVerdict, Verdict
 from rockframe.units import GRAVITY
 
@@ -196,6 +197,18 @@ DISTANCES: Final = {
     "distance_rjb": "Rjb",
     "distance_hypocentral": "Rhyp",
 }
+
+
+def ensemble_cells(found: EnsembleResponse) -> Row:
+    """Return the columns of the shares and bands of an ensemble."""
+    shares = {name: getattr(found, name) for name in SHARES}
+    bands = {
+        column: getattr(found.bands, variable.partition("_band.")[0])[int(variable[-1])]
+        for column, variable in OF_BANDS.items()
+    }
+    return shares | bands
+
+
 #: Columns of the overview of a run in the order of the page, results first.
 OVERVIEW: Final = (
     Column("Record", "record", wraps=True),
