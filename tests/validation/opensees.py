@@ -1,0 +1,326 @@
+"""Rocking structures in OpenSees: stiff bodies on springs without tension.
+
+The model knows neither the equation of motion (26) nor the restitution (43) of the paper. A column
+is a body of stiff corotational beams with its mass and inertia at its centre of gravity. Two struts
+without tension, inclined by 45 degrees, hold each corner of a joint. A corner carries its load
+at any rotation, lifts freely, and does not slide where less than the load pushes it sideways. One
+column carries the beam, which may not rotate; with two columns the beam may rotate.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from tests.validation.cases import Motion
+
+from rockframe.frame import RockingFrame
+from rockframe.units import GRAVITY
+
+try:
+    import openseespy.opensees as ops
+except ImportError:  # the extra `validation`, or the libraries of the system that it needs
+    ops = None
+
+Float: TypeAlias = NDArray[np.float64]
+
+#: Stiffness of the bodies over that of a corner.
+STIFFER: Final = 400.0
+#: Time step [s], and number of times that it is halved where a step does not converge.
+STEP: Final = 1.0e-3
+HALVINGS: Final = 10
+#: Damping of columns that bend, over the critical one [1].
+COLUMN_DAMPING: Final = 0.05
+#: Beyond this rotation [rad] a structure has overturned.
+OVERTURNED: Final = 1.2
+#: Longest time after the motion [s]: a structure that returns through zero before has stood.
+AFTER: Final = 60.0
+#: Mass of a column [kg] where the frame states none.
+_MASS: Final = 1.0e5
+_STRUT, _TENDON, _BAR = 1, 2, 3
+_TRANSFORMATION: Final = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact:
+    """How a structure touches the ground and the beam.
+
+    Parameters
+    ----------
+    shortening : float
+        Shortening of the contact under the weight at rest [m], the same at base and top.
+    columns : int
+        Number of columns.
+    spacing : float
+        Distance between two columns [m].
+    column_period : float
+        Period of the structure with its columns fixed at both ends [s], or 0 for stiff columns.
+        Columns that bend have `COLUMN_DAMPING` at this period.
+    damping : float
+        Damping of the struts, as a share of the critical damping of the structure that oscillates
+        vertically on all of them [1]. Lifted corners have none.
+    """
+
+    shortening: float = 1.0e-5
+    columns: int = 1
+    spacing: float = 12.0
+    column_period: float = 0.0
+    damping: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """A response: rotation [rad] of the first column over time [s], and the work of the ground.
+
+    `work` is that of the inertia forces on the motion relative to the ground, over the mass of the
+    columns [m2 s-2]. A structure that ends at rest has dissipated all of it.
+    """
+
+    time: Float
+    theta: Float
+    work: float
+    converged: bool
+
+    @property
+    def overturned(self) -> bool:
+        """True if the rotation exceeded `OVERTURNED`."""
+        return bool(np.abs(self.theta).max() > OVERTURNED)
+
+
+def require_opensees() -> None:
+    """Exit with one line unless OpenSees can be imported."""
+    if ops is None:
+        raise SystemExit(
+            "OpenSees is missing: install the extra `validation` of the package, and on Debian "
+            "libblas3 and liblapack3."
+        )
+
+
+def respond(
+    frame: RockingFrame,
+    motion: Motion,
+    contact: Contact | None = None,
+    *,
+    free_rocking: float = 0.0,
+    step: float = STEP,
+) -> History | None:
+    """Return the response of a structure to a motion; None if its weight found no equilibrium.
+
+    After the motion the structure rocks freely for `free_rocking` [s]. With 0, it is followed until
+    it returns through zero or overturns.
+    """
+    model = _Model(frame, contact or Contact())
+    if not model.stands_at_rest():
+        return None
+    model.shake(motion)
+    return _follow(model, motion, free_rocking, step)
+
+
+def _follow(model: _Model, motion: Motion, free_rocking: float, step: float) -> History:
+    end = motion.time_step * (motion.acceleration.size - 1)
+    sampled = motion.time_step * np.arange(motion.acceleration.size)
+    last = end + (free_rocking or AFTER)
+    times, thetas, work, trial, places = [0.0], [0.0], 0.0, step, model.places()
+    while times[-1] < last - 1.0e-9:
+        if ops.analyze(1, trial) != 0:
+            trial *= 0.5
+            if trial < step * 0.5**HALVINGS:
+                return History(np.array(times), np.array(thetas), work, converged=False)
+            continue
+        times.append(ops.getTime())
+        thetas.append(model.rotation())
+        trial = min(step, 2.0 * trial)
+        before, places = places, model.places()
+        middle = float(np.interp(0.5 * (times[-2] + times[-1]), sampled, motion.acceleration))
+        if times[-1] <= end:
+            work -= middle * float(model.masses @ (places - before))
+        if abs(thetas[-1]) > OVERTURNED:
+            break
+        if not free_rocking and times[-1] > end and _returned(thetas):
+            break
+    return History(np.array(times), np.array(thetas), work, converged=True)
+
+
+def _returned(thetas: list[float]) -> bool:
+    return thetas[-2] * thetas[-1] <= 0.0 or abs(thetas[-1]) < 1.0e-4
+
+
+@dataclass(eq=False)
+class _Model:
+    """The current OpenSees model; the program has one at a time."""
+
+    frame: RockingFrame
+    contact: Contact
+    nodes: int = 0
+    elements: int = 0
+    moving: list[tuple[int, float]] = field(default_factory=list)
+    struts: list[int] = field(default_factory=list)
+    columns: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        frame, contact = self.frame, self.contact
+        self.mass = frame.column_mass or _MASS
+        self.top_load = frame.mass_ratio * self.mass * GRAVITY + self._prestress()
+        self.base_load = self.top_load + self.mass * GRAVITY
+        self.stiff = STIFFER * self.base_load / (2.0 * contact.shortening)
+        ops.wipe()
+        ops.model("basic", "-ndm", 2, "-ndf", 3)
+        ops.geomTransf("Corotational", _TRANSFORMATION)
+        self._materials()
+        beam = self._beam() if frame.mass_ratio > 0.0 else 0
+        for number in range(contact.columns):
+            self._column(number * contact.spacing, beam)
+        ops.timeSeries("Linear", 1)
+        ops.pattern("Plain", 1, 1)
+        for node, mass in self.moving:
+            ops.load(node, 0.0, -mass * GRAVITY, 0.0)
+        whole = self.mass * contact.columns
+        self.masses = np.array([mass for _, mass in self.moving]) / whole
+
+    def stands_at_rest(self) -> bool:
+        """Return whether the structure finds its equilibrium under gravity."""
+        self._analysis()
+        ops.integrator("LoadControl", 0.1)
+        ops.analysis("Static")
+        if ops.analyze(10) != 0:
+            return False
+        ops.loadConst("-time", 0.0)
+        return True
+
+    def shake(self, motion: Motion) -> None:
+        """Prepare the response to a motion."""
+        values = [float(one) for one in motion.acceleration]
+        ops.timeSeries("Path", 2, "-dt", motion.time_step, "-values", *values)
+        ops.pattern("UniformExcitation", 2, 1, "-accel", 2)
+        if self.contact.damping:
+            # Proportional to the committed stiffness, which a lifted corner does not have.
+            factor = 2.0 * self.contact.damping * math.sqrt(self.contact.shortening / GRAVITY)
+            ops.region(1, "-ele", *self.struts, "-rayleigh", 0.0, 0.0, 0.0, factor)
+        if self.contact.column_period:
+            factor = COLUMN_DAMPING * self.contact.column_period / math.pi
+            ops.region(2, "-ele", *self.columns, "-rayleigh", 0.0, 0.0, 0.0, factor)
+        self._analysis()
+        ops.integrator("TRBDF2")
+        ops.analysis("Transient")
+
+    def rotation(self) -> float:
+        """Return the rotation of the first column, positive as the package has it [rad]."""
+        return -float(ops.nodeDisp(self.first, 3))
+
+    def places(self) -> Float:
+        """Return the horizontal displacement of each mass relative to the ground [m]."""
+        return np.array([ops.nodeDisp(node, 1) for node, _ in self.moving])
+
+    def _prestress(self) -> float:
+        return self.frame.tendon.prestress if self.frame.tendon else 0.0
+
+    def _analysis(self) -> None:
+        ops.wipeAnalysis()
+        ops.constraints("Plain")
+        ops.numberer("RCM")
+        ops.system("ProfileSPD")
+        ops.test("NormUnbalance", 1.0e-5 * self.base_load, 30)
+        ops.algorithm("Newton")
+
+    def _materials(self) -> None:
+        # A strut starts compressed, because its tangent without strain would be zero.
+        ops.uniaxialMaterial("ENT", 10 + _STRUT, 1.0)
+        strain = -0.5 * self.contact.shortening
+        ops.uniaxialMaterial("InitStrainMaterial", _STRUT, 10 + _STRUT, strain)
+        tendon, bars = self.frame.tendon, self.frame.dissipater
+        if tendon is not None:
+            # Both joints open equally, so each has a spring of twice the stiffness.
+            stiffness = 2.0 * tendon.stiffness
+            ops.uniaxialMaterial("Elastic", 10 + _TENDON, stiffness)
+            strain = tendon.prestress / stiffness
+            ops.uniaxialMaterial("InitStrainMaterial", _TENDON, 10 + _TENDON, strain)
+        if bars is not None:
+            ops.uniaxialMaterial(
+                "ElasticPP", _BAR, bars.stiffness, bars.yield_force / bars.stiffness
+            )
+
+    def _node(self, x: float, z: float, *, fixed: bool = False) -> int:
+        self.nodes += 1
+        ops.node(self.nodes, x, z)
+        if fixed:
+            ops.fix(self.nodes, 1, 1, 1)
+        return self.nodes
+
+    def _element(self, kind: str, first: int, second: int, *properties: Any) -> None:
+        self.elements += 1
+        ops.element(kind, self.elements, first, second, *properties)
+
+    def _body(self, first: int, second: int, bending: float | None = None) -> None:
+        inertia = self.stiff if bending is None else bending
+        section = (self.stiff, 1.0, inertia, _TRANSFORMATION)  # area, modulus, second moment
+        self._element("elasticBeamColumn", first, second, *section)
+
+    def _beam(self) -> int:
+        contact, frame = self.contact, self.frame
+        mass = frame.mass_ratio * self.mass * contact.columns
+        span = (contact.columns - 1) * contact.spacing
+        node = self._node(0.5 * span, frame.height + 1.0)
+        ops.mass(node, mass, mass, mass * (span**2 + 4.0) / 12.0)
+        if contact.columns == 1:
+            ops.fix(node, 0, 0, 1)
+        self.moving.append((node, mass))
+        return node
+
+    def _column(self, x: float, beam: int) -> None:
+        frame = self.frame
+        base, centre, top = (self._node(x, z) for z in (0.0, frame.centre_height, frame.height))
+        about_centre = (frame.inertia_ratio - 1.0) * self.mass * frame.size**2
+        ops.mass(centre, self.mass, self.mass, about_centre)
+        if not self.moving or (beam and len(self.moving) == 1):
+            self.first = centre
+        self.moving.append((centre, self.mass))
+        bending = self._bending()
+        for first, second in ((base, centre), (centre, top)):
+            self._body(first, second, bending)
+            self.columns.append(self.elements)
+        self._joint(base, x, 0.0, -1.0, 0.5 * frame.width, self.base_load, 0)
+        if beam:
+            half = 0.5 * frame.top_contact_width
+            self._joint(top, x, frame.height, 1.0, half, self.top_load, beam)
+
+    def _bending(self) -> float | None:
+        """Return E I of a column of which the fixed frame has the stated period."""
+        period, frame = self.contact.column_period, self.frame
+        if not period:
+            return None
+        moved = (frame.mass_ratio + 13.0 / 35.0) * self.mass
+        return (2.0 * math.pi / period) ** 2 * moved * frame.height**3 / 12.0
+
+    def _joint(
+        self, middle: int, x: float, z: float, up: float, half: float, load: float, beam: int
+    ) -> None:
+        """Hold the corners of a joint by struts, and its middle by tendons and bars."""
+        vertical = load / (2.0 * self.contact.shortening)
+        for side in (-half, half):
+            corner = self._node(x + side, z)
+            self._body(middle, corner)
+            for lean in (-1.0, 1.0):
+                other = self._other(x + side + lean, z + up, beam)
+                # Two struts at 45 degrees have together the vertical stiffness of one.
+                area = vertical * math.sqrt(2.0)
+                self._element("corotTruss", corner, other, area, _STRUT, "-doRayleigh", 1)
+                self.struts.append(self.elements)
+        ties = [(_TENDON, self.frame.tendon), (_BAR, self.frame.dissipater)]
+        for material, tie in ties:
+            if tie is not None:
+                other = self._other(x, z + up, beam)
+                self._element("corotTruss", middle, other, 1.0, material)
+
+    def _other(self, x: float, z: float, beam: int) -> int:
+        """Return a node of the ground, or of the beam."""
+        if not beam:
+            return self._node(x, z, fixed=True)
+        node = self._node(x, z)
+        if math.hypot(x - float(ops.nodeCoord(beam)[0]), z - float(ops.nodeCoord(beam)[1])) < 1e-9:
+            ops.remove("node", node)
+            return beam
+        self._body(beam, node)
+        return node
