@@ -22,7 +22,7 @@ from rockframe.wavelets.pulse import Pulse
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / "shared"  # next to the repository; absent in a plain clone
 #: Standalone programs, not tests; some need an extra of the package.
-collect_ignore = ["benchmarks", "fuzz"]
+collect_ignore = ["benchmarks", "fuzz", "validation"]
 EXPECTED = Path(__file__).resolve().parent / "expected"
 #: Run Chromium as root, without a screen and without network requests of its own.
 SWITCHES: Final = (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -37,11 +37,11 @@ STRONG: Final = (0.01, 0.98)
 ENVELOPE: Final = 1.0
 
 _DRUM = tapered("circular", 7.5, 1.8, 1.4)
-_BENT: Final = {"height": 9.6, "width": 1.6, "mass_ratio": 4.0}
+_BENT: Final = RockingFrame(name="bent", height=9.6, width=1.6, mass_ratio=4.0)
 STRUCTURES: Final = {
     frame.name: frame
     for frame in (
-        RockingFrame(name="bent", **_BENT),
+        _BENT,
         RockingFrame(name="column", height=7.5, width=1.8),
         RockingFrame(
             name="tapered-frame",
@@ -52,17 +52,17 @@ STRUCTURES: Final = {
             inertia_ratio=_DRUM.inertia_ratio,
             centre_of_gravity=_DRUM.centre_of_gravity,
         ),
-        RockingFrame(
+        replace(
+            _BENT,
             name="bent-tendons",
             column_mass=6.0e4,
             tendon=Tendon(area=2.0e-3, modulus=195.0e9, prestress=3.0e5),
-            **_BENT,
         ),
-        RockingFrame(
+        replace(
+            _BENT,
             name="bent-dissipaters",
             column_mass=6.0e4,
             dissipater=Dissipater(stiffness=5.0e7, yield_force=1.0e5, lever_arm=0.8),
-            **_BENT,
         ),
     )
 }

@@ -6,18 +6,18 @@ figures of docs/validation.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Final, TypeAlias
 
 import numpy as np
 import scipy.stats
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from tests.validation.cases import MAIN, STRUCTURES, motions
+from tests.validation.cases import MAIN, STRUCTURES, Motion, motions
 from tests.validation.compliant import peak_ratio
+from tests.validation.pictures import draw_contact, draw_motions
 from tests.validation.run import (
     COLUMN_PERIODS,
     DAMPING,
@@ -29,16 +29,29 @@ from tests.validation.run import (
     read,
 )
 
-from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
-from rockframe.rocking import EnsembleResponse, Response, Verdict, ensemble_responses, respond
+from rockframe.rocking import (
+    EnsembleResponse,
+    Response,
+    Verdict,
+    ensemble_responses,
+    respond,
+    share_interval,
+)
 
 DOCS: Final = Path(__file__).resolve().parents[2] / "docs"
 #: Stands for the peak of a structure that overturns; peaks below the other count as no uplift.
 _FALLEN, _STILL = 10.0, 0.01
 #: Number of times that the programs are exchanged within random pairs.
 _EXCHANGES: Final = 4000
-_LINE: Final = "0.4"
+#: Classes of the share that overturns, and their words.
+CLASSES: Final = (
+    (0.0, 0.01, "0"),
+    (0.01, 0.25, "up to 25 %"),
+    (0.25, 0.75, "25 to 75 %"),
+    (0.75, 0.99, "from 75 %"),
+    (0.99, 1.1, "100 %"),
+)
 
 Float: TypeAlias = NDArray[np.float64]
 
@@ -93,7 +106,9 @@ def pairs_of(results: dict[Task, Result], name: str) -> list[Pair]:
 
 def brier(shares: Iterable[float], outcomes: Iterable[float]) -> float:
     """Return the mean squared difference between forecast shares and outcomes, 0 or 1."""
-    return float(np.mean((np.array([*shares]) - np.array([*outcomes])) ** 2))
+    return float(
+        np.mean((np.array([*shares], dtype=float) - np.array([*outcomes], dtype=float)) ** 2)
+    )
 
 
 def exchange_test(theirs: Float, ours: Float, seed: int = 1) -> tuple[float, float]:
@@ -164,6 +179,265 @@ def motion_rows(pairs: Sequence[Pair]) -> dict[str, str]:
 
 
 @lru_cache(maxsize=1)
-def motions_once() -> dict[str, object]:
+def motions_once() -> dict[str, Motion]:
     """Return the motions, computed once."""
-    return dict(motions())
+    return motions()
+
+
+def classes_of(pairs: Sequence[Pair]) -> list[tuple[str, float, int, int]]:
+    """Return classes of the share here: words, mean share, how many overturn there, motions."""
+    shares = np.array([pair.ensemble.share_overturned for pair in pairs])
+    fell = np.array([pair.theirs.overturned for pair in pairs])
+    found = []
+    for low, high, words in CLASSES:
+        chosen = (shares >= low) & (shares < high)
+        if chosen.any():
+            mean = float(shares[chosen].mean())
+            found.append((words, mean, int(fell[chosen].sum()), int(chosen.sum())))
+    return found
+
+
+def share_rows(pairs: Sequence[Pair]) -> list[list[str]]:
+    """Return, for classes of the share that overturns here, how many overturn in OpenSees."""
+    rows = []
+    for words, share, count, number in classes_of(pairs):
+        ends = " to ".join(f"{100.0 * one:.0f}" for one in share_interval(count, number))
+        overturn = f"{100.0 * count / number:.0f} % ({ends} %)"
+        rows.append([words, str(number), f"{100.0 * share:.0f} %", overturn])
+    return rows
+
+
+@lru_cache(maxsize=256)
+def half_period(name: str, peak: float) -> float:
+    """Return the time between the impacts around a free peak of |theta| / slenderness [s]."""
+    frame = STRUCTURES[name]
+    still = Motion("still", np.zeros(3), 20.0)
+    released = respond(frame, still.ground, initial_rotation=peak * frame.slenderness)
+    return 2.0 * float(released.impact_times[0])
+
+
+@lru_cache(maxsize=256)
+def rigid_peak(name: str, motion: str) -> float:
+    """Return the peak of |theta| over the slenderness in the package [1]."""
+    ground = motion_of(Task(name, motion, 1.0), {}).ground
+    return float(respond(STRUCTURES[name], ground).peak_rotation_ratio)
+
+
+def pulses_of(name: str) -> list[str]:
+    """Return the names of the pulses of a main structure."""
+    return [f"ricker-{one:g}-{period:g}" for one, period in PULSES[name]]
+
+
+def pulse_rows(results: dict[Task, Result]) -> list[list[str]]:
+    """Return the peaks under each pulse, here and in OpenSees by shortening of the contact."""
+    rows = []
+    for name in MAIN:
+        for motion in pulses_of(name):
+            acceleration, period = motion.split("-")[1:]
+            rigid = rigid_peak(name, motion)
+            row = [f"{name}, {acceleration} g, {period} s", f"{rigid:.4f}"]
+            for shortening in SHORTENINGS:
+                found = results.get(Task(name, motion, 1.0, shortening))
+                row.append("" if found is None else _change(found.peak_ratio / rigid))
+            rows.append(row)
+    return rows
+
+
+def contact_rows(results: dict[Task, Result]) -> list[list[str]]:
+    """Return how each kind of contact and column changes the response of the bent."""
+    kinds = [(f"{1e3 * one:g} mm", {"shortening": one}) for one in SHORTENINGS]
+    kinds += [
+        (f"{1e3 * one:g} mm, damped", {"shortening": one, "damping": DAMPING})
+        for one in SHORTENINGS[1:]
+    ]
+    kinds += [
+        (f"0.01 mm, columns of {period:g} s", {"column_period": period})
+        for period in COLUMN_PERIODS[1:]
+    ]
+    kinds.append(("0.01 mm, two columns", {"columns": 2}))
+    return [[words, *_contact_row(results, changes)] for words, changes in kinds]
+
+
+def _contact_row(results: dict[Task, Result], changes: dict[str, float]) -> list[str]:
+    found, ratios, periods, kept = 0, [], [], []
+    for motion in pulses_of("bent"):
+        one = results.get(replace(Task("bent", motion, 1.0), **changes))  # type: ignore[arg-type]
+        if one is None or not one.converged:
+            continue
+        found += 1
+        ratios.append(one.peak_ratio / rigid_peak("bent", motion))
+        if np.isfinite(one.restitution):
+            kept.append(one.restitution)
+            periods.append(one.half_period / half_period("bent", one.free_peak_ratio))
+    if not found:
+        return [""] * 4
+    ends = " to ".join(_change(one) for one in (min(ratios), max(ratios)))
+    return [
+        _change(float(np.median(ratios))),
+        ends,
+        f"{np.median(kept):.4f}",
+        _change(float(np.median(periods))),
+    ]
+
+
+def variant_rows(results: dict[Task, Result]) -> list[list[str]]:
+    """Return how contact and columns change the distribution over the motions, for the bent."""
+    kinds: list[tuple[str, dict[str, float]]] = [
+        ("0.1 mm", {"shortening": 1.0e-4}),
+        ("1 mm", {"shortening": 1.0e-3}),
+        ("0.01 mm, columns of 0.2 s", {"column_period": 0.2}),
+        ("0.01 mm, two columns", {"columns": 2}),
+    ]
+    rows = []
+    for words, changes in kinds:
+        both = [
+            (results[task], results[changed])
+            for task in results
+            if task == Task("bent", task.motion, task.scale)
+            and not task.motion.startswith("ricker-")
+            and (changed := replace(task, **changes)) in results  # type: ignore[arg-type]
+            and results[task].converged
+            and results[changed].converged
+        ]
+        if not both:
+            continue
+        stand = [
+            (one.peak_ratio, two.peak_ratio)
+            for one, two in both
+            if not one.overturned and not two.overturned and one.peak_ratio > _STILL
+        ]
+        ratio = np.array([two / one for one, two in stand])
+        ends = " to ".join(f"{one:.2f}" for one in np.quantile(ratio, (0.16, 0.84)))
+        fallen = [sum(pair[k].overturned for pair in both) for k in (0, 1)]
+        same = sum(one.overturned == two.overturned for one, two in both)
+        rows.append(
+            [
+                words,
+                str(len(both)),
+                f"{fallen[0]}, {fallen[1]}",
+                str(same),
+                f"{np.median(ratio):.2f} ({ends}, {ratio.size} motions)",
+            ]
+        )
+    return rows
+
+
+def compliant_rows(results: dict[Task, Result]) -> list[list[str]]:
+    """Return the errors of the rigid model and of the simplest model of a compliant contact."""
+    rows = []
+    for name in MAIN:
+        for damping, words in ((0.0, "undamped"), (DAMPING, "damped")):
+            for shortening in SHORTENINGS[1:]:
+                tasks = [
+                    Task(name, motion, 1.0, shortening, damping=damping)
+                    for motion in pulses_of(name)
+                ]
+                errors = [_errors(task, results[task]) for task in tasks if task in results]
+                if errors:
+                    both = [*zip(*errors, strict=True)]
+                    middle = [_change(1.0 + float(np.median(one))) for one in both]
+                    worst = [_change(1.0 + max(one, key=abs)) for one in both]
+                    label = f"{name}, {1e3 * shortening:g} mm, {words}"
+                    rows.append([label, middle[0], worst[0], middle[1], worst[1]])
+    return rows
+
+
+def _errors(task: Task, theirs: Result) -> tuple[float, float]:
+    """Return the errors of the peak of the rigid model and of the compliant one [1]."""
+    model = peak_ratio(STRUCTURES[task.structure], motion_of(task, {}), task.shortening)
+    rigid = rigid_peak(task.structure, task.motion)
+    return rigid / theirs.peak_ratio - 1.0, model / theirs.peak_ratio - 1.0
+
+
+def _change(ratio: float) -> str:
+    return f"{100.0 * (ratio - 1.0):+.1f} %".replace("-", "\u2212")
+
+
+def tables(results: dict[Task, Result], pairs: dict[str, list[Pair]]) -> dict[str, str]:
+    """Return the tables of the page by name, in Markdown."""
+    rows = {name: motion_rows(some) for name, some in pairs.items()}
+    first = next(iter(rows.values()))
+    together = [pair for name in MAIN for pair in pairs.get(name, [])]
+    shortenings = [f"{1e3 * one:g} mm" for one in SHORTENINGS]
+    peaks = ["pulse", "rockframe", *shortenings]
+    contact = ["contact", "peak, median", "least to largest", "restitution", "period"]
+    classes = ["share here", "motions", "mean share", "overturn in OpenSees (90 % interval)"]
+    variants = ["contact", "motions", "overturn: 0.01 mm, this", "same outcome", "ratio of peaks"]
+    simple = ["contact", "rigid, median", "worst", "simple model, median", "worst"]
+    return {
+        "motions": _table(
+            ["", *rows], [[key, *(row[key] for row in rows.values())] for key in first]
+        ),
+        "shares": _table(classes, share_rows(together)),
+        "pulses": _table(peaks, pulse_rows(results)),
+        "contact": _table(contact, contact_rows(results)),
+        "variants": _table(variants, variant_rows(results)),
+        "model": _table(simple, compliant_rows(results)),
+    }
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def write_page(found: dict[str, str], path: Path) -> None:
+    """Replace the tables of the page, each between its two comments."""
+    text = path.read_text(encoding="utf-8")
+    for name, table in found.items():
+        start, end = f"<!-- table {name} -->", f"<!-- end of {name} -->"
+        if start in text:
+            before, rest = text.split(start)
+            text = before + f"{start}\n{table}\n{end}" + rest.split(end)[1]
+    path.write_text(text, encoding="utf-8")
+
+
+def draw(results: dict[Task, Result], pairs: dict[str, list[Pair]]) -> None:
+    """Draw the figures of the page."""
+    peaks = {}
+    for name in MAIN:
+        values = np.array([pair.peaks for pair in pairs[name]])
+        peaks[name] = values[(values > _STILL).any(axis=1)]
+    together = [pair for name in MAIN for pair in pairs[name]]
+    points = [
+        (share, count / number, *share_interval(count, number))
+        for _, share, count, number in classes_of(together)
+    ]
+    draw_motions(peaks, points, DOCS / "validation-motions.png")
+    ratios, kept = {}, {}
+    for label, damping in (("undamped", 0.0), ("damped", DAMPING)):
+        rows = [
+            [results.get(Task("bent", motion, 1.0, one, damping=damping)) for one in SHORTENINGS]
+            for motion in pulses_of("bent")
+        ]
+        ratios[label] = np.array(
+            [
+                [one.peak_ratio / rigid_peak("bent", motion) if one else np.nan for one in row]
+                for motion, row in zip(pulses_of("bent"), rows, strict=True)
+            ]
+        )
+        kept[label] = np.array(
+            [[one.restitution if one else np.nan for one in row] for row in rows]
+        )
+    rigid = STRUCTURES["bent"].restitution
+    draw_contact(SHORTENINGS, ratios, kept, rigid, DOCS / "validation-contact.png")
+
+
+def main() -> None:
+    """Print the tables, and write them and the figures to the documentation."""
+    results = read()
+    pairs = {name: some for name in STRUCTURES if (some := pairs_of(results, name))}
+    found = tables(results, pairs)
+    for name, table in found.items():
+        print(f"\n{name}\n{table}")
+    print(
+        f"\n{len(results)} responses, {sum(not one.converged for one in results.values())} failed"
+    )
+    page = DOCS / "validation.md"
+    if page.exists():
+        write_page(found, page)
+    draw(results, pairs)
+
+
+if __name__ == "__main__":
+    main()

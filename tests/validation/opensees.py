@@ -29,8 +29,7 @@ Float: TypeAlias = NDArray[np.float64]
 
 #: Stiffness of the bodies over that of a corner.
 STIFFER: Final = 400.0
-#: Time step [s], and number of times that it is halved where a step does not converge.
-STEP: Final = 1.0e-3
+#: Number of times that a time step is halved where it does not converge.
 HALVINGS: Final = 10
 #: Damping of columns that bend, over the critical one [1].
 COLUMN_DAMPING: Final = 0.05
@@ -104,13 +103,13 @@ def respond(
     motion: Motion,
     contact: Contact | None = None,
     *,
+    step: float,
     free_rocking: float = 0.0,
-    step: float = STEP,
 ) -> History | None:
     """Return the response of a structure to a motion; None if its weight found no equilibrium.
 
-    After the motion the structure rocks freely for `free_rocking` [s]. With 0, it is followed until
-    it returns through zero or overturns.
+    Time steps have the length `step` [s]. After the motion the structure rocks freely for
+    `free_rocking` [s]. With 0, it is followed until it returns through zero or overturns.
     """
     model = _Model(frame, contact or Contact())
     if not model.stands_at_rest():
