@@ -46,7 +46,7 @@ _COMMANDS = """
 formats
 ingest {record} --output records.nc
 pulse records.nc --surrogates 0 --output pulses.nc
-respond records.nc --structure bridge-bent --output response.nc
+respond records.nc --structure bridge-bent --ensemble-members 16 --output response.nc
 screen records.nc --structure bridge-bent --margins none --output screen.nc
 compare records.nc --structures bridge.toml --output compare.nc
 spectrum --wavelet symmetric_ricker --slenderness-degree 14 --frequency-ratio 3 --output spectrum.nc
@@ -62,7 +62,7 @@ status run
 show run Ridgecrest2019-CLC-360
 verify run
 report run --output report.html
-table1 --records {record} --structure bridge-bent --surrogates 0 --output table1
+table1 --records {record} --structure bridge-bent --surrogates 0 --ensemble-members 16 --output t
 """
 
 
