@@ -134,11 +134,12 @@ def test_of_many_responses_the_most_severe_are_printed(
     capsys: pytest.CaptureFixture[str], count: int, printed: int
 ) -> None:
     many = [response(f"r{k:02}", 0.0, 0.001 * k) for k in range(count)]
-    show_responses("", response_columns(many[0], {"record_id": "Record"}), many)
+    columns = response_columns(many[0], {"record_id": "Record"})
+    show_responses("", columns, many, all_in="here.nc")
     show_summary(summary_rows(many))
     responses, _, summary = capsys.readouterr().out.partition("Over all records")
     assert sum(line.startswith(" r") for line in responses.splitlines()) == printed
-    assert ("The output files contain all 41." in responses) is (count == 41)
+    assert ("All 41 are in here.nc." in responses) is (count == 41)
     assert f"r{count - 1}" in responses
     assert f"r{count - 1}" in summary
 

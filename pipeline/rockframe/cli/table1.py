@@ -255,7 +255,7 @@ def show(
     """Print records, pulses and responses, then the comparison with the paper."""
     several = len({row["structure"] for row in rows}) > 1
     one = rows[0] if rows else {}
-    how: dict[str, Any] = {"group": "record_id", "rules": several}
+    how: dict[str, Any] = {"group": "record_id", "rules": several, "all_in": "table.csv"}
     known = [key for key in _IF_KNOWN if any(math.isfinite(row[key]) for row in rows)]
     of_record = [one for one in _OF_RECORD if one.key in known or one.key not in _IF_KNOWN]
     if console.table_width() >= _WIDE:

@@ -127,7 +127,7 @@ def run_respond(options: argparse.Namespace) -> int:
         }
         console.show_json(said | matrices(rows, options.matrix))
     else:
-        _show_responses(options, rows, summary)
+        _show_responses(options, rows, summary, made)
         if stated.forces:
             _show_forces(response, str(options.output))
         if options.sensitivity:
@@ -161,7 +161,10 @@ def _respond(
 
 
 def _show_responses(
-    options: argparse.Namespace, rows: Sequence[Row], summary: Sequence[Row]
+    options: argparse.Namespace,
+    rows: Sequence[Row],
+    summary: Sequence[Row],
+    tables: Sequence[str],
 ) -> None:
     """Print the responses, a line for each structure, and the meaning of the columns."""
     from rockframe.results.tables.rows import response_columns
@@ -169,7 +172,10 @@ def _show_responses(
     columns = response_columns(rows[0] if rows else {}, {"record_id": "Record"})
     if options.pulses:
         columns.append(console.column("Pulse alone", rule=pulse_cell))
-    show_responses(f" in {options.output}", columns, rows, options.matrix)
+    output: Path = options.output
+    table = next((one for one in tables if Path(one).stem == output.stem), "")
+    further = f" and {table}" if table else "; --format csv or xlsx writes a table"
+    show_responses(f" in {output}", columns, rows, options.matrix, f"{output}{further}")
     console.show_summary(summary)
     print(verdict_notes(rows[0] if rows else {}))
 
@@ -185,9 +191,13 @@ def show_responses(
     columns: Sequence[Column],
     rows: Sequence[Row],
     quantities: Sequence[str] = (),
+    all_in: str = "",
     **how: Any,
 ) -> None:
-    """Print a row for each response, or of many the most severe; or the matrices asked for."""
+    """Print a row for each response, or of many the most severe; or the matrices asked for.
+
+    `all_in` says where the other responses are, and `how` are keywords of `show_rows`.
+    """
     from rockframe.results.tables.summary import MATRICES, matrix_columns
 
     for quantity, matrix in matrices(rows, quantities).get("matrices", {}).items():
@@ -195,11 +205,12 @@ def show_responses(
         console.show_rows(title, matrix_columns(matrix, quantity), matrix)
     if not quantities:
         shown = most_severe(rows)
-        many = f"The {len(shown)} most severe of {len(rows)} responses"
-        title = "Responses" if len(shown) == len(rows) else many
-        console.show_rows(f"{title}{where}", columns, shown, **how)
-        if len(shown) < len(rows):
-            print(f"The output files contain all {len(rows)}.\n")
+        if len(shown) == len(rows):
+            console.show_rows(f"Responses{where}", columns, shown, **how)
+        else:
+            title = f"The {len(shown)} most severe of {len(rows)} responses{where}"
+            console.show_rows(title, columns, shown)
+            print(f"All {len(rows)} are in {all_in}.\n")
 
 
 def most_severe(rows: Sequence[Row]) -> Sequence[Row]:
