@@ -11,10 +11,13 @@ from numpy.testing import assert_allclose
 from tests.screening import site
 
 from rockframe.options.respond import DesignOptions
-from rockframe.report.page import HEIGHT, WIDTH, Plot, screening_content
+from rockframe.report.page import screening_content
 from rockframe.rocking import Verdict
+from rockframe.units import GRAVITY
+from rockframe.web import PLOT_SIZE, Plot
 
 Screen = Callable[..., xr.Dataset]
+WIDTH, HEIGHT = PLOT_SIZE
 
 
 def points_of(path: str) -> np.ndarray:
@@ -28,19 +31,20 @@ def test_curves_are_the_probabilities(screen: Screen, tmp_path: Path) -> None:
     asked = {"hazard": hazard, "design": design, "limit_u_m": (0.1,)}
     found = screen(site(6), scales=np.geomspace(0.5, 3.0, 8), **asked)
     content = screening_content(found)
-    plots: dict[str, list[Plot]] = dict(content["fragility"])
-    pga = plots["slender"][0]
-    assert (pga.title, [name for name, _ in pga.curves]) == (
-        "PGA [g]",
-        ["overturning", "u ≥ 0.1 m"],
-    )
-    for k, (_, path) in enumerate(pga.curves):
-        fit = found.sel(structure="slender", measure="pga").isel(limit_state=k)
+    states: list[tuple[str, list[Plot]]] = dict(content["fragility"])["slender"]
+    assert [title for title, _ in states] == ["overturning", "u ≥ 0.1 m"]
+    fits = found.sel(structure="slender", measure="pga")
+    for k, (title, plots) in enumerate(states):
+        pga, fit = plots[0], fits.isel(limit_state=k)
+        assert [name for name, _ in pga.curves] == [title, "overturning"][: 1 + k]
         if np.isfinite(fit["fragility"]).all():
-            x, y = points_of(path).T
+            x, y = points_of(pga.curves[0][1]).T
             assert_allclose(1.0 - y / HEIGHT, fit["fragility"], atol=1e-3)
             assert_allclose(np.diff(x), WIDTH / 100.0, atol=0.11)
-        band = points_of(pga.bands[k])[:, 1]
+            assert pga.title == f"PGA [g], median {float(fit['fragility_median']) / GRAVITY:.3g}"
+            assert pga.median is not None
+            assert_allclose(np.interp(pga.median, x, y), 0.5 * HEIGHT, atol=0.5)
+        band = points_of(pga.bands[0])[:, 1]
         assert_allclose(1.0 - band[:101] / HEIGHT, fit["fragility_low"], atol=1e-3)
     shares = points_of(dict(content["design"]["plot"].curves)["stout"])[:, 1]
     assert_allclose(1.0 - shares / HEIGHT, found["design_share"].sel(structure="stout"), atol=1e-3)

@@ -15,9 +15,11 @@ from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, Null
 
 from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
 from rockframe.results.screen_tables import (
+    equal_states,
     fragility_curve,
     members_of,
     responses_in_words,
+    title_of_states,
     with_its_limits,
 )
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
@@ -40,7 +42,7 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
         for name in screening["measure"].values
         if int(screening["fragility_outcome"].sel(measure=name)[0]) != Outcome.UNKNOWN
     ]
-    states = _equal_states(screening)
+    states = equal_states(screening)
     across = max(1, min(len(known), _ACROSS if len(states) > 1 else 2))
     down = max(1, -(-len(known) // across))
     structure = str(screening["structure"].item())
@@ -60,7 +62,7 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
                     _draw_curve(axes, fit, measure, **_BESIDE)
                 _draw_state(axes, fits.sel(limit_state=state[0].name), state[0], measure)
                 _set_axes(axes, fits, measure, width=PAGE_WIDTH / across)
-            part.suptitle(_title(state), fontsize=8, fontweight="bold", x=0.01, ha="left")
+            part.suptitle(title_of_states(state), fontsize=8, fontweight="bold", x=0.01, ha="left")
             several = "reaching it" if state[0].quantity else "overturning"
             part.supylabel(f"probability of {several}", fontsize=8)
         figure.suptitle(structure, fontsize=9)
@@ -82,34 +84,6 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
 _ACROSS: Final = 4
 #: Style of the curve of overturning beside those of other limit states.
 _BESIDE: Final[Mapping[str, Any]] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
-
-
-def _equal_states(screening: xr.Dataset) -> list[list[LimitState]]:
-    """Return the limit states in groups of equal curves and shares, overturning first."""
-    groups: list[tuple[xr.Dataset, list[LimitState]]] = []
-    variables = ["bin_share", "fragility", "fragility_outcome"]
-    for name in screening["limit_state"].values:
-        fits = screening[variables].sel(limit_state=name).drop_vars("limit_state")
-        found = next((states for known, states in groups if known.equals(fits)), None)
-        if found is None:
-            groups.append((fits, [LimitState.named(str(name))]))
-        else:
-            found.append(LimitState.named(str(name)))
-    return [states for _, states in groups]
-
-
-def _title(state: Sequence[LimitState]) -> str:
-    """Return the title of a row: its limit state, and those with the same curves.
-
-    Examples
-    --------
-    >>> _title([LimitState("", 0.0), LimitState("u", 0.2)])
-    'overturning; u ≥ 0.2 m has the same curves'
-    """
-    first, *others = (limit.words for limit in state)
-    if not others:
-        return first
-    return f"{first}; {', '.join(others)} {'has' if len(others) == 1 else 'have'} the same curves"
 
 
 def _handles(*, several: bool) -> list[Line2D | Patch]:
@@ -206,7 +180,9 @@ def _caption(
     each = "the stated structure alone (nominal)" if members == 1 else f"{members} members each"
     overturns = "overturns" if screening.sizes["limit_state"] == 1 else "reaches each limit state"
     better = str(screening["better_measure"].item())
-    equal = "".join(f"{_title(state).capitalize()}. " for state in states if len(state) > 1)
+    equal = "".join(
+        f"{title_of_states(state).capitalize()}. " for state in states if len(state) > 1
+    )
     named = f"The better measure is {better}" if better else "No better measure is named"
     return (
         f"Probability that {structure} {overturns}, {fragility_curve(screening)} in the intensity, "

@@ -9,8 +9,8 @@ import math
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import islice, starmap
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,6 +28,7 @@ from rockframe.results.schema.response import FORCES
 from rockframe.results.screen_tables import (
     demand_words,
     design_by_share,
+    equal_states,
     fragility_curve,
     members_of,
     overall_rows,
@@ -35,6 +36,7 @@ from rockframe.results.screen_tables import (
     screen_rows,
     screen_summary,
     site_note,
+    title_of_states,
     with_its_limits,
 )
 from rockframe.results.tables.forces import FORCE_VALUES, force_text, forces_in_words
@@ -53,7 +55,16 @@ from rockframe.risk import LimitState, Outcome, measure_of
 from rockframe.rocking import SpreadVerdict, VerdictKind
 from rockframe.signals.passport import CHECKS
 from rockframe.units import GRAVITY
-from rockframe.web import bars_svg, render_page, strip_svg, tone
+from rockframe.web import (
+    PLOT_SIZE,
+    Plot,
+    bars_svg,
+    plot_path,
+    plot_place,
+    render_page,
+    strip_svg,
+    tone,
+)
 
 #: Exponents in CF units become superscripts.
 _SUPERSCRIPTS: Final = str.maketrans("-123", "⁻¹²³")
@@ -478,25 +489,8 @@ def _line(content: bytes) -> bytes:
     return _BEFORE + hashlib.sha256(content).hexdigest().encode() + _AFTER
 
 
-#: Size of the plotting area of a curve, and number of motions in the ranking.
-WIDTH, HEIGHT = 300, 130
+#: Number of motions in the ranking.
 _MOTIONS: Final = 10
-
-
-@dataclass(frozen=True)
-class Plot:
-    """A plot of probabilities, as paths of SVG.
-
-    `title`, `low` and `high` state the quantity and the ends of its axis. Each curve has a name and
-    a path, the path of its confidence band or "", and the centres of its observed shares.
-    """
-
-    title: str
-    low: str
-    high: str
-    curves: tuple[tuple[str, str], ...]
-    bands: tuple[str, ...] = ()
-    points: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
 def screening_content(screening: xr.Dataset) -> dict[str, Any]:
@@ -530,33 +524,50 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         ],
         "ranking": [rows[i : i + width] for i in range(0, len(rows), width)],
         "design": _design(screening) if "design_share" in screening else None,
-        "size": (WIDTH, HEIGHT),
+        "size": PLOT_SIZE,
     }
 
 
-def _fragility(one: xr.Dataset) -> list[Plot]:
-    plots = []
-    for name in one["measure"].values:
-        fit, measure = one.sel(measure=name), measure_of(str(name))
-        if int(fit["fragility_outcome"][0]) == Outcome.UNKNOWN:
-            continue
-        x = np.log(fit["fragility_intensity"].values)
-        across = (x - x[0]) / (x[-1] - x[0])
-        dots = (np.log(fit["bin_intensity"].values) - x[0]) / (x[-1] - x[0])
-        curves, bands, points = [], [], []
-        for limit in fit["limit_state"].values:
-            state = fit.sel(limit_state=limit)
-            words = LimitState.named(str(limit)).words
-            low, high = state["fragility_low"].values, state["fragility_high"].values
-            curves.append((words, _path(across, state["fragility"].values)))
-            outline = np.append(across, across[::-1]), np.append(low, high[::-1])
-            bands.append(f"{_path(*outline)}Z")
-            shares = zip(dots, state["bin_share"].values, strict=True)
-            points.append(tuple(_place(*share) for share in shares if np.isfinite(share).all()))
-        low_end, high_end = (f"{np.exp(end) / measure.printed:.2g}" for end in (x[0], x[-1]))
-        title = f"{measure.symbol} [{measure.unit}]"
-        plots.append(Plot(title, low_end, high_end, tuple(curves), tuple(bands), tuple(points)))
-    return plots
+def _fragility(one: xr.Dataset) -> list[tuple[str, list[Plot]]]:
+    """Return the title and the plots of each limit state, over each measure that is known."""
+    states = equal_states(one)
+    known = [
+        one.sel(measure=name)
+        for name in one["measure"].values
+        if int(one["fragility_outcome"].sel(measure=name)[0]) != Outcome.UNKNOWN
+    ]
+    return [
+        (title_of_states(state), [_fragility_plot(fits, state[0], states[0][0]) for fits in known])
+        for state in states
+    ]
+
+
+def _fragility_plot(fits: xr.Dataset, limit: LimitState, overturning: LimitState) -> Plot:
+    """Return the plot of a limit state, with the curve of overturning beside it."""
+    measure, state = measure_of(str(fits["measure"].item())), fits.sel(limit_state=limit.name)
+    first, *_, last = fits["fragility_intensity"].values
+    low, high, median, tried = (
+        state[f"fragility_{name}"].values for name in ("low", "high", "median", "intensity")
+    )
+
+    def across(intensity: ArrayLike) -> NDArray[np.float64]:
+        return np.asarray(np.log(intensity / first) / np.log(last / first))
+
+    x, known = across(tried), bool(np.isfinite(median))
+    shares = zip(across(state["bin_intensity"].values), state["bin_share"].values, strict=True)
+    return Plot(
+        f"{measure.symbol} [{measure.unit}]"
+        + (f", median {median / measure.printed:.3g}" if known else ""),
+        f"{first / measure.printed:.2g}",
+        f"{last / measure.printed:.2g}",
+        tuple(
+            (one.words, plot_path(x, fits["fragility"].sel(limit_state=one.name).values))
+            for one in dict.fromkeys((limit, overturning))
+        ),
+        (f"{plot_path(np.append(x, x[::-1]), np.append(low, high[::-1]))}Z",),
+        (tuple(plot_place(*share) for share in shares if np.isfinite(share).all()),),
+        plot_place(float(across(median)), 0.5)[0] if known else None,
+    )
 
 
 def _design(screening: xr.Dataset) -> dict[str, Any]:
@@ -575,22 +586,10 @@ def _design(screening: xr.Dataset) -> dict[str, Any]:
             f"{values[0]:g}",
             f"{values[-1]:g}",
             tuple(
-                (str(name), _path(across, share))
+                (str(name), plot_path(across, share))
                 for name, share in zip(
                     screening["structure"].values, screening["design_share"].values, strict=True
                 )
             ),
         ),
     }
-
-
-def _path(x: ArrayLike, y: ArrayLike) -> str:
-    """Return the path through points from 0 to 1; "" without a curve."""
-    points: NDArray[np.float64] = np.stack([np.asarray(x), np.asarray(y)], axis=1)
-    if not np.isfinite(points).all():
-        return ""
-    return "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in starmap(_place, points.tolist()))
-
-
-def _place(x: float, y: float) -> tuple[float, float]:
-    return round(WIDTH * x, 1), round(HEIGHT * (1.0 - y), 1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -241,6 +241,34 @@ def with_its_limits(one: xr.Dataset) -> xr.Dataset:
     """Return one structure of a screening, without limits of restraints that it does not have."""
     has = (one["fragility_outcome"] != Outcome.ABSENT).all("measure")
     return one.isel(limit_state=np.flatnonzero(has))
+
+
+def equal_states(screening: xr.Dataset) -> list[list[LimitState]]:
+    """Return the limit states in groups of equal curves and shares, overturning first."""
+    groups: list[tuple[xr.Dataset, list[LimitState]]] = []
+    variables = ["bin_share", "fragility", "fragility_outcome"]
+    for name in screening["limit_state"].values:
+        fits = screening[variables].sel(limit_state=name).drop_vars("limit_state")
+        found = next((states for known, states in groups if known.equals(fits)), None)
+        if found is None:
+            groups.append((fits, [LimitState.named(str(name))]))
+        else:
+            found.append(LimitState.named(str(name)))
+    return [states for _, states in groups]
+
+
+def title_of_states(state: Sequence[LimitState]) -> str:
+    """Return the title of a row: its limit state, and those with the same curves.
+
+    Examples
+    --------
+    >>> title_of_states([LimitState("", 0.0), LimitState("u", 0.2)])
+    'overturning; u ≥ 0.2 m has the same curves'
+    """
+    first, *others = (limit.words for limit in state)
+    if not others:
+        return first
+    return f"{first}; {', '.join(others)} {'has' if len(others) == 1 else 'have'} the same curves"
 
 
 def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:

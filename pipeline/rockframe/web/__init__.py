@@ -10,11 +10,15 @@ import hashlib
 import html
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import starmap
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
+from numpy.typing import ArrayLike, NDArray
 
 from rockframe.provenance import versions
 from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE, SpreadVerdict, Strip
@@ -236,3 +240,38 @@ def bars_svg(values: Mapping[str, float], chance: float, most: str, words: str) 
         f'<svg class="bars" viewBox="0 0 {_WIDTH:g} {height:g}" role="img" '
         f'aria-label="{said}"><title>{said}</title>{"".join(parts)}</svg>'
     )
+
+
+#: Width and height of the plotting area of a curve [units of the picture].
+PLOT_SIZE: Final = (300, 130)
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A plot of probabilities, as paths of SVG.
+
+    `title`, `low` and `high` state the quantity and the ends of its axis. Each curve has a name and
+    a path, the path of its confidence band or "", and the centres of its observed shares. `median`
+    is the place of the median of the first curve.
+    """
+
+    title: str
+    low: str
+    high: str
+    curves: tuple[tuple[str, str], ...]
+    bands: tuple[str, ...] = ()
+    points: tuple[tuple[tuple[float, float], ...], ...] = ()
+    median: float | None = None
+
+
+def plot_path(x: ArrayLike, y: ArrayLike) -> str:
+    """Return the path through points from 0 to 1; "" without a curve."""
+    points: NDArray[np.float64] = np.stack([np.asarray(x), np.asarray(y)], axis=1)
+    if not np.isfinite(points).all():
+        return ""
+    return "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in starmap(plot_place, points.tolist()))
+
+
+def plot_place(x: float, y: float) -> tuple[float, float]:
+    """Return the place of a point from 0 to 1 in units of the picture."""
+    return round(PLOT_SIZE[0] * x, 1), round(PLOT_SIZE[1] * (1.0 - y), 1)
