@@ -24,7 +24,7 @@ PYTEST = $(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 study report explore paper docs test test-examples test-browser test-dask test-workflow test-faults test-processors test-all check format bench fuzz clean
+.PHONY: help setup table1 study report explore paper docs validation test test-examples test-browser test-dask test-workflow test-faults test-processors test-all check format bench fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -48,6 +48,7 @@ help:
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
 	@echo "make fuzz     feed each reader damaged files for $(SECONDS) s, guided by coverage (Linux)"
+	@echo "make validation  run OpenSees beside the package, and make the tables of docs/validation.md (hours)"
 	@echo "make setup    make the virtual environment $(VENV) from requirements.lock"
 	@echo "make clean    remove the virtual environment, caches and outputs"
 
@@ -136,6 +137,10 @@ format: $(MADE)
 
 bench: $(EXTRAS)
 	@$(BIN)/python -m tests.benchmarks.bench --output outputs/bench.json
+
+validation: $(MADE)
+	@nice $(BIN)/python -m tests.validation.run
+	@$(BIN)/python -m tests.validation.compare
 
 fuzz: $(EXTRAS)
 	@$(BIN)/python tests/fuzz/run.py --seconds $(SECONDS)

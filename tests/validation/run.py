@@ -39,7 +39,7 @@ FREE_ROCKING: Final = 12.0
 #: Time steps for pulses and for motions [s]: for the bent under a pulse of 0.5 g and 1.5 s, twice
 #: the step changes the peak by 0.02 % and the restitution by 0.001.
 PULSE_STEP, MOTION_STEP = 1.0e-3, 2.0e-3
-#: One in so many motions shakes the other structures, the variants of contact, and two columns.
+#: One in this number of motions shakes the other structures, other contacts, and two columns.
 _OTHERS, _VARIANTS, _PAIRS = 6, 12, 24
 
 Float: TypeAlias = NDArray[np.float64]
@@ -60,7 +60,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Result:
-    """What is kept of a response.
+    """Numbers that are kept of a response.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def read() -> dict[Task, Result]:
 
 
 def result_of(frame: RockingFrame, history: History, end: float, seconds: float) -> Result:
-    """Return what is kept of a response to a motion that ends at a time [s]."""
+    """Return the numbers that are kept of a response to a motion that ends at a time [s]."""
     free = free_rocking(frame, history, end)
     peak = float(np.abs(history.theta).max()) / frame.slenderness
     return Result(
@@ -194,7 +194,7 @@ def main() -> None:
     """Run the tasks that have no result yet."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=float("inf"), help="stop after this time")
-    parser.add_argument("--limit", type=int, help="stop after so many tasks")
+    parser.add_argument("--limit", type=int, help="stop after this number of tasks")
     options = parser.parse_args()
     require_opensees()
     known, done = motions(), read()

@@ -1,0 +1,64 @@
+"""The comparison with OpenSees (tests/validation): its own numbers, and those of the page."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.validation import compare
+from tests.validation.cases import STRUCTURES, ricker
+from tests.validation.compliant import peak_ratio
+from tests.validation.opensees import History
+from tests.validation.run import PULSES, free_rocking, read
+
+from rockframe.rocking import respond
+
+
+def test_a_contact_that_hardly_gives_is_rigid() -> None:
+    # In the limit the simplest model is eqs (26) and (43), here with another integrator.
+    bent, pulse = STRUCTURES["bent"], ricker(0.5, 1.5)
+    rigid = respond(bent, pulse.ground).peak_rotation_ratio
+    assert peak_ratio(bent, pulse, 1e-7) == pytest.approx(rigid, rel=2e-4)
+    assert peak_ratio(bent, pulse, 1e-3) > 1.1 * rigid
+
+
+def test_restitution_and_period_of_free_rocking_are_measured_right() -> None:
+    # The package's own histories after a pulse have the restitution (43) and its half period.
+    bent, pulse = STRUCTURES["bent"], ricker(0.5, 1.5)
+    response = respond(bent, pulse.ground.followed_by_rest(12.0))
+    history = History(response.time, response.theta, 0.0, converged=True)
+    peak, period, kept = free_rocking(bent, history, end=6.0)
+    assert kept == pytest.approx(bent.restitution, abs=2e-4)
+    assert period == pytest.approx(compare.half_period("bent", peak), rel=1e-3)
+
+
+def test_equal_programs_pass_the_exchange_test_and_shifted_ones_fail_it() -> None:
+    peaks = np.random.default_rng(3).lognormal(size=200)
+    assert compare.exchange_test(peaks, peaks) == (0.0, 1.0)
+    distance, chance = compare.exchange_test(peaks, 1.3 * peaks)
+    assert distance > 0.05
+    assert chance < 0.01
+
+
+def test_the_page_has_the_peaks_of_this_package_and_of_the_kept_results() -> None:
+    results = read()
+    pulses = sum(len(some) for some in PULSES.values())
+    rows = compare.pulse_rows(results)
+    assert len(rows) == pulses
+    page = (compare.DOCS / "validation.md").read_text(encoding="utf-8")
+    for row in rows:
+        assert "| " + " | ".join(row) + " |" in page
+
+
+@pytest.mark.parametrize("name", PULSES)
+def test_opensees_has_the_peaks_and_the_restitution_of_rigid_bodies(name: str) -> None:
+    # No input of OpenSees states either; a contact of 0.001 mm is almost rigid.
+    found = {
+        task.motion: result
+        for task, result in read().items()
+        if task.structure == name and task.shortening == 1e-6
+    }
+    assert found.keys() == set(compare.pulses_of(name))
+    for motion, result in found.items():
+        assert result.peak_ratio == pytest.approx(compare.rigid_peak(name, motion), rel=0.012)
+    kept = np.median([result.restitution for result in found.values()])
+    assert kept == pytest.approx(STRUCTURES[name].restitution, abs=0.0015)
