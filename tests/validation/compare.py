@@ -48,6 +48,13 @@ _EXCHANGES: Final = 4000
 #: Blocks of ElGawady, Butterworth and Ingham: aspect ratio, base, and measured velocity ratio over
 #: the predicted one.
 MEASURED: Final = ((5.0, "concrete", 0.95), (3.0, "concrete", 0.97), (5.0, "rubber", 0.67))
+#: Classes of the period of sway over that of the pulse, and their ends.
+_SWAYS: Final = {
+    "below 0.05": 0.05,
+    "0.05 to 0.1": 0.1,
+    "0.1 to 0.2": 0.2,
+    "0.2 and more": np.inf,
+}
 #: Classes of the share that overturns, and their words.
 CLASSES: Final = (
     (0.0, 0.01, "0"),
@@ -287,6 +294,41 @@ def _contact_row(results: dict[Task, Result], changes: dict[str, float]) -> list
     ]
 
 
+def sway_period(frame: RockingFrame, shortening: float) -> float:
+    """Return the period at which a structure sways on its contact before it lifts [s].
+
+    The restoring moment grows linearly up to the rotation 2 s / width, see `compliant`.
+    """
+    stiffness = 0.5 * frame.width / shortening * np.sin(frame.slenderness)
+    squared = frame.effective_frequency_parameter**2 * (stiffness - np.cos(frame.slenderness))
+    return float(2.0 * np.pi / np.sqrt(squared))
+
+
+def sway_rows(results: dict[Task, Result]) -> list[list[str]]:
+    """Return the changes of peaks by the period of sway over that of the pulse."""
+    found: dict[str, dict[float, list[float]]] = {words: {0.0: [], DAMPING: []} for words in _SWAYS}
+    for task, result in results.items():
+        if not task.motion.startswith("ricker-") or task.columns > 1 or task.column_period:
+            continue
+        period = sway_period(STRUCTURES[task.structure], task.shortening)
+        over = period / float(task.motion.split("-")[2])
+        words = next(words for words, end in _SWAYS.items() if over < end)
+        ratio = result.peak_ratio / rigid_peak(task.structure, task.motion)
+        found[words][task.damping].append(ratio)
+    return [
+        [
+            words,
+            *(
+                f"{_change(float(np.median(ratios)))} ({_change(min(ratios))} to "
+                f"{_change(max(ratios))}, {len(ratios)})"
+                for ratios in kinds.values()
+            ),
+        ]
+        for words, kinds in found.items()
+        if all(kinds.values())
+    ]
+
+
 def variant_rows(results: dict[Task, Result]) -> list[list[str]]:
     """Return how contact and columns change the distribution over the motions, for the bent."""
     kinds: list[tuple[str, dict[str, float]]] = [
@@ -389,6 +431,17 @@ def tables(results: dict[Task, Result], pairs: dict[str, list[Pair]]) -> dict[st
         "shares": _table(classes, share_rows(together)),
         "pulses": _table(peaks, pulse_rows(results)),
         "contact": _table(contact, contact_rows(results)),
+        "sway": _table(
+            ["period of sway over that of the pulse", "undamped contact", "damped"],
+            sway_rows(results),
+        ),
+        "periods": _table(
+            ["", *(f"{1e3 * one:g} mm" for one in SHORTENINGS)],
+            [
+                [name, *(f"{sway_period(STRUCTURES[name], one):.3f} s" for one in SHORTENINGS)]
+                for name in MAIN
+            ],
+        ),
         "variants": _table(variants, variant_rows(results)),
         "model": _table(simple, compliant_rows(results)),
         "measured": _table(["block", "(43)", "measured", "loss over (43)"], measured_rows()),

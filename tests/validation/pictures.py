@@ -88,7 +88,7 @@ def draw_contact(
     for axes, values in ((left, ratios), (right, restitutions)):
         for (label, rows), colour in zip(values.items(), _COLOURS, strict=False):
             _band(axes, 1e3 * np.array(shortenings), rows, colour, label)
-        axes.set(xscale="log", xlabel="shortening of the contact under the weight [mm]")
+        axes.set(xscale="log", xlabel="shortening of the contact [mm]")
     left.axhline(1.0, color="0.5", linewidth=0.8)
     left.set(ylabel="peak |θ|, OpenSees over rockframe")
     right.axhline(rigid, color="0.5", linewidth=0.8)
