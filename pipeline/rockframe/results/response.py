@@ -32,6 +32,7 @@ from rockframe.results.schema.response import (
     FateUnderPulse,
     Overturning,
 )
+from rockframe.results.tables.forces import kilonewtons
 from rockframe.results.tables.rows import (
     OF_BANDS,
     SHARES,
@@ -425,9 +426,10 @@ def comparison_rows(comparison: Path | xr.Dataset) -> list[Row]:
 
 def _in_kilonewtons(row: Row) -> Row:
     """Return a row with its base shear in kN too; NaN where the weight is not known."""
-    weight = row.pop("weight") / 1000.0
+    weight = row.pop("weight")
     names = ("base_shear", *(f"base_shear_{100 * one:.0f}" for one in QUANTILES))
-    return row | {"weight_kn": weight} | {f"{name}_kn": row[name] * weight for name in names}
+    found = {f"{name}_kn": kilonewtons(row[name], weight) for name in names}
+    return row | {"weight_kn": kilonewtons(1.0, weight)} | found
 
 
 def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
