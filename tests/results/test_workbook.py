@@ -43,12 +43,13 @@ def test_sheets_are_the_tables_of_csv(records: Path, tmp_path: Path) -> None:
     """Each number of a sheet is that of the CSV table, and so are the names of its columns."""
     structures = tmp_path / "two.toml"
     structures.write_text(STRUCTURE + STRUCTURE.replace("portico", "other"))
-    asked = ("respond", records, "--structures", structures, "--margins", "none", "--members", "16")
-    assert run(*asked, "--output", tmp_path / "r.nc", "--format", "xlsx") == 0
-    assert run(*asked, "--output", tmp_path / "r.nc", "--format", "csv") == 0
+    asked = ("respond", records, "--structures", structures, "--margins", "none", "--members", "16",
+             "--forces", "--scales", "0.9", "1.1", "--output", tmp_path / "r.nc")  # fmt: skip
+    for table_format in ("xlsx", "csv"):
+        assert run(*asked, "--format", table_format) == 0
     book = openpyxl.load_workbook(tmp_path / "r.xlsx")
     matrices = ["matrix share", "matrix u", "matrix rotation"]
-    assert book.sheetnames == ["summary", *matrices, "responses", "parameters"]
+    assert book.sheetnames == ["summary", *matrices, "responses", "forces", "scales", "parameters"]
     for sheet in book:
         name = "r" if sheet.title == "responses" else f"r-{sheet.title.replace(' ', '-')}"
         with (tmp_path / f"{name}.csv").open(newline="", encoding="utf-8") as stream:
@@ -102,6 +103,11 @@ def test_the_same_rows_give_the_same_bytes(tmp_path: Path, monkeypatch: pytest.M
 )
 def test_headings_name_their_columns(name: str) -> None:
     assert name_of_head(head_with_unit(name)) == name
+
+
+def test_an_impulse_has_its_unit_in_the_heading() -> None:
+    assert head_with_unit("base_impact_kn_s") == "base_impact [kN s]"
+    assert head_with_unit("base_impact_over_weight_s") == "base_impact_over_weight [s]"
 
 
 def test_a_sheet_with_too_many_rows_leaves_no_file(

@@ -97,11 +97,13 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.results.pulses import recordings_of
+    from rockframe.results.tables.forces import force_rows
     from rockframe.results.tables.summary import first_columns, summary_rows, tables_of
     from rockframe.results.tables.table import response_rows
 
     stated = chosen(options, RespondOptions)
-    arguments.refuse_tables(options, first_columns(*_RESPONSES), _RESPONSES[0])
+    pairs = {"forces": ("record_id", "structure"), "scales": ("record_id", "structure")}
+    arguments.refuse_tables(options, first_columns(*_RESPONSES) | pairs, _RESPONSES[0])
     if options.sensitivity:
         _require_spreads(stated.ensemble)
     scales = _stated_scales(options, stated)
@@ -110,7 +112,11 @@ def run_respond(options: argparse.Namespace) -> int:
     rejections += tuple(one for one in more if one not in rejections)
     rows = list(response_rows(response))
     summary = summary_rows(rows, recordings_of(options.records))
-    tables = tables_of(rows, summary, _RESPONSES[0])
+    tables = {
+        **tables_of(rows, summary, _RESPONSES[0]),
+        **({"forces": list(force_rows(response))} if stated.forces else {}),
+        **({"scales": scaled} if scaled else {}),
+    }
     made = arguments.write_tables(options, tables, _RESPONSES[0])
     drawn = _draw(response, scaled, options.figures) if options.figures else []
     if options.json:
