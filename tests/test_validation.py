@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from tests.validation import compare
 from tests.validation.cases import STRUCTURES, ricker
-from tests.validation.compliant import peak_ratio
+from tests.validation.compliant import acceleration, peak_ratio
 from tests.validation.opensees import History
-from tests.validation.run import PULSES, free_rocking, read
+from tests.validation.run import DAMPING, PULSES, Task, free_rocking, motion_of, read
 
 from rockframe.rocking import respond
 
@@ -19,6 +19,22 @@ def test_a_contact_that_hardly_gives_is_rigid() -> None:
     rigid = respond(bent, pulse.ground).peak_rotation_ratio
     assert peak_ratio(bent, pulse, 1e-7) == pytest.approx(rigid, rel=2e-4)
     assert peak_ratio(bent, pulse, 1e-3) > 1.1 * rigid
+
+
+def test_the_simplest_model_of_a_damped_contact_has_the_peaks_of_opensees() -> None:
+    results, bent = read(), STRUCTURES["bent"]
+    for motion in compare.pulses_of("bent"):
+        found = results[Task("bent", motion, 1.0, 1e-3, damping=DAMPING)].peak_ratio
+        pulse = motion_of(Task("bent", motion, 1.0), {})
+        assert peak_ratio(bent, pulse, 1e-3) == pytest.approx(found, rel=0.02)
+
+
+def test_period_of_sway_is_that_of_the_slope_of_the_moment() -> None:
+    # Without ground motion, theta'' = -(2 pi / T)^2 theta at small rotations.
+    bent, tiny = STRUCTURES["bent"], 1e-9
+    squared = bent.effective_frequency_parameter**2
+    slope = acceleration(tiny, 0.0, bent.slenderness, squared, 1e-4 / 0.8) / tiny
+    assert compare.sway_period(bent, 1e-4) == pytest.approx(2.0 * np.pi / np.sqrt(-slope))
 
 
 def test_restitution_and_period_of_free_rocking_are_measured_right() -> None:

@@ -40,7 +40,8 @@ def peak_ratio(frame: RockingFrame, motion: Motion, shortening: float) -> float:
 
 
 @numba.njit
-def _acceleration(theta, ground, slenderness, squared, uplift):  # type: ignore[no-untyped-def]
+def acceleration(theta, ground, slenderness, squared, uplift):  # type: ignore[no-untyped-def]
+    """Return theta'' [rad s-2] under a ground acceleration [g], with uplift at a rotation [rad]."""
     share = min(max(theta / uplift, -1.0), 1.0)
     across, upwards = share * math.sin(slenderness), math.cos(slenderness)
     weight = across * math.cos(theta) - upwards * math.sin(theta)
@@ -57,13 +58,13 @@ def _peak(ground: NDArray[np.float64], step, steps, slenderness, squared, kept, 
         for part in range(steps):
             first = ground[index] + slope * part
             middle, last = first + 0.5 * slope, first + slope
-            a1 = _acceleration(theta, first, slenderness, squared, uplift)
+            a1 = acceleration(theta, first, slenderness, squared, uplift)
             w2 = omega + 0.5 * step * a1
-            a2 = _acceleration(theta + 0.5 * step * omega, middle, slenderness, squared, uplift)
+            a2 = acceleration(theta + 0.5 * step * omega, middle, slenderness, squared, uplift)
             w3 = omega + 0.5 * step * a2
-            a3 = _acceleration(theta + 0.5 * step * w2, middle, slenderness, squared, uplift)
+            a3 = acceleration(theta + 0.5 * step * w2, middle, slenderness, squared, uplift)
             w4 = omega + step * a3
-            a4 = _acceleration(theta + step * w3, last, slenderness, squared, uplift)
+            a4 = acceleration(theta + step * w3, last, slenderness, squared, uplift)
             following = theta + step / 6.0 * (omega + 2.0 * w2 + 2.0 * w3 + w4)
             omega += step / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
             if theta * following < 0.0:

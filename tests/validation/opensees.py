@@ -45,7 +45,7 @@ _TRANSFORMATION: Final = 1
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """How a structure touches the ground and the beam.
+    """Properties of the joints and the columns of a model.
 
     Parameters
     ----------
