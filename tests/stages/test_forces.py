@@ -175,13 +175,30 @@ def test_the_command_prints_forces_in_kilonewtons(
     shown = [line.split() for line in printed.splitlines()]
     key = next(row for row in rows_of(home) if row["force"] == "base_key_force")
     values = [force_text(key, name) for name in ("value", "value_16", "value_50", "value_84")]
-    assert ["base", "joint,", "shear", "key", "kN", *values] in [line[-9:] for line in shown]
+    assert ["base", "joint,", "shear", "key", "[kN]", *values] in [line[-9:] for line in shown]
+    weight = f"{key['weight_kn']:.0f}"
+    assert [line[-1] for line in shown if line[:2] == ["quiet", "bent"]] == [weight]
     assert " ".join(STATE_MASS.split()) in " ".join(printed.split())
     assert main([*words, "--forces", "--json"]) == 0
     (first, *_) = json.loads(capsys.readouterr().out)["responses"]
     assert_allclose(first["base_key_force_kn"], key["value"])
     assert main(words) == 0
     assert "Forces in" not in capsys.readouterr().out
+
+
+def test_without_an_ensemble_the_table_has_no_quantiles(
+    home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a narrow terminal too, the values stay: what is left out first is the weight."""
+    monkeypatch.setenv("COLUMNS", "46")
+    words = ["respond", str(home / "records.nc"), "--structures", str(home / "structures.toml")]
+    words += ["--margins", "none", "--members", "0", "--output", str(tmp_path / "r.nc")]
+    assert main([*words, "--forces"]) == 0
+    printed = capsys.readouterr().out.partition("Forces in")[2]
+    assert " 50 %" not in printed
+    assert "16, 50, 84 %" not in printed
+    assert "nominal" in printed.partition("columns left out")[0]
+    assert "overturns" in printed
 
 
 def test_figures_need_forces_and_are_drawn_for_each_record(

@@ -39,7 +39,12 @@ from rockframe.results.screen_tables import (
     title_of_states,
     with_its_limits,
 )
-from rockframe.results.tables.forces import FORCE_VALUES, force_text, forces_in_words
+from rockframe.results.tables.forces import (
+    FORCE_VALUES,
+    force_text,
+    force_words,
+    forces_in_words,
+)
 from rockframe.results.tables.rows import (
     OVERVIEW,
     LabelledValue,
@@ -195,8 +200,7 @@ def _forces(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return the cells of the table of forces, and its explanation."""
     return {
         "rows": [
-            [f"{row['words']} [{row['unit']}]", *(force_text(row, key) for key in FORCE_VALUES)]
-            for row in rows
+            [force_words(row), *(force_text(row, key) for key in FORCE_VALUES)] for row in rows
         ],
         "words": forces_in_words(rows) if rows else "",
     }

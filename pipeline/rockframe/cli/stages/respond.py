@@ -244,12 +244,12 @@ def _require_spreads(ensemble: Ensemble) -> None:
 
 def _show_forces(response: xr.Dataset, output: str) -> None:
     """Print the forces at the joints, and their meaning."""
-    from rockframe.results.tables.forces import FORCE_COLUMNS, force_rows, forces_in_words
+    from rockframe.results.tables.forces import force_columns, force_rows, forces_in_words
 
     rows = list(force_rows(response))
     if rows:
         each = ({**row, "pair": (row["record_id"], row["structure"])} for row in rows)
-        console.show_rows(f"Forces in {output}", FORCE_COLUMNS, each, group="pair")
+        console.show_rows(f"Forces in {output}", force_columns(rows), each, group="pair")
         print(console.filled(forces_in_words(rows)))
 
 

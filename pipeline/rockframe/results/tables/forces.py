@@ -19,9 +19,8 @@ from rockframe.results.tables.rows import Row, rows_along
 #: Meaning of the forces, for the lines below a table or figure.
 FORCES_LEGEND: Final = (
     "Forces of one column, the mean of all columns: N columns have N times as much, and of two "
-    "columns one carries more (rockframe figure joints --spacing). 16, 50, 84 %: quantiles of the "
-    "ensemble. Shear key: largest horizontal force that the friction of the same instant does not "
-    "carry."
+    "columns one carries more (rockframe figure joints --spacing). Shear key: largest horizontal "
+    "force that the friction of the same instant does not carry."
 )
 #: What to state for forces in kN, and for the friction that shear keys need not carry.
 STATE_MASS: Final = (
@@ -221,6 +220,8 @@ def forces_in_words(rows: Iterable[Mapping[str, Any]]) -> str:
     """Return the meaning of such rows, and which keys of structures to state for more."""
     rows = list(rows)
     said = [FORCES_LEGEND]
+    if _has_bands(rows):
+        said.append("16, 50, 84 %: quantiles of the ensemble.")
     if any(row["unit"].startswith("W") for row in rows):
         said.append(STATE_MASS)
     if any(math.isnan(row["friction_coefficient"]) for row in rows):
@@ -228,30 +229,49 @@ def forces_in_words(rows: Iterable[Mapping[str, Any]]) -> str:
     return " ".join(said)
 
 
+def _has_bands(rows: Iterable[Mapping[str, Any]]) -> bool:
+    return any(not math.isnan(row["value_50"]) for row in rows)
+
+
 def force_text(row: Mapping[str, Any], key: str) -> str:
     """Return a value or quantile of a row as text.
 
     Examples
     --------
-    >>> [force_text({"unit": "kN", "value": one}, "value") for one in (97.53, math.inf, math.nan)]
-    ['98', 'overturns', '–']
+    >>> row = {"unit": "kN", "value": math.nan, "value_16": 97.53, "value_84": math.inf}
+    >>> [force_text(row, key) for key in ("value", "value_16", "value_84")]
+    ['overturns', '98', 'overturns']
     """
     value = number(row[key])
-    if math.isinf(value):
+    if math.isinf(value) or (key == "value" and math.isnan(value)):
         return "overturns"
     form = {"kN": ".0f", "kN s": ".1f", "W": ".3f"}.get(row["unit"], ".4f")
     return in_digits(value, form)
 
 
+def force_words(row: Mapping[str, Any], _key: str = "") -> str:
+    """Return the force of a row with its unit.
+
+    Examples
+    --------
+    >>> force_words({"words": "base shear", "unit": "kN"})
+    'base shear [kN]'
+    """
+    return f"{row['words']} [{row['unit']}]"
+
+
 #: Keys of the nominal value and of the quantiles in such rows.
 FORCE_VALUES: Final = tuple(f"value{end}" for end in _QUANTILES)
-#: Columns of a table of such rows.
-FORCE_COLUMNS: Final = (
-    Column("record", "record_id", once=True),
-    Column("structure", "structure", once=True),
-    Column("weight [kN]>", "weight_kn", ".0f", once=True),
-    Column("force", "words"),
-    Column("unit", "unit"),
-    Column("nominal>", "value", rule=force_text),
-    *(Column(f"{end[1:]} %>", f"value{end}", rule=force_text) for end in _QUANTILES[1:]),
-)
+
+
+def force_columns(rows: Iterable[Mapping[str, Any]]) -> list[Column]:
+    """Return the columns of a table of such rows; those of quantiles if there is an ensemble."""
+    ends = _QUANTILES[1:] if _has_bands(rows) else ()
+    return [
+        Column("record", "record_id", once=True),
+        Column("structure", "structure", once=True),
+        Column("force", rule=force_words),
+        Column("nominal>", "value", rule=force_text),
+        *(Column(f"{end[1:]} %>", f"value{end}", rule=force_text) for end in ends),
+        Column("weight W [kN]>", "weight_kn", ".0f", once=True),
+    ]
