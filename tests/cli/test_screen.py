@@ -53,6 +53,25 @@ def test_a_hazard_curve_that_ends_early_is_noted(
     assert int(note[1]) == round(100.0 * share) > 10
 
 
+def test_the_site_of_the_hazard_curve_is_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """0.05 degrees of latitude are 5.56 km; a file without sites names none."""
+    one, other = tmp_path / "PGA.csv", tmp_path / "plain.csv"
+    one.write_text("name,lon,lat,0.05,0.3\nhere,24.0,38.0,0.01,0.004\n")
+    other.write_text("pga_g,annual_rate\n0.05,0.01\n0.3,0.004\n")
+    records = str(stored(site(4), tmp_path))
+    words = ["screen", records, "--output", str(tmp_path / "s.nc"), "--margins", "none"]
+    words += ["--structure", "slender-frame", "--scales", "1", "--hazard"]
+    assert main([*words, str(one), "--hazard-site", "24", "38.05"]) == 0
+    line = (
+        "The hazard curve is that of the nearest site, at 24 38, 5.56 km from the requested place."
+    )
+    assert line in capsys.readouterr().out.splitlines()
+    assert main([*words, str(other)]) == 0
+    assert "The hazard curve is that of" not in capsys.readouterr().out
+
+
 def test_few_recordings_are_said_to_be_few(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

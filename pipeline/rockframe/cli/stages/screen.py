@@ -279,7 +279,8 @@ def _show_rates(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> Non
     for rate in _each(summary, "rates"):
         if rate["note"]:
             print(f"{rate['structure']}, {rate['words']}: of the rate, {rate['note']}.")
-    if site := str(screening.get("hazard_site", "")):
+    site = str(screening["hazard_site"].item()) if "hazard_site" in screening else ""
+    if site:
         print(f"The hazard curve is that of {site}.")
     print("Motions weaker than the first point of the hazard curve are not counted.\n")
 
