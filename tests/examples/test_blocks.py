@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import re
+import shlex
+from pathlib import Path
+
+from rockframe.cli.main import parser
+
 from .blocks import blocks, missing
 
 PAGE = """# A page
@@ -40,3 +46,12 @@ def test_lines_are_compared_in_order() -> None:
     assert missing("c\na\n", "a\nb\nc\n") == "a"
     assert missing("2 of ... files\n", "2 of 30 files\n") is None
     assert missing("2 of 30\n", "2 of 30 files\n") == "2 of 30"
+
+
+def test_each_question_has_a_command_that_there_is() -> None:
+    """`parse_args` exits on a command or an option that does not exist."""
+    page = Path(__file__).resolve().parents[2] / "docs" / "questions.md"
+    found = re.findall(r"`(rockframe [^`]+)`", page.read_text(encoding="utf-8"))
+    assert len(found) > 12
+    for command in found:
+        parser().parse_args(shlex.split(command)[1:])
