@@ -40,6 +40,10 @@ _VERBS: Final = {
     **{one.name: (one.command, one.summary) for one in STAGES.values() if one.command},
     "table": ("results", "write the table of records, pulses and responses"),
     "draw": ("results", "draw the results of stages: records with their responses, and curves"),
+    "export": (
+        "results",
+        "write the fragilities of a screening for OpenQuake, oq-vmtk and Pelicun",
+    ),
     "figure": ("figure", "draw one figure with its caption"),
     "report": ("results", "write an HTML page of a run that works without a network"),
     "explore": (

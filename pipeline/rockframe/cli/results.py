@@ -12,6 +12,7 @@ from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, file_to_write, folder_to_write, path
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.model import FigureOptions, ReportOptions
+from rockframe.options.respond import ExportOptions
 
 
 def add_draw(parser: argparse.ArgumentParser) -> None:
@@ -63,6 +64,40 @@ def run_table(options: argparse.Namespace) -> None:
         console.show_json({"rows": rows, "output": str(options.output)})
     else:
         print(f"{count} rows in {options.output}")
+
+
+def add_export(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: a screening, the file to write, and what it contains."""
+    parser.add_argument("screening", type=path, help="output of `rockframe screen`")
+    parser.add_argument(
+        "--output",
+        type=file_to_write(".xml"),
+        required=True,
+        help="NRML file to write; the tables of oq-vmtk and Pelicun are written beside it",
+    )
+    add_options(parser, ExportOptions)
+
+
+def run_export(options: argparse.Namespace) -> None:
+    """Write the files, and print what they contain."""
+    from rockframe.results.fragility_models import export_fragility
+
+    wanted = chosen(options, ExportOptions)
+    model, paths = export_fragility(options.screening, options.output, wanted)
+    files = {kind: str(path) for kind, path in paths.items()}
+    if options.json:
+        known = {"imt": model.imt, "taxonomies": model.taxonomies, "limit_states": model.states}
+        console.show_json({**known, "files": files})
+        return
+    for taxonomy, levels in zip(model.taxonomies, model.levels, strict=True):
+        print(
+            f"{taxonomy}: {model.imt} from {levels[0]:.3g} to {levels[-1]:.3g}, "
+            f"{levels.size} levels; {', '.join(model.states)}"
+        )
+    if "pelicun" not in paths:
+        print(f"No table of Pelicun: it needs lognormal curves, and these are {model.curve}.")
+    for file in files.values():
+        print(file)
 
 
 def add_report(parser: argparse.ArgumentParser) -> None:

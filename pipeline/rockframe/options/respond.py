@@ -21,6 +21,7 @@ from rockframe.options.model import (
     PositiveNumbers,
     Seed,
     Shapes,
+    Texts,
     rule,
     value_error,
     warn_beyond_turn,
@@ -361,3 +362,25 @@ class RockingSpectrumOptions(Options):
     """2 pi / p of the columns alone [s]; by default every 0.1 s from 1.5 to 15."""
     record: Annotated[str | None, Field(examples=["Ridgecrest2019-CCC-360"])] = None
     """Only the record of this identifier."""
+
+
+class ExportOptions(Options):
+    """The fragilities of a screening for other programs.
+
+    Examples
+    --------
+    >>> ExportOptions().measure
+    'pga'
+    """
+
+    measure: str = "pga"
+    """Intensity measure: pga, pgv, or a spectral acceleration of the screening such as sa_1s."""
+    structure: Annotated[str | None, Field(examples=["bridge-bent"])] = None
+    """Only the structure of this name."""
+    limit_state: Annotated[Texts | None, Field(examples=[("u_0.2m", "overturning")])] = None
+    """Limit states, as the screening names them; by default all, which must be of one quantity."""
+    taxonomy: Annotated[Texts | None, Field(examples=[("bridge-bent=CR/LFM",)])] = None
+    """Taxonomy of each structure, as STRUCTURE=TAXONOMY, or the taxonomy alone for a single
+    structure; by default the name of the structure."""
+    levels: Annotated[int, Field(ge=2, le=1000)] = 40
+    """Number of intensities, evenly spaced in their logarithm over the range tried."""

@@ -1,0 +1,316 @@
+"""Fragilities of a screening for other programs: OpenQuake (NRML 0.5), oq-vmtk and Pelicun."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import scipy
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockframe.cells import write_table
+from rockframe.errors import InputError, ParameterError, require_known
+from rockframe.options.respond import ExportOptions
+from rockframe.provenance import refuse_overwriting, whole_file
+from rockframe.results.screen import read_screening
+from rockframe.results.screen_tables import fragility_curve
+from rockframe.risk import LimitState, Outcome, measure_of, period_of
+
+Float = NDArray[np.float64]
+
+#: Measures of OpenQuake and of Pelicun, and their unit there over that of the measure's column:
+#: OpenQuake has velocities in cm/s.
+_KNOWN: Final = {
+    "pga": ("PGA", 1.0, "Peak Ground Acceleration", "g"),
+    "pgv": ("PGV", 100.0, "Peak Ground Velocity", "mps"),
+}
+#: Standard deviation of the logistic distribution of scale 1 over that of the normal one.
+_UNIT: Final = np.pi / np.sqrt(3.0)
+#: Characters that OpenQuake forbids in taxonomies, and those that it accepts in limit states.
+_FORBIDDEN: Final = frozenset("#'\"")
+_PLAIN: Final = re.compile(r"[^A-Za-z0-9_-]")
+_LONGEST: Final = 100
+
+
+@dataclass(frozen=True, eq=False)
+class FragilityModel:
+    """Fragilities of structures over one measure, at levels within the intensities tried.
+
+    Parameters
+    ----------
+    measure : str
+        Name of the measure.
+    imt : str
+        Its name in OpenQuake.
+    curve : str
+        Form of the fitted curves: lognormal or logistic.
+    states : tuple of str
+        Names of the limit states, the mildest first.
+    taxonomies : tuple of str
+        Name of each structure in the model.
+    levels : array, shape (structures, levels)
+        Intensities in the unit of OpenQuake (g or cm/s).
+    probability : array, shape (structures, states, levels)
+        Probability of reaching the limit state [1]; a milder state is at least as likely.
+    median, beta : array, shape (structures, states)
+        Parameters of the fitted curves, the median in g or m/s.
+    """
+
+    measure: str
+    imt: str
+    curve: str
+    states: tuple[str, ...]
+    taxonomies: tuple[str, ...]
+    levels: Float
+    probability: Float
+    median: Float
+    beta: Float
+
+
+def fragility_model(screening: xr.Dataset, options: ExportOptions) -> FragilityModel:
+    """Return the fitted fragilities of a screening as a model for other programs.
+
+    Parameters
+    ----------
+    screening : Dataset
+        Result of `read_screening`.
+    options : ExportOptions
+        Measure, structure, limit states, taxonomies and number of levels.
+
+    Raises
+    ------
+    ParameterError
+        If a name is unknown, OpenQuake lacks the measure, limit states are of several quantities,
+        a curve was not fitted, or taxonomies are invalid.
+    """
+    imt, factor = _imt(screening, options.measure)
+    structures = [str(name) for name in screening["structure"].values]
+    if options.structure is not None:
+        require_known("structure", options.structure, structures)
+        structures = [options.structure]
+    limits = _limit_states(screening, options.limit_state)
+    chosen = screening.sel(
+        structure=structures, limit_state=[one.name for one in limits], measure=options.measure
+    )
+    _require_fitted(chosen, limits)
+    printed = measure_of(options.measure).printed
+    median = chosen["fragility_median"].transpose("structure", "limit_state").values / printed
+    beta = chosen["fragility_lognormal_beta"].transpose("structure", "limit_state").values
+    tried = chosen.isel(limit_state=-1)
+    levels = np.geomspace(
+        tried["fragility_lowest"].values / printed,
+        tried["fragility_highest"].values / printed,
+        options.levels,
+        axis=-1,
+    )
+    curve = fragility_curve(screening)
+    argument = np.log(levels[:, None] / median[:, :, None]) / beta[:, :, None]
+    probability = (
+        scipy.special.ndtr(argument)
+        if curve == "lognormal"
+        else scipy.special.expit(argument * _UNIT)
+    )
+    # Fitted curves may cross, but whoever reaches a severe state has reached the milder ones.
+    nested = np.maximum.accumulate(probability[:, ::-1], axis=1)[:, ::-1]
+    return FragilityModel(
+        measure=options.measure,
+        imt=imt,
+        curve=curve,
+        states=tuple(_PLAIN.sub("_", one.name) for one in limits),
+        taxonomies=_taxonomies(structures, options.taxonomy),
+        levels=levels * factor,
+        probability=nested,
+        median=median,
+        beta=beta,
+    )
+
+
+def _imt(screening: xr.Dataset, name: str) -> tuple[str, float]:
+    """Return the name of a measure in OpenQuake, and the size of its unit there."""
+    require_known("measure", name, [str(one) for one in screening["measure"].values])
+    if name in _KNOWN:
+        return _KNOWN[name][:2]
+    if not (period := period_of(name)):
+        message = f"Invalid measure {name!r}: OpenQuake does not know it. "
+        raise ParameterError(f"{message}Must be pga, pgv or a spectral acceleration.")
+    return f"SA({period:g})", 1.0
+
+
+def _limit_states(screening: xr.Dataset, stated: Sequence[str] | None) -> list[LimitState]:
+    """Return the limit states, the mildest first and overturning last."""
+    names = [str(name) for name in screening["limit_state"].values]
+    for name in stated or ():
+        require_known("limit state", name, names)
+    limits = [LimitState.named(name) for name in dict.fromkeys(stated or names)]
+    quantities = sorted({one.quantity for one in limits if one.quantity})
+    if len(quantities) > 1:
+        listed = ", ".join(names)
+        raise ParameterError(
+            f"Invalid limit states of {len(quantities)} quantities ({', '.join(quantities)}): none "
+            f"includes the other. Choose those of one with --limit-state: {listed}."
+        )
+    return sorted(limits, key=lambda one: (not one.quantity, one.value))
+
+
+def _require_fitted(chosen: xr.Dataset, limits: Sequence[LimitState]) -> None:
+    for structure in chosen["structure"].values:
+        for limit in limits:
+            at = {"structure": structure, "limit_state": limit.name}
+            outcome = Outcome(int(chosen["fragility_outcome"].sel(at)))
+            if outcome is not Outcome.FITTED:
+                said = outcome.sentence_of(limit.words if limit.quantity else "")
+                do = "Choose others with --structure or --limit-state"
+                message = f"No curve of {str(structure)!r}, {limit.words}: {said}. {do}."
+                raise ParameterError(message)
+
+
+def _taxonomies(structures: Sequence[str], stated: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the taxonomy of each structure: as stated, otherwise its name."""
+    named = dict.fromkeys(structures, "")
+    for one in stated or ():
+        name, equals, taxonomy = one.partition("=")
+        if len(structures) == 1 and name not in named:
+            name, taxonomy = structures[0], one
+        elif not equals or name not in named:
+            known = ", ".join(structures)
+            raise ParameterError(
+                f"Invalid taxonomy {one!r}. Must be STRUCTURE=TAXONOMY, with one of: {known}."
+            )
+        named[name] = taxonomy
+    found = tuple(taxonomy or name for name, taxonomy in named.items())
+    for taxonomy in found:
+        plain = taxonomy.isascii() and taxonomy.isprintable() and not _FORBIDDEN & {*taxonomy}
+        if not plain or len(taxonomy) > _LONGEST or found.count(taxonomy) > 1:
+            must = f"at most {_LONGEST} ASCII characters without # and quotes, and different ones"
+            raise ParameterError(f"Invalid taxonomy {taxonomy!r}. Must be {must}.")
+    return found
+
+
+def as_nrml(model: FragilityModel) -> str:
+    """Return a model as NRML 0.5: discrete functions, zero at zero, constant above the levels."""
+    states = " ".join(model.states)
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        '<nrml xmlns="http://openquake.org/xmlns/nrml/0.5">',
+        '<fragilityModel id="rockframe" assetCategory="structures" lossCategory="structural">',
+        "<description>Rocking frames, by rockframe: levels within the intensities tried, "
+        f"{model.curve} curves</description>",
+        f"<limitStates>{escape(states)}</limitStates>",
+    ]
+    for k, taxonomy in enumerate(model.taxonomies):
+        lines += [
+            f'<fragilityFunction id="{escape(taxonomy)}" format="discrete">',
+            f'<imls imt="{model.imt}">{_numbers(model.levels[k])}</imls>',
+            *(
+                f'<poes ls="{state}">{_numbers(model.probability[k, place])}</poes>'
+                for place, state in enumerate(model.states)
+            ),
+            "</fragilityFunction>",
+        ]
+    return "\n".join([*lines, "</fragilityModel>", "</nrml>", ""])
+
+
+def _numbers(values: Float) -> str:
+    return " ".join(f"{value:.9g}" for value in values)
+
+
+def curve_rows(model: FragilityModel) -> Iterator[dict[str, Any]]:
+    """Yield a row for each structure and level: intensity, and the probability of each state.
+
+    The columns are the arguments `intensities` and `poes` of oq-vmtk.
+    """
+    for k, taxonomy in enumerate(model.taxonomies):
+        for place, level in enumerate(model.levels[k]):
+            reached = dict(zip(model.states, model.probability[k, :, place], strict=True))
+            yield {"taxonomy": taxonomy, "imt": model.imt, "iml": level, **reached}
+
+
+def pelicun_rows(model: FragilityModel) -> Iterator[dict[str, Any]]:
+    """Yield a row for each structure, as in the damage databases of Pelicun."""
+    if model.measure in _KNOWN:
+        demand, unit = _KNOWN[model.measure][2:]
+    else:
+        demand, unit = f"Peak Spectral Acceleration|{period_of(model.measure):g}", "g"
+    for k, taxonomy in enumerate(model.taxonomies):
+        row: dict[str, Any] = {
+            "ID": taxonomy,
+            "Incomplete": 0,
+            "Demand-Type": demand,
+            "Demand-Unit": unit,
+            "Demand-Offset": 0,
+            "Demand-Directional": 1,
+        }
+        for number, (median, beta) in enumerate(zip(model.median[k], model.beta[k], strict=True)):
+            row |= {
+                f"LS{number + 1}-Family": "lognormal",
+                f"LS{number + 1}-Theta_0": median,
+                f"LS{number + 1}-Theta_1": beta,
+                f"LS{number + 1}-DamageStateWeights": "",
+            }
+        yield row
+
+
+def export_paths(output: Path, curve: str = "lognormal") -> dict[str, Path]:
+    """Return the paths of the files of a model, by kind.
+
+    Pelicun's table needs lognormal curves.
+
+    Examples
+    --------
+    >>> [path.name for path in export_paths(Path("site.xml")).values()]
+    ['site.xml', 'site-curves.csv', 'site-pelicun.csv']
+    """
+    kinds = ["curves", *["pelicun"] * (curve == "lognormal")]
+    return {"nrml": output} | {
+        kind: output.with_name(f"{output.stem}-{kind}.csv") for kind in kinds
+    }
+
+
+def export_fragility(
+    screen_path: Path, output: Path, options: ExportOptions
+) -> tuple[FragilityModel, Mapping[str, Path]]:
+    """Write the fragilities of a screening for OpenQuake, oq-vmtk and Pelicun.
+
+    Parameters
+    ----------
+    screen_path : Path
+        Output of the screen stage.
+    output : Path
+        The NRML file to write; the tables are written beside it.
+    options : ExportOptions
+        Measure, structure, limit states, taxonomies and number of levels.
+
+    Returns
+    -------
+    FragilityModel, mapping of str to Path
+        The model, and the written files by kind.
+
+    Raises
+    ------
+    InputError
+        If the screening cannot be read, or a file cannot be written.
+    ParameterError
+        As `fragility_model`.
+    """
+    screening = read_screening(screen_path, every_scale=False)
+    model = fragility_model(screening, options)
+    paths = export_paths(output, model.curve)
+    refuse_overwriting(paths.values(), [screen_path], beside=output)
+    if output.suffix.lower() != ".xml":
+        raise InputError(output, "must end in .xml.")
+    with whole_file(paths["nrml"]) as partial:
+        partial.write_text(as_nrml(model), encoding="utf-8")
+    for kind, rows in (("curves", curve_rows), ("pelicun", pelicun_rows)):
+        if kind in paths:
+            with (
+                whole_file(paths[kind]) as partial,
+                partial.open("w", encoding="utf-8", newline="") as stream,
+            ):
+                write_table(stream, rows(model))
+    return model, paths
