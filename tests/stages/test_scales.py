@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +13,22 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from tests.screening import sine, stored, three
 
-from rockframe import Ensemble, RespondOptions, read_structures, respond, respond_stage
+from rockframe import (
+    Ensemble,
+    RespondOptions,
+    ingest_stage,
+    read_structures,
+    respond,
+    respond_stage,
+)
 from rockframe.cli.main import main
 from rockframe.figures.margins import draw_scales
 from rockframe.results.records import open_records
 from rockframe.results.tables.table import response_rows
 from rockframe.rocking import as_ground, ensemble_responses
-from rockframe.stages.respond import scaled_rows
+from rockframe.stages.respond import choose_structures, scaled_rows
+from rockframe.stages.versions import VersionSources
+from rockframe.study.structures import SHIPPED_STRUCTURES
 
 STRUCTURES = """
 [[structure]]
@@ -87,6 +97,27 @@ def test_each_row_is_the_response_to_the_scaled_motion(
         band = [row[f"peak_rotation_ratio_{part}"] for part in (16, 50, 84)]
         assert_allclose(band, spread.bands.peak_rotation_ratio, rtol=1e-12)
         assert_allclose(row["u_max_84_m"], spread.bands.peak_u[2], rtol=1e-12)
+
+
+def test_versions_of_a_record_are_scaled_with_it(bundled_records: Path, tmp_path: Path) -> None:
+    """Members are shaken by versions with other corners of the band-pass, each times the scale."""
+    path = tmp_path / "records.nc"
+    ingest_stage([bundled_records / "Ridgecrest2019-TOW2.V1"], path, workers=0)
+    name, scale = "Ridgecrest2019-TOW2-090", 1.3
+    options = OPTIONS.model_copy(update={"structure": "apollo-column"})
+    [row], _ = scaled_rows(path, [scale], options, records=[name])
+    with open_records(path) as file:
+        record = file.read(name)
+        made_of = VersionSources.of(file, options.ensemble, [name]).uncertain(record)
+        assert made_of is not None
+        versions = made_of.versions(options.ensemble, record)
+    grounds = tuple(ground.scaled(scale) for ground in versions.grounds)
+    scaled = replace(versions, grounds=grounds)
+    [frame] = choose_structures(SHIPPED_STRUCTURES, "apollo-column")
+    motion = as_ground(record).scaled(scale)
+    [[expected]] = ensemble_responses([motion], [frame], options.ensemble, [scaled])
+    band = [row[f"peak_rotation_ratio_{part}"] for part in (16, 50, 84)]
+    assert_allclose(band, expected.bands.peak_rotation_ratio, rtol=1e-12)
 
 
 def test_without_an_ensemble_rows_are_nominal(home: Path) -> None:
@@ -198,5 +229,7 @@ def test_the_figure_shows_falls_at_its_edge() -> None:
     assert_allclose(points, [[1.0, 0.4], [2.0, math.nan]])
     assert_allclose(crosses, [[2.0, edge]])
     assert_allclose(np.asarray(shares.lines[0].get_ydata(), dtype=float), [25.0, 50.0])
+    beyond = row(1.0, "stands", 2.0, 0.3, 0.5, 0.8)  # a rotation beyond the slenderness may return
+    assert_allclose(draw_scales([beyond], "shake").figure.axes[0].get_ylim()[1], 1.15 * 2.0)
     nominal = [{k: v for k, v in one.items() if "share" not in k} for one in rows]
     assert len(draw_scales(nominal, "shake").figure.axes) == 1

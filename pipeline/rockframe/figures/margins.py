@@ -259,7 +259,7 @@ def _draw_scaled_peaks(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         for part in (16, 50, 84)
     ]
     known = np.concatenate([peak[~fallen], *bands])
-    known = known[np.isfinite(known) & (known <= DRAWN_TO)]
+    known = known[np.isfinite(known)]
     top = 1.15 * max(float(known.max()), 0.01) if known.size else DRAWN_TO
     low, median, high = (np.minimum(one, top) for one in bands)
     axes.fill_between(scale, low, high, color=_STANDS, alpha=0.7, linewidth=0.0)
@@ -271,7 +271,8 @@ def _draw_scaled_peaks(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     crosses.set_in_layout(False)
     axes.axvline(1.0, color="black", linewidth=0.7, linestyle=":")
     axes.set_ylim(0.0, top)
-    axes.set_xlim(scale[0], scale[-1])
+    if scale.size > 1:
+        axes.set_xlim(scale[0], scale[-1])
     axes.set_ylabel("θ/α")
 
 
