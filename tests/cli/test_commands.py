@@ -81,7 +81,7 @@ def test_formats_are_those_of_the_registry(capsys: pytest.CaptureFixture[str]) -
 @pytest.fixture(scope="module")
 def table1(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("table1")
-    assert run("table1", "--ensemble-members", "16", "--output", folder, "--json") == 0
+    assert run("table1", "--output", folder, "--json") == 0
     return folder
 
 
