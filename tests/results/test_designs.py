@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
 import pytest
 
-from rockframe.report.comparison import comparison_content, render_comparison
 from rockframe.results.tables.designs import (
+    BEST,
     DESIGN_QUANTITIES,
     best_rows,
     design_columns,
@@ -78,6 +77,13 @@ def test_equal_designs_share_their_rank(rows: Any) -> None:
     assert "tendon_84_kn" not in ends  # no design has tendons
 
 
+@pytest.mark.parametrize(("count", "printed"), [(3, "m0, m1, m2"), (4, "4 designs")])
+def test_of_many_equal_designs_the_number_is_printed(count: int, printed: str) -> None:
+    designs = design_rows([row("r", f"m{k}", 0.1, 0.2) for k in range(count)])
+    drift = next(one for one in best_rows(designs) if one["quantity"] == "u_max_84_m")
+    assert BEST[1].cell(drift) == printed
+
+
 def test_designs_of_several_structures_are_named_with_them(rows: Any) -> None:
     other = [{**one, "structure": "pier", "u_max_50_m": 0.01} for one in rows]
     best = best_rows(design_rows([*rows, *other]))
@@ -95,29 +101,3 @@ def test_without_an_ensemble_shares_are_those_of_the_records(rows: Any) -> None:
     (free,) = design_rows(nominal)
     assert free["share_overturned"] == free["share_model_ends"] == 1 / 3
     assert (free["u_max_50_m"], free["u_max_worst_m"]) == (0.2, INF)
-
-
-def test_each_design_has_a_mark_in_each_panel(rows: Any) -> None:
-    content = comparison_content(rows, {}, most=2)
-    titles = [panel.title for panel in content["panels"]]
-    assert titles[:4] == [
-        *("drift [cm]", "residual drift [cm]"),
-        *("base shear over the weight", "base shear [kN]"),
-    ]
-    assert {len(panel.marks) for panel in content["panels"]} == {2}
-    drift = content["panels"][0]
-    (free, fixed), width = drift.marks, content["size"][1]
-    assert drift.end == "50.0"  # the worst record
-    assert (free.dot, free.far) == (pytest.approx(0.6 * width), width)
-    assert (fixed.text, fixed.dot) == ("5.0", pytest.approx(0.1 * width))
-    assert (len(content["rows"]), content["total"]) == (2, 6)
-
-
-def test_the_page_has_no_script_and_escapes_names(rows: Any) -> None:
-    named = [{**one, "record_id": "<b>r</b>"} for one in rows]
-    page = render_comparison("<site>", named, {})
-    assert "<script" not in page
-    assert "&lt;site&gt;" in page
-    assert "<b>r" not in page
-    assert re.search(r"default-src 'none'|default-src &#39;none&#39;", page)
-    assert page.count("<figure>") == 6

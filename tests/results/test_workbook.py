@@ -87,6 +87,13 @@ def test_a_format_fits_the_largest_number(tmp_path: Path, largest: float, form: 
     assert [sheet[place].number_format for place in ("A2", "A3")] == [form, form]
 
 
+def test_columns_are_as_wide_as_their_texts_within_bounds(tmp_path: Path) -> None:
+    rows = [{"n": 1, "structure": 20 * "x", "reason": 90 * "x"}]
+    write_workbook(tmp_path / "t.xlsx", {"t": rows})
+    widths = openpyxl.load_workbook(tmp_path / "t.xlsx")["t"].column_dimensions
+    assert [widths[letter].width for letter in "ABC"] == [8, 22, 44]
+
+
 def test_the_same_rows_give_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The library writes the time of saving, and the archive that of each of its files."""
     write_workbook(tmp_path / "a.xlsx", {"rows": ROWS})
