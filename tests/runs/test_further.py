@@ -105,7 +105,7 @@ def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_
 def test_only_figures_of_changed_files_are_drawn_again(
     made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of two files the second changes; then a figure of the first is no longer what was drawn."""
+    """The second of two files changes; a figure of the first then differs from what was drawn."""
     names = ("rocking_spectrum.nc", "spectrum.nc")
     for name in names:
         shutil.copy(made / name, tmp_path / name)

@@ -8,8 +8,6 @@ from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Generic, TypeAlias, TypeVar
 
-import scipy
-
 from rockframe.notebook import Shown
 from rockframe.rocking.verdict import Strip, strip_of
 
@@ -209,6 +207,8 @@ def share_interval(count: int, members: int) -> tuple[float, float]:
     >>> [round(limit, 3) for limit in share_interval(0, 64)]
     [0.0, 0.046]
     """
+    import scipy  # reading a table needs none of it
+
     tail = 0.5 * (1.0 - CONFIDENCE)
     inverse = scipy.special.betaincinv
     low = 0.0 if count == 0 else float(inverse(count, members - count + 1, tail))

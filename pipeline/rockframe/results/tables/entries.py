@@ -16,7 +16,6 @@ from rockframe.options import STAGES
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import versions, whole_file
 from rockframe.results.reading import attributes_of
-from rockframe.results.tables.workbook import heads_of, write_workbook
 
 if TYPE_CHECKING:
     from rockframe.signals.passport import Passport
@@ -50,6 +49,8 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
             return write_table(stream, rows)
     require_format(path)
     if table_format == "xlsx":
+        from rockframe.results.tables.workbook import write_workbook
+
         return write_workbook(path, {path.stem: rows})
     import pandas as pd  # the import takes half a second
 
@@ -158,6 +159,8 @@ def write_tables(
     paths = table_paths(output, tables, main, table_format)
     require_format(paths[main])
     if table_format == "xlsx":
+        from rockframe.results.tables.workbook import write_workbook
+
         write_workbook(paths[main], tables)
     else:
         for kind, path in paths.items():
@@ -239,6 +242,8 @@ def columns_of(path: Path) -> list[str]:
             schema = importlib.import_module("pyarrow.parquet").read_schema(path)
             return list(schema.names)
         if ending == ".xlsx":
+            from rockframe.results.tables.workbook import heads_of
+
             return heads_of(path)
     except Exception:  # noqa: BLE001 -- any error means that it is no such table
         return []
