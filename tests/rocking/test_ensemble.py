@@ -34,6 +34,7 @@ from rockframe.rocking import (
 from rockframe.rocking.assessments import share_interval
 from rockframe.rocking.margins.ensemble import quantiles
 from rockframe.rocking.margins.members import draws, members
+from rockframe.rocking.verdict import ModelEnd
 from rockframe.units import GRAVITY
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")
@@ -217,14 +218,19 @@ def test_the_model_ends_where_a_member_reaches_a_limit() -> None:
     joint = dataclasses.replace(BENT, abutment=Abutment(gap=gap))
     [[closed]] = ensemble_responses([motion], [joint])
     assert closed.model_ends == 24  # of 64: those from the 41st on
+    assert (free.model_end, closed.model_end) == (ModelEnd.NONE, ModelEnd.GAP_CLOSES)
     lifted = dataclasses.replace(BENT, abutment=Abutment(gap=10.0, uplift_allowance=0.9 * v[0]))
-    assert ensemble_responses([motion], [lifted])[0][0].share_model_ends > 0.8
+    [[raised]] = ensemble_responses([motion], [lifted])
+    assert raised.share_model_ends > 0.8
+    assert raised.model_end is ModelEnd.LIFT_EXCEEDED
     pulled = member_peaks([motion], [RESTRAINED], Ensemble()).tendon_force
     weak = dataclasses.replace(TENDON, yield_stress=float(np.median(pulled)) / TENDON.area)
     for loses, expected in ((False, 32), (True, None)):
         tendon = dataclasses.replace(weak, loses_prestress=loses)
         yields = dataclasses.replace(RESTRAINED, tendon=tendon)
-        assert ensemble_responses([motion], [yields])[0][0].model_ends == expected
+        [[tied]] = ensemble_responses([motion], [yields])
+        assert tied.model_ends == expected
+        assert (tied.model_end is ModelEnd.TENDON_YIELDS) == (expected is not None)
 
 
 def test_no_loss_of_impacts_makes_a_member_impossible() -> None:

@@ -24,6 +24,7 @@ from rockframe.rocking import (
     with_envelope,
 )
 from rockframe.rocking.margins.members import draws
+from rockframe.rocking.verdict import ModelEnd
 from rockframe.wavelets.pulse import Pulse
 
 from .motions import BENT
@@ -108,6 +109,16 @@ def test_no_uplift_means_that_no_member_uplifts() -> None:
         (
             SpreadVerdict(Verdict.STANDS, share_overturned=0.0, share_model_ends=0.03),
             "stands; model ends in 3 %",
+        ),
+        (
+            SpreadVerdict(
+                Verdict.STANDS,
+                share_overturned=0.0,
+                share_model_ends=0.69,
+                model_ends={"gap_closed_time": math.nan},
+                model_end=ModelEnd.GAP_CLOSES,
+            ),
+            "stands; gap closes in 69 %",
         ),
     ],
 )

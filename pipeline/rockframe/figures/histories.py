@@ -30,7 +30,7 @@ from rockframe.matching.match import PulseMatch
 from rockframe.oscillators.comparison import Validity
 from rockframe.record import Record
 from rockframe.rocking import Response, SpreadVerdict, Verdict
-from rockframe.rocking.verdict import MODEL_ENDS
+from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -209,6 +209,7 @@ def _verdict_in(history: xr.Dataset) -> SpreadVerdict:
         largest_scale=known("largest_scale") or math.nan,
         **shares,
         model_ends={name: float(history[name]) for name in MODEL_ENDS if name in history},
+        model_end=ModelEnd(int(history.get("model_end", 0))),
     )
 
 

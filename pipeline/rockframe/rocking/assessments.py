@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Generic, TypeAlias, TypeVar
 
 from rockframe.notebook import Shown
-from rockframe.rocking.verdict import Strip, strip_of
+from rockframe.rocking.verdict import ModelEnd, Strip, strip_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -148,6 +148,8 @@ class EnsembleResponse:
     rank_correlations : mapping of str to float
         Spearman's rank correlation between the draws of each spread and the peak of |theta| /
         slenderness [1], see `rank_correlations`; empty for bridges that do not rock.
+    model_end : ModelEnd
+        Event that ends the model of most members.
     """
 
     members: int
@@ -156,6 +158,7 @@ class EnsembleResponse:
     model_ends: int | None
     bands: Bands
     rank_correlations: Mapping[str, float] = field(default_factory=dict)
+    model_end: ModelEnd = ModelEnd.NONE
 
     def facts(self) -> dict[str, str]:
         """Return the share that overturns and the bands of peaks, for the table in notebooks."""

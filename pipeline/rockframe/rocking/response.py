@@ -25,7 +25,7 @@ from rockframe.rocking.assessments import (
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel, ties
 from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
-from rockframe.rocking.verdict import SpreadVerdict, Verdict
+from rockframe.rocking.verdict import ModelEnd, SpreadVerdict, Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -346,6 +346,7 @@ class Response(Shown):
                 "lift_exceeded_time": self.lift_exceeded_time,
                 "tendon_yield_time": self.restraint.tendon_yields if self.restraint else nothing,
             },
+            model_end=ensemble.model_end if ensemble else ModelEnd.NONE,
         )
 
     @property

@@ -40,6 +40,26 @@ MODEL_ENDS: Final = {
 }
 
 
+class ModelEnd(IntEnum):
+    """Event that ends the model; the values of the flag variable `model_end`."""
+
+    NONE = 0
+    GAP_CLOSES = 1
+    LIFT_EXCEEDED = 2
+    TENDON_YIELDS = 3
+
+    @property
+    def words(self) -> str:
+        """Event in words, as in `MODEL_ENDS`; "" for none.
+
+        Examples
+        --------
+        >>> [event.words for event in ModelEnd][1:] == list(MODEL_ENDS.values())
+        True
+        """
+        return self.name.lower().replace("_", " ") if self else ""
+
+
 class Verdict(IntEnum):
     """Outcome of a response to one motion; the values of the flag variable `verdict`."""
 
@@ -106,6 +126,8 @@ class SpreadVerdict:
         Largest multiple that was searched [1].
     model_ends : mapping of str to float
         Time of each event of `MODEL_ENDS` for the structure as given [s]; NaN if it does not occur.
+    model_end : ModelEnd
+        Event that ends the model of most members.
 
     Examples
     --------
@@ -128,6 +150,7 @@ class SpreadVerdict:
     critical_scale: float | None = None
     largest_scale: float = math.nan
     model_ends: Mapping[str, float] = field(default_factory=dict)
+    model_end: ModelEnd = ModelEnd.NONE
 
     @property
     def is_nominal(self) -> bool:
@@ -200,7 +223,7 @@ class SpreadVerdict:
         """First event that ends the model, with its time or the share of members that reach it."""
         known = [(time, name) for name, time in self.model_ends.items() if math.isfinite(time)]
         time, name = min(known, default=(math.nan, ""))
-        event = MODEL_ENDS.get(name, "model ends")
+        event = MODEL_ENDS.get(name, self.model_end.words or "model ends")
         if self.share_model_ends > 0.0:
             return f"; {event} in {100.0 * self.share_model_ends:.0f} %"
         nominally = "" if self.is_nominal else " nominally"

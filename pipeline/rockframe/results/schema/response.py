@@ -17,7 +17,7 @@ from rockframe.risk.fragility import QUANTITIES
 from rockframe.rocking import DIMENSIONS
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
 from rockframe.rocking.margins.first_overturning import EDGE_TOLERANCE
-from rockframe.rocking.verdict import Verdict
+from rockframe.rocking.verdict import ModelEnd, Verdict
 from rockframe.wavelets.family import SHAPES, WAVELETS
 
 
@@ -305,6 +305,9 @@ RESPONSE_NC: Final = FileKind(
             Variable("sampling_changes", "record structure", np.int32, "1", "number of members of the ensemble that change sides when the record is sampled twice as finely", "robust", comment="members that stand instead of overturning, or overturn instead of standing, under the motion itself"),
         ),
         *of_ensemble("record structure"),
+        *optional("model end",
+            Variable("model_end", "record structure", ModelEnd, "1", "event that ends the model of most members of the ensemble", "ensemble"),
+        ),
         *optional("sensitivity",
             Variable("spread", "spread", str, "1", "spread of the ensemble, its name among the options", key=True),
             Variable("rank_correlation", "record structure spread", float, "1", "rank correlation between a spread and the peak rotations of the members of the ensemble", comment="of Spearman; members that overturn have the largest ranks; NaN where the motion is not varied in the spread, or if all members have the same peak"),

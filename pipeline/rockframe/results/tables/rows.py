@@ -17,7 +17,7 @@ from rockframe.cells import DASH, Cells, Column, in_digits, number
 from rockframe.options.respond import QUANTILES
 from rockframe.results.schema import KINDS
 from rockframe.rocking.assessments import EnsembleResponse
-from rockframe.rocking.verdict import MODEL_ENDS, SpreadVerdict, Verdict
+from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, SpreadVerdict, Verdict
 from rockframe.units import GRAVITY
 
 #: Short names of wavelets.
@@ -52,6 +52,7 @@ def spread_verdict(row: Cells) -> SpreadVerdict:
         critical_scale=scale("critical_scale", "largest_scale"),
         largest_scale=number(row.get("largest_scale")),
         model_ends={name: number(row.get(f"{name}_s")) for name in MODEL_ENDS},
+        model_end=ModelEnd[(row.get("model_end") or "none").upper()],
     )
 
 

@@ -41,6 +41,7 @@ _COLUMNS: Final = (
     *("surrogate_error", *CONTACT, *OF_STRUCTURE, "slenderness_before_crushing_deg"),
     *("restitution", "restitution_before_crushing", *(f"{name}_s" for name in MODEL_ENDS)),
     *SHARES,
+    "model_end",
     *OF_BANDS,
 )
 #: Columns of a record and columns of a response, with their variables.
@@ -61,6 +62,7 @@ _OF_RESPONSE: Final = columns_of(
     "restitution restitution_before_crushing",
     *(f"{name}_s={name}" for name in MODEL_ENDS),
     *SHARES,
+    "model_end",
     *(f"{column}={variable}" for column, variable in OF_BANDS.items()),
 )
 _NO_PULSE: Final[Row] = {

@@ -24,7 +24,7 @@ from rockframe.rocking.margins.spreads import rank_correlations
 from rockframe.rocking.margins.versions import Versions
 from rockframe.rocking.reactions import reactions
 from rockframe.rocking.response import Response, as_ground, require_some, respond
-from rockframe.rocking.verdict import Verdict
+from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, Verdict
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
@@ -41,8 +41,8 @@ class MemberPeaks:
     ----------
     verdict : array of int8
         Values of `Verdict`.
-    model_ends : array of bool
-        True where the model ends, see `EnsembleResponse`.
+    limits_reached : array of bool, shape (len(MODEL_ENDS), motions, frames, members)
+        True where an event of `MODEL_ENDS` ends the model, see `EnsembleResponse`.
     peak_rotation_ratio, peak_u, peak_v, impact_velocity, friction_demand, base_shear : array
         See `Bands`.
     tendon_force, dissipater_force : array
@@ -50,7 +50,7 @@ class MemberPeaks:
     """
 
     verdict: NDArray[np.int8]
-    model_ends: NDArray[np.bool_]
+    limits_reached: NDArray[np.bool_]
     peak_rotation_ratio: Float
     peak_u: Float
     peak_v: Float
@@ -105,7 +105,8 @@ def ensemble_responses(
     peaks = member_peaks(motions, frames, chosen, versions)
     uplifted = (peaks.verdict != Verdict.NO_UPLIFT).sum(axis=2)
     overturned = (peaks.verdict == Verdict.OVERTURNS).sum(axis=2)
-    ended = peaks.model_ends.sum(axis=2)
+    ended = peaks.limits_reached.any(axis=0).sum(axis=2)
+    each = peaks.limits_reached.sum(axis=3)
     bands = np.stack([quantiles(getattr(peaks, name)) for name in BANDS], axis=2).tolist()
     limited = [_has_limit(frame) for frame in frames]
     return [
@@ -119,6 +120,7 @@ def ensemble_responses(
                 rank_correlations(
                     peaks.peak_rotation_ratio[i, k], chosen, versions[i] if versions else None
                 ),
+                ModelEnd(1 + int(each[:, i, k].argmax())) if ended[i, k] else ModelEnd.NONE,
             )
             for k in range(len(frames))
         ]
@@ -373,13 +375,13 @@ def _peaks(
     beam = Lever(length, angle)
     u, v = np.abs(beam.shift(rotation)), beam.lift(np.minimum(rotation, angle))
     tendon, dissipater = np.full((2, *shear.shape), math.nan)
-    ended = np.zeros(shear.shape, dtype=bool)
+    ended = np.zeros((len(MODEL_ENDS), *shear.shape), dtype=bool)
     for k, frame in enumerate(frames):
         if frame.restrained:
             family = members(ensemble, frame)
             tendon[:, k], dissipater[:, k] = _tie_forces(family, rotation[:, k])
-        for limit, peak in _limits(frame, u[:, k], v[:, k], tendon[:, k]):
-            ended[:, k] |= peak >= limit
+        for event, (limit, peak) in _limits(frame, u[:, k], v[:, k], tendon[:, k]).items():
+            ended[event - 1, :, k] = peak >= limit
     fallen = verdict == Verdict.OVERTURNS
 
     def standing(peak: Float) -> Float:
@@ -387,7 +389,7 @@ def _peaks(
 
     return MemberPeaks(
         verdict=verdict,
-        model_ends=ended,
+        limits_reached=ended,
         peak_rotation_ratio=standing(found.peak_rotation_ratio.reshape(shear.shape)),
         peak_u=standing(u),
         peak_v=standing(v),
@@ -425,15 +427,18 @@ def _tie_forces(family: Sequence[RockingFrame], rotation: Float) -> tuple[Float,
 
 def _limits(
     frame: RockingFrame, u: Float, v: Float, tendon: Float
-) -> Iterator[tuple[float, Float]]:
-    """Yield each limit of the model of a frame, with the peaks that it limits."""
+) -> dict[ModelEnd, tuple[float, Float]]:
+    """Return each limit of the model of a frame, with the peaks that it limits."""
+    limits: dict[ModelEnd, tuple[float, Float]] = {}
     if frame.abutment is not None:
-        yield frame.abutment.gap, u
-        yield frame.abutment.uplift_allowance, v
+        limits[ModelEnd.GAP_CLOSES] = frame.abutment.gap, u
+        limits[ModelEnd.LIFT_EXCEEDED] = frame.abutment.uplift_allowance, v
     if frame.tendon is not None and not frame.tendon.loses_prestress:
-        yield frame.tendon.yield_force, tendon
+        limits[ModelEnd.TENDON_YIELDS] = frame.tendon.yield_force, tendon
+    return limits
 
 
 def _has_limit(frame: RockingFrame) -> bool:
     nothing = np.zeros(0)
-    return any(math.isfinite(limit) for limit, _ in _limits(frame, nothing, nothing, nothing))
+    limits = _limits(frame, nothing, nothing, nothing).values()
+    return any(math.isfinite(limit) for limit, _ in limits)
