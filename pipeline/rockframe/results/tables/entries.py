@@ -159,7 +159,7 @@ def write_tables(
     paths = table_paths(output, tables, main, table_format)
     require_format(paths[main])
     if table_format == "xlsx":
-        from rockframe.results.tables.workbook import write_workbook
+        from rockframe.results.tables.workbook import write_workbook  # only for this format
 
         write_workbook(paths[main], tables)
     else:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product, repeat
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from rockframe.cells import DASH, Cells, Column, in_digits, number
 from rockframe.options.respond import QUANTILES
 from rockframe.results.schema import KINDS
-from rockframe.rocking.assessments import EnsembleResponse
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, SpreadVerdict, Verdict
 from rockframe.units import GRAVITY
+
+if TYPE_CHECKING:
+    from rockframe.rocking.assessments import EnsembleResponse
 
 #: Short names of wavelets.
 _SHORT: Final = {
