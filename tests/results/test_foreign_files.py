@@ -164,7 +164,7 @@ def not_known(file: netCDF4.Dataset, one: Variable) -> bool | None:
     if one.holds != "numbers":
         return None
     file[one.name][...] = np.nan
-    return bool(one.valid or one.key or one.refers_to)
+    return bool(one.valid not in {"", "any"} or one.key or one.refers_to)
 
 
 def negative(file: netCDF4.Dataset, one: Variable) -> bool | None:
