@@ -301,5 +301,18 @@ def test_damage_is_one_line_or_none(seed: int) -> None:
     assert "\n" not in said
 
 
+def test_a_heap_that_the_library_never_finishes_is_rejected() -> None:
+    """Strings are in heaps; a gap of size zero there makes HDF5 read the same place for ever."""
+    good = bytearray(asdf(documents=GOOD))
+    place = good.index(b"GCOL") + 16
+    while good[place : place + 2] != b"\0\0":  # objects, up to the gap at the end
+        size = int.from_bytes(good[place + 8 : place + 16], "little")
+        place += 16 + -(-size // 8) * 8
+    assert int.from_bytes(good[place + 8 : place + 16], "little") > 16
+    good[place + 8 : place + 16] = bytes(8)
+    with pytest.raises(InputError, match=f"corrupted HDF5: empty gap in the heap at byte {place}"):
+        read(bytes(good))
+
+
 def test_the_head_settles_the_format() -> None:
     assert sniff_format(asdf()).name == "asdf"

@@ -24,6 +24,9 @@ _NAME: Final = re.compile(
     r"(?P<network>\w{1,8})\.(?P<station>\w{1,8})\.(?P<location>[\w-]{0,2})\.(?P<channel>\w{3})"
     r"__(?P<first>[\dT:.-]{19,29})__(?P<last>[\dT:.-]{19,29})__(?P<tag>\w+)"
 )
+#: Beginning of a global heap of HDF5, and the size of the header of an object in it [bytes].
+_HEAP: Final = re.compile(rb"GCOL\x01\0{3}(?P<size>.{8})", re.S)
+_OBJECT: Final = 16
 #: Prefix of the identifiers of events.
 _LOCAL: Final = "smi:local/"
 
@@ -140,11 +143,24 @@ def _damage(path: Path) -> Iterator[None]:
         raise InputError(path, f"corrupted HDF5: {shown or type(error).__name__}.") from error
 
 
+def _require_sound_heaps(path: Path, data: bytes) -> None:
+    """Reject heaps of strings that HDF5 2.2 never finishes reading: a gap of size zero."""
+    for heap in _HEAP.finditer(data):
+        place, end = heap.end(), heap.start() + int.from_bytes(heap["size"], "little")
+        while place + _OBJECT <= min(end, len(data)):
+            used = int.from_bytes(data[place : place + 2], "little") != 0
+            size = int.from_bytes(data[place + 8 : place + _OBJECT], "little")
+            if not (used or size):
+                raise InputError(path, f"corrupted HDF5: empty gap in the heap at byte {place}.")
+            place += _OBJECT + -(-size // 8) * 8 if used else size
+
+
 @contextmanager
 def opened(path: Path, data: bytes) -> Iterator[Workspace]:
     """Yield the open file; reject one that is corrupted or not ASDF."""
     import netCDF4  # few runs read ASDF
 
+    _require_sound_heaps(path, data)
     with _damage(path):
         file = netCDF4.Dataset("asdf", memory=data)
     with closing(file):
