@@ -241,7 +241,7 @@ def test_a_manual_review_has_the_last_word() -> None:
         (asdf({"HNE": (1.0, math.nan)}, GOOD), "contains NaN"),
         (asdf({"HNE": SAMPLES, "HNE2": SAMPLES}, GOOD), "2 labels for --streams processed"),
         (asdf(documents={**GOOD, "QuakeML": b"<quakeml>"}), "cannot be read as QuakeML"),
-        (asdf(documents=GOOD, azimuths=(30.0, 0.0)), "channel 'HNE', but azimuth 30"),
+        (asdf(documents=GOOD, azimuths=(80.0, 0.0)), "channel 'HNE', but azimuth 80"),
         (asdf(documents={of_trace("StreamSupplementalStats", "HN"): "{"}), "is not JSON"),
     ],
 )
