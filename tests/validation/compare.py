@@ -43,6 +43,8 @@ from rockframe.rocking import (
 DOCS: Final = Path(__file__).resolve().parents[2] / "docs"
 #: Stands for the peak of a structure that overturns; peaks below the other count as no uplift.
 _FALLEN, _STILL = 10.0, 0.01
+#: Peaks above this are rotations far beyond those that the contact allows before uplift.
+_FAR: Final = 0.1
 #: Number of times that the programs are exchanged within random pairs.
 _EXCHANGES: Final = 4000
 #: Blocks of ElGawady, Butterworth and Ingham: aspect ratio, base, and measured velocity ratio over
@@ -153,12 +155,14 @@ def motion_rows(pairs: Sequence[Pair]) -> dict[str, str]:
     fell, shares = theirs == _FALLEN, [pair.ensemble.share_overturned for pair in pairs]
     lifted = (theirs > _STILL) | (ours > _STILL)
     distance, by_exchange = exchange_test(theirs[lifted], ours[lifted])
+    far = (theirs > _FAR) | (ours > _FAR)
     usual = scipy.stats.ks_2samp(theirs[lifted], ours[lifted], method="asymp").pvalue
     stand = lifted & ~fell & (ours != _FALLEN)
     large = stand & (np.minimum(theirs, ours) > _STILL)
     ratio = np.log(ours[large] / theirs[large])
     low, high = np.array([pair.ensemble.bands.peak_rotation_ratio for pair in pairs])[:, [0, 2]].T
-    held = (theirs >= low) & (theirs <= np.where(np.isfinite(high), high, np.inf))
+    unbounded = np.where(fell, np.inf, theirs)
+    below, above = (unbounded < low)[lifted].mean(), (unbounded > high)[lifted].mean()
     worked = [
         (work(pair.ours, motion_of(pair.task, motions_once()).acceleration), pair.theirs.work)
         for pair, one in zip(pairs, stand, strict=True)
@@ -176,8 +180,11 @@ def motion_rows(pairs: Sequence[Pair]) -> dict[str, str]:
         "Brier score of the nominal outcome": f"{brier(ours == _FALLEN, fell):.4f}",
         "Brier score of the overall share": f"{brier([fell.mean()] * fell.size, fell):.4f}",
         "Kolmogorov-Smirnov distance of peaks": f"{distance:.3f}",
-        "p, samples taken as independent": f"{usual:.2f}",
-        "p, by exchanges within pairs": f"{by_exchange:.2f}",
+        "p, samples taken as independent": f"{usual:.3f}",
+        "p, by exchanges within pairs": f"{by_exchange:.4f}",
+        "the same, peaks above 0.1 in either program": (
+            f"{exchange_test(theirs[far], ours[far])[1]:.4f} ({far.sum()} motions)"
+        ),
         "ours over theirs, median of peaks, both stand": f"{np.exp(np.median(ratio)):.3f}",
         "16 and 84 % quantiles of this ratio": " to ".join(
             f"{one:.2f}" for one in np.exp(np.quantile(ratio, (0.16, 0.84)))
@@ -185,7 +192,9 @@ def motion_rows(pairs: Sequence[Pair]) -> dict[str, str]:
         "median peak, both stand: OpenSees, rockframe": ", ".join(
             f"{np.median(one[stand]):.3f}" for one in (theirs, ours)
         ),
-        "peaks within our 16 to 84 % band": f"{100.0 * held[lifted].mean():.0f} %",
+        "peaks below, within, above our 16 to 84 % band": ", ".join(
+            f"{100.0 * one:.0f} %" for one in (below, 1.0 - below - above, above)
+        ),
         "work of the ground, both stand: ours over theirs": (
             f"{energy[:, 0].sum() / energy[:, 1].sum():.3f}"
         ),
@@ -330,45 +339,47 @@ def sway_rows(results: dict[Task, Result]) -> list[list[str]]:
 
 
 def variant_rows(results: dict[Task, Result]) -> list[list[str]]:
-    """Return how contact and columns change the distribution over the motions, for the bent."""
+    """Return how contact and columns change the distribution over the motions."""
     kinds: list[tuple[str, dict[str, float]]] = [
-        ("0.1 mm", {"shortening": 1.0e-4}),
-        ("1 mm", {"shortening": 1.0e-3}),
-        ("0.01 mm, columns of 0.2 s", {"column_period": 0.2}),
-        ("0.01 mm, two columns", {"columns": 2}),
+        ("bent, 0.1 mm", {"shortening": 1.0e-4}),
+        ("bent, 1 mm", {"shortening": 1.0e-3}),
+        ("bent, 0.01 mm, columns of 0.2 s", {"column_period": 0.2}),
+        ("bent, 0.01 mm, two columns", {"columns": 2}),
+        ("bent, 0.01 mm, half the time step", {"step_factor": 0.5}),
+        ("column, 0.01 mm, half the time step", {"step_factor": 0.5}),
     ]
     rows = []
     for words, changes in kinds:
+        name = words.split(",")[0]
         both = [
             (results[task], results[changed])
             for task in results
-            if task == Task("bent", task.motion, task.scale)
+            if task == Task(name, task.motion, task.scale)
             and not task.motion.startswith("ricker-")
             and (changed := replace(task, **changes)) in results  # type: ignore[arg-type]
             and results[task].converged
             and results[changed].converged
         ]
-        if not both:
-            continue
-        stand = [
-            (one.peak_ratio, two.peak_ratio)
-            for one, two in both
-            if not one.overturned and not two.overturned and one.peak_ratio > _STILL
-        ]
-        ratio = np.array([two / one for one, two in stand])
-        ends = " to ".join(f"{one:.2f}" for one in np.quantile(ratio, (0.16, 0.84)))
-        fallen = [sum(pair[k].overturned for pair in both) for k in (0, 1)]
-        same = sum(one.overturned == two.overturned for one, two in both)
-        rows.append(
-            [
-                words,
-                str(len(both)),
-                f"{fallen[0]}, {fallen[1]}",
-                str(same),
-                f"{np.median(ratio):.2f} ({ends}, {ratio.size} motions)",
-            ]
-        )
+        if both:
+            rows.append([words, *_variant_row(both)])
     return rows
+
+
+def _variant_row(both: Sequence[tuple[Result, Result]]) -> list[str]:
+    ratios = [
+        two.peak_ratio / one.peak_ratio
+        for one, two in both
+        if not one.overturned and not two.overturned and one.peak_ratio > _STILL
+    ]
+    low, middle, high = np.quantile(ratios or [np.nan], (0.16, 0.5, 0.84))
+    fallen = [sum(pair[k].overturned for pair in both) for k in (0, 1)]
+    same = sum(one.overturned == two.overturned for one, two in both)
+    return [
+        str(len(both)),
+        f"{fallen[0]}, {fallen[1]}",
+        str(same),
+        f"{middle:.2f} ({low:.2f} to {high:.2f}, {len(ratios)} motions)",
+    ]
 
 
 def compliant_rows(results: dict[Task, Result]) -> list[list[str]]:
