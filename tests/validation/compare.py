@@ -225,7 +225,7 @@ def share_rows(pairs: Sequence[Pair]) -> list[list[str]]:
     rows = []
     for words, share, count, number in classes_of(pairs):
         ends = " to ".join(f"{100.0 * one:.0f}" for one in share_interval(count, number))
-        overturn = f"{100.0 * count / number:.0f} % ({ends} %)"
+        overturn = f"{count}: {100.0 * count / number:.0f} % ({ends} %)"
         rows.append([words, str(number), f"{100.0 * share:.0f} %", overturn])
     return rows
 
