@@ -206,7 +206,7 @@ def test_shapes_are_stated_in_files(tmp_path: Path) -> None:
         ("top_width_m = 0.9\ninner_width_m = 0.5", "Must be absent where inner_width_m 0.5"),
         ("centre_of_gravity_m = 2.0", "Must be stated with inertia_ratio"),
         ("inertia_ratio = 1.3\ntop_width_m = 0.9", "Must be stated with centre_of_gravity_m"),
-        ("depth_m = 2.0", "Must be stated with inner_width_m"),
+        ("depth_m = 2.0", "Must be stated with density_kg_m3 .* or with inner_width_m"),
         (
             "inner_width_m = 0.5",
             "key 'depth_m' missing. Must be stated together with an inner width, unless",

@@ -179,6 +179,7 @@ def test_the_command_prints_forces_in_kilonewtons(
     weight = f"{key['weight_kn']:.0f}"
     assert [line[-1] for line in shown if line[:2] == ["quiet", "bent"]] == [weight]
     assert " ".join(STATE_MASS.split()) in " ".join(printed.split())
+    assert "Without the vertical motion" in printed
     assert main([*words, "--forces", "--json"]) == 0
     (first, *_) = json.loads(capsys.readouterr().out)["responses"]
     assert_allclose(first["base_key_force_kn"], key["value"])

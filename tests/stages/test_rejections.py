@@ -28,8 +28,8 @@ def test_each_record_of_a_file_keeps_its_reason(tmp_path: Path) -> None:
 def test_the_list_of_inputs_in_the_formats_of_other_tables(
     motion: Path, table_format: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    if table_format in ("xlsx", "parquet"):
-        pytest.importorskip("openpyxl", reason="needs the extra tables")
+    needed = {"xlsx": "openpyxl", "parquet": "pyarrow"}.get(table_format, "csv")
+    pytest.importorskip(needed, reason="needs the extra tables")
     notes, output = motion.with_name("notes.csv"), motion.with_name("records.nc")
     notes.write_text("no numbers\n")
     stated = ("--units", "g", "--time-step", "0.01", "--format", table_format)

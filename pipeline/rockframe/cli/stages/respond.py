@@ -135,7 +135,7 @@ def run_respond(options: argparse.Namespace) -> int:
     else:
         _show_responses(options, rows, summary, made)
         if stated.forces:
-            _show_forces(response, str(options.output))
+            _show_forces(response, str(options.output), stated)
         if options.sensitivity:
             _show_sensitivity(response, str(options.output))
         _show_scales(scaled)
@@ -242,15 +242,21 @@ def _require_spreads(ensemble: Ensemble) -> None:
         raise ParameterError(f"--sensitivity without an ensemble: {lack}. State another one.")
 
 
-def _show_forces(response: xr.Dataset, output: str) -> None:
+def _show_forces(response: xr.Dataset, output: str, stated: RespondOptions) -> None:
     """Print the forces at the joints, and their meaning."""
-    from rockframe.results.tables.forces import force_columns, force_rows, forces_in_words
+    from rockframe.results.tables.forces import (
+        NO_VERTICAL,
+        force_columns,
+        force_rows,
+        forces_in_words,
+    )
 
     rows = list(force_rows(response))
     if rows:
         each = ({**row, "pair": (row["record_id"], row["structure"])} for row in rows)
         console.show_rows(f"Forces in {output}", force_columns(rows), each, group="pair")
-        print(console.filled(forces_in_words(rows)))
+        said = forces_in_words(rows)
+        print(console.filled(said if stated.vertical else f"{said} {NO_VERTICAL}"))
 
 
 def _stated_scales(options: argparse.Namespace, stated: RespondOptions) -> tuple[float, ...]:

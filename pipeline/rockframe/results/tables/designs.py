@@ -249,7 +249,7 @@ DESIGN_LEGEND: Final = (
     "median of its ensemble, and as infinite if that overturns. Left: residual drift, nominal. "
     "Model ends in: share of plausible bridges that overturn or reach a limit of the model, after "
     "which its values no longer describe the bridge. W: weight of deck and columns; kN for a "
-    "column with its share of the deck."
+    "column with its share of the deck. A fixed bridge without a stated strength stays elastic."
 )
 
 

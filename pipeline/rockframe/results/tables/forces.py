@@ -22,6 +22,11 @@ FORCES_LEGEND: Final = (
     "columns one carries more (rockframe figure joints --spacing). Shear key: largest horizontal "
     "force that the friction of the same instant does not carry."
 )
+#: What forces without the vertical motion lack.
+NO_VERTICAL: Final = (
+    "Without the vertical motion of the ground, on which vertical forces depend most: --vertical "
+    "includes it."
+)
 #: What to state for forces in kN, and for the friction that shear keys need not carry.
 STATE_MASS: Final = (
     "Over the weight W, because the mass is not known: for kN, state density_kg_m3 or "
@@ -221,7 +226,9 @@ def forces_in_words(rows: Iterable[Mapping[str, Any]]) -> str:
     rows = list(rows)
     said = [FORCES_LEGEND]
     if _has_bands(rows):
-        said.append("16, 50, 84 %: quantiles of the ensemble.")
+        said.append(
+            "16, 50, 84 %: quantiles of the ensemble; of a least force, the 16 % is the severe one."
+        )
     if any(row["unit"].startswith("W") for row in rows):
         said.append(STATE_MASS)
     if any(math.isnan(row["friction_coefficient"]) for row in rows):

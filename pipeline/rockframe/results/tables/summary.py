@@ -263,13 +263,16 @@ def band_column(column: str, quantile: float) -> str:
 #: What the numbers of a summary are, for the line below it.
 _SUMMARY_LEGEND: Final = (
     "Overturn over all records: mean of their shares, with the 90 % interval from drawing "
-    "recordings with replacement. 16, 50, 84 % over all records: each counts with the median of "
-    "its ensemble, and as infinite if that overturns."
+    "recordings with replacement, at least as wide as Wilson's for their number. 16, 50, 84 % over "
+    "all records: each counts with the median of its ensemble, and as infinite if that overturns. "
+    "The margin is the smallest of all records. Worst record: the largest share that overturns, "
+    "then the largest rotation."
 )
 _NOMINAL_LEGEND: Final = (
     "Overturn over all records: share of the records, with the 90 % interval from drawing "
-    "recordings with replacement. 16, 50, 84 % over all records: those that overturn count as "
-    "infinite."
+    "recordings with replacement, at least as wide as Wilson's for their number. 16, 50, 84 % over "
+    "all records: those that overturn count as infinite. Worst record: one that overturns, then "
+    "the largest rotation."
 )
 #: Columns of a summary in terminal and page.
 _SUMMARY: Final = (
