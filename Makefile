@@ -9,6 +9,8 @@ OUTPUT ?= outputs/table1
 PAPER ?= outputs/paper
 DOCS ?= outputs/docs
 SECONDS ?= 30
+# Pages whose examples are run, as an expression of pytest's -k: all of them by default.
+PAGES ?=
 STUDY ?= workflows/studies/table1.toml
 PROFILE ?= workflows/profiles/default
 # Snakemake has its own environment, because it needs older packages than the tools in $(VENV).
@@ -37,6 +39,7 @@ help:
 	@echo "              (RECORDS=FOLDER with the paper's own records checks its Table 1 too)"
 	@echo "make test     run the tests (but for those of the next targets)"
 	@echo "make test-examples  run the examples of the README and the documentation as they stand"
+	@echo "              (PAGES='README or tutorial' for some of them)"
 	@echo "make test-browser  run the tests of both pages in Chromium (Debian: apt-get install chromium)"
 	@echo "make test-dask  run the tests of the engine of Dask clusters"
 	@echo "make test-workflow  run the tests of the workflow, with Snakemake"
@@ -100,7 +103,7 @@ test: $(MADE)
 	@$(PYTEST) loadfile $(addprefix --ignore=,$(BROWSER) $(DASK))
 
 test-examples: $(MADE)
-	@$(PYTEST) worksteal tests/examples/examples.py
+	@$(PYTEST) worksteal tests/examples/examples.py $(if $(PAGES),-k "$(PAGES)")
 
 docs: $(EXTRAS)
 	@rm -rf $(DOCS)
