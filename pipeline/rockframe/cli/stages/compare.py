@@ -1,0 +1,140 @@
+"""rockframe compare: bridges that rock beside restrained, hybrid, isolated and fixed ones."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections import ChainMap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, get_args
+
+from rockframe.cli import arguments, console
+from rockframe.cli.options import add_options, chosen, file_to_write, folder_to_write, path
+from rockframe.cli.stages.respond import MOST_RESPONSES
+from rockframe.errors import ParameterError
+from rockframe.options.ingest import Filters
+from rockframe.options.model import ExecutionOptions
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockframe.results.tables.rows import Row
+
+
+def add_compare(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: records, structures with alternative systems, and the file to write."""
+    from rockframe.study.structures import Rival
+
+    parser.add_argument(
+        "records",
+        type=path,
+        nargs="+",
+        help="output of `rockframe ingest`, or several of them without common records",
+    )
+    parser.add_argument(
+        "--against",
+        nargs="+",
+        choices=get_args(Rival),
+        help="models to compare with the free frame, as stated in the file of structures "
+        "(default: all that it states)",
+    )
+    arguments.add_output(parser)
+    arguments.add_format(parser, default=None)
+    parser.add_argument(
+        "--page",
+        type=file_to_write(".html"),
+        metavar="FILE",
+        help="page to write, with a chart of the designs over all records",
+    )
+    parser.add_argument(
+        "--figures",
+        type=folder_to_write,
+        metavar="FOLDER",
+        help="folder for figures of the records with the largest drifts",
+    )
+    arguments.add_structures(parser)
+    add_options(parser, Filters, title=arguments.FILTERS)
+    add_options(parser, ExecutionOptions)
+
+
+#: Kind of the main table of a comparison.
+_COMPARISON: Final = "comparison"
+
+
+def run_compare(options: argparse.Namespace) -> int:
+    """Run the stage, print the tables, and write the page and the figures."""
+    from rockframe.results.pulses import recordings_of
+    from rockframe.results.response import comparison_rows
+    from rockframe.results.tables.designs import (
+        BEST_COLUMNS,
+        DESIGN_COLUMNS,
+        best_rows,
+        design_rows,
+    )
+    from rockframe.stages.compare import compare_stage, write_comparison_page
+    from rockframe.stages.figures import figures_stage
+
+    if options.structures is None:
+        raise ParameterError("--structures missing. Must be a file with [compare] tables.")
+    first = {"designs": DESIGN_COLUMNS, "best": BEST_COLUMNS, _COMPARISON: ("record_id",)}
+    arguments.refuse_tables(options, first, _COMPARISON)
+    written: list[xr.Dataset] = []
+    with console.progress_bar("comparing") as progress:
+        rejections = compare_stage(
+            options.records,
+            options.output,
+            options.structures,
+            against=options.against,
+            structure=options.structure,
+            filters=chosen(options, Filters),
+            engine=arguments.chosen_engine(options),
+            progress=progress,
+            written=written.append,
+        )
+    drawn = figures_stage([options.output], options.figures) if options.figures else {}
+    rows = comparison_rows(written[0])
+    recordings = ChainMap(*(recordings_of(one) for one in options.records))
+    designs = design_rows(rows, recordings)
+    best = best_rows(designs)
+    made = arguments.write_tables(
+        options, {"designs": designs, "best": best, _COMPARISON: rows}, _COMPARISON
+    )
+    if options.page:
+        write_comparison_page(options.page, options.output.stem, rows, recordings)
+        made.append(str(options.page))
+    if options.json:
+        rejected = [vars(rejection) for rejection in rejections]
+        said = {"comparison": rows, "designs": designs, "best": best, "rejected": rejected}
+        found = {"tables": made} if made else {}
+        console.show_json({**said, "output": str(options.output), **found})
+    else:
+        _show_comparison(rows, designs, best, options.output)
+        print(*made, sep="\n", end="\n" if made else "")
+    for file in drawn:
+        print(options.figures / file)
+    return console.show_rejections(rejections)
+
+
+def _show_comparison(
+    rows: Sequence[Row], designs: Sequence[Row], best: Sequence[Row], output: Path
+) -> None:
+    from rockframe.results.reading import attributes_of
+    from rockframe.results.tables.designs import BEST, COMPARISON, DESIGN_LEGEND, design_columns
+
+    if len(rows) <= MOST_RESPONSES:
+        console.show_rows(f"Bridges in {output}", COMPARISON, rows)
+        print(
+            "Values without a quantile (16, 50, 84 %) are nominal, those of the bridge exactly as "
+            "given.\nOverturn: share of plausible bridges around it, with its 90 % interval. "
+            "Ends in: share of them\nthat reach a limit of the model."
+        )
+    count = designs[0]["records"]
+    if count > 1:
+        title = f"Designs over all {count} records in {output}"
+        console.show_rows(title, design_columns(designs), designs, group="structure")
+        console.show_rows("Best designs, the less the better", BEST, best)
+        print(console.filled(DESIGN_LEGEND))
+    left_out = json.loads(attributes_of(output, "compare")["left_out"])
+    if left_out:
+        print(f"{len(left_out)} records left out: the attribute left_out of the file has reasons.")
