@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.results.response import COMPARISON
 from rockframe.results.tables.designs import (
     BEST,
+    COMPARISON,
     DESIGN_LEGEND,
     DESIGN_QUANTITIES,
     best_rows,

@@ -135,6 +135,19 @@ def positions(dataset: xr.Dataset, **wanted: str | float) -> dict[str, int]:
     return found
 
 
+def only_record(dataset: xr.Dataset, record: str | None) -> xr.Dataset:
+    """Return the part of a dataset that belongs to one record; all of it for None.
+
+    Raises
+    ------
+    ParameterError
+        If the file does not contain it.
+    """
+    if record is None:
+        return dataset
+    return dataset.isel(record=[positions(dataset, record=record)["record"]])
+
+
 @contextmanager
 def damage_named(path: Path, kind: str) -> Iterator[None]:
     """Name the file in errors that netCDF raises within the block.

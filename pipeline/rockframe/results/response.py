@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from functools import cached_property, partial
@@ -13,7 +12,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.cells import Column, number
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import QUANTILES
@@ -37,10 +35,8 @@ from rockframe.results.tables.rows import (
     OF_BANDS,
     SHARES,
     Row,
-    band_words,
     columns_of,
     rows_along,
-    share_words,
 )
 from rockframe.results.writing import Origin, slices, write_rows
 from rockframe.rocking import EnsembleResponse, Margin, ToPulse, correlation_by_chance
@@ -465,38 +461,6 @@ def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
         chosen = sorted(np.argsort(-drift, kind="stable")[:most].tolist())
         names = [str(dataset["record_id"].values[k]) for k in chosen]
         return [(name, str(one)) for name in names for one in dataset["structure"].values]
-
-
-def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
-    """Return the reason why a model stops being valid, the time, and the share of the ensemble.
-
-    Examples
-    --------
-    >>> row = {"validity": "gap_closes", "valid_until_s": 3.5, "share_model_ends": 0.625}
-    >>> validity_words(row), validity_words({"validity": "holds", "valid_until_s": math.nan})
-    ('gap closes 3.50 s; ends in 62 %', 'holds')
-    """
-    words = str(row["validity"]).replace("_", " ")
-    when, share = float(row["valid_until_s"]), number(row.get("share_model_ends"))
-    words += f" {when:.2f} s" if math.isfinite(when) else ""
-    return words + (f"; ends in {100.0 * share:.0f} %" if share > 0.0 else "")
-
-
-#: Columns of a comparison table, in the terminal and on the page.
-COMPARISON: Final = (
-    Column("record", "record_id"),
-    Column("structure", "structure"),
-    Column("bridge", "model"),
-    Column("u_max [cm]>", "u_max_m", ".1f", 100.0),
-    Column("16 50 84 %>", "u_max_*_m", rule=band_words),
-    Column("overturn>", "share_overturned", rule=share_words),
-    Column("v_max [cm]>", "v_max_m", ".2f", 100.0),
-    Column("left [cm]>", "residual_u_m", ".1f", 100.0),
-    Column("shear / W>", "base_shear", ".3f"),
-    Column("tendon [MN]>", "tendon_n", ".2f", 1e-6),
-    Column("friction>", "friction_demand", ".2f"),
-    Column("model", "validity", rule=validity_words),
-)
 
 
 def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:

@@ -1,18 +1,50 @@
-"""Designs over all records: rows of a comparison by structure and model, and the best of them."""
+"""Tables of comparisons: columns of their rows, designs over all records, and the best of them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from rockframe.cells import DASH, Cells, Column, in_digits, number
-from rockframe.results.tables.rows import Row, share_words
+from rockframe.results.tables.rows import Row, band_words, share_words
 from rockframe.results.tables.summary import mean_share_of, over_records
 from rockframe.rocking.verdict import Verdict
+
+
+def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
+    """Return the reason why a model stops being valid, the time, and the share of the ensemble.
+
+    Examples
+    --------
+    >>> row = {"validity": "gap_closes", "valid_until_s": 3.5, "share_model_ends": 0.625}
+    >>> validity_words(row), validity_words({"validity": "holds", "valid_until_s": math.nan})
+    ('gap closes 3.50 s; ends in 62 %', 'holds')
+    """
+    words = str(row["validity"]).replace("_", " ")
+    when, share = float(row["valid_until_s"]), number(row.get("share_model_ends"))
+    words += f" {when:.2f} s" if math.isfinite(when) else ""
+    return words + (f"; ends in {100.0 * share:.0f} %" if share > 0.0 else "")
+
+
+#: Columns of a comparison table, in the terminal and on the page.
+COMPARISON: Final = (
+    Column("record", "record_id"),
+    Column("structure", "structure"),
+    Column("bridge", "model"),
+    Column("u_max [cm]>", "u_max_m", ".1f", 100.0),
+    Column("16 50 84 %>", "u_max_*_m", rule=band_words),
+    Column("overturn>", "share_overturned", rule=share_words),
+    Column("v_max [cm]>", "v_max_m", ".2f", 100.0),
+    Column("left [cm]>", "residual_u_m", ".1f", 100.0),
+    Column("shear / W>", "base_shear", ".3f"),
+    Column("tendon [MN]>", "tendon_n", ".2f", 1e-6),
+    Column("friction>", "friction_demand", ".2f"),
+    Column("model", "validity", rule=validity_words),
+)
 
 
 @dataclass(frozen=True)

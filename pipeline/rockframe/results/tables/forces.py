@@ -13,7 +13,7 @@ import xarray as xr
 
 from rockframe.cells import Column, in_digits, number
 from rockframe.options.respond import QUANTILES
-from rockframe.results.reading import positions
+from rockframe.results.reading import only_record
 from rockframe.results.tables.rows import Row, rows_along
 
 #: Meaning of the forces, for the lines below a table or figure.
@@ -169,8 +169,7 @@ def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]
     """
     if not has_forces(response):
         return
-    if record is not None:
-        response = response.isel(record=[positions(response, record=record)["record"]])
+    response = only_record(response, record)
     for row in rows_along(response, "record structure", _VARIABLES):
         weight = row["weight"]
         for force in FORCES:

@@ -9,7 +9,7 @@ from typing import Any, Final
 import xarray as xr
 
 from rockframe.cells import DASH, Column, number
-from rockframe.results.reading import positions
+from rockframe.results.reading import only_record
 from rockframe.results.tables.rows import Row, rows_along
 
 #: Meaning of the rank correlations, for the line below a table or figure.
@@ -35,8 +35,7 @@ def sensitivity_rows(response: xr.Dataset, record: str | None = None) -> Iterato
     """
     if "rank_correlation" not in response:
         return
-    if record is not None:
-        response = response.isel(record=[positions(response, record=record)["record"]])
+    response = only_record(response, record)
     names = [str(name) for name in response["spread"].values]
     chance = float(response["rank_correlation_by_chance"].values[0])
     columns = {name: f"rank_correlation.{place}" for place, name in enumerate(names)}
