@@ -46,7 +46,7 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
     >>> round(demand.base_friction_demand, 4), round(demand.impact_friction_demand, 4)
     (0.1794, 0.1634)
     """
-    if response.verdict is Verdict.OVERTURNS or np.isnan(response.theta).any():
+    if _falls(response):
         return replace(response, contact=ContactDemand(*[math.nan] * len(fields(ContactDemand))))
     frame = response.frame
     across, upwards = ground_at_nodes(response.time, motion)
@@ -76,6 +76,11 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
         least_spacing=_spacing(few, forces),
     )
     return replace(response, contact=demand)
+
+
+def _falls(response: Response) -> bool:
+    """Return True if the structure overturns, or if its history is not whole."""
+    return response.verdict is Verdict.OVERTURNS or bool(np.isnan(response.theta).any())
 
 
 def _nodes_that_count(
@@ -139,7 +144,7 @@ def joint_forces(
     >>> round(forces.base_joint_horizontal, 4), round(forces.base_key_force, 4)
     (0.1866, 0.0826)
     """
-    if response.verdict is Verdict.OVERTURNS or np.isnan(response.theta).any():
+    if _falls(response):
         return JointForces(*[math.nan] * len(fields(JointForces)))
     frame = response.frame
     forces = reactions_under(response, *ground_at_nodes(response.time, motion))

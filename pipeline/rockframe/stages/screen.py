@@ -389,10 +389,7 @@ def screen_stage(
         If the engine is not available.
     """
     records_path, output = Path(records_path), Path(output)
-    options, structures_path = options or ScreenOptions(), Path(structures_path)
-    if options.hazard is not None:  # a folder of OpenQuake contains several curves
-        chosen_file = hazard_file(options.hazard, options.hazard_curve)
-        options = options.replaced(hazard=chosen_file)
+    options, structures_path = _with_hazard_file(options or ScreenOptions()), Path(structures_path)
     pulses_path = Path(pulses_path) if pulses_path else None
     rates, design = options.hazard is not None, options.design is not None
     tables = screen_table_paths(output, rates=rates, design=design, table_format=table_format)
@@ -406,13 +403,7 @@ def screen_stage(
     metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
         chosen = Motions(file, metadata, options, filters or Filters(), _periods(options, hazard))
-        origin = {
-            "records": input_hash(records_path),
-            "motions": [motion.name for motion in chosen.motions],
-            # The names of rotated motions round their azimuths.
-            "azimuths": [motion.azimuth for motion in chosen.motions],
-            "vertical": options.vertical,
-        }
+        origin = _origin(records_path, chosen, options)
         batches = Batches(output, origin | request.scenarios())
         run = ScreeningRun(chosen, request, batches, engine, progress)
         made = write_screening(
@@ -436,6 +427,24 @@ def screen_stage(
     written(made)
     rejected = tuple(chosen.rejections)
     return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
+
+
+def _with_hazard_file(options: ScreenOptions) -> ScreenOptions:
+    """Return the options with the file of the hazard curve: a folder may contain several."""
+    if options.hazard is None:
+        return options
+    return options.replaced(hazard=hazard_file(options.hazard, options.hazard_curve))
+
+
+def _origin(records_path: Path, chosen: Motions, options: ScreenOptions) -> dict[str, Any]:
+    """Return what the motions of a batch are made of; other batches are not taken."""
+    return {
+        "records": input_hash(records_path),
+        "motions": [motion.name for motion in chosen.motions],
+        # The names of rotated motions round their azimuths.
+        "azimuths": [motion.azimuth for motion in chosen.motions],
+        "vertical": options.vertical,
+    }
 
 
 def _require_pulses(options: ScreenOptions, pulses_path: Path | None) -> None:
