@@ -30,7 +30,7 @@ def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
     parts : sequence of Path
         Files of the batches, in order; at least one.
     output : Path
-        The file to write; it is the same as if the stage had computed all records at once.
+        The file to write, with the values that the stage writes for all records at once.
     kind : str
         Kind of the files.
 

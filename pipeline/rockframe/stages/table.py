@@ -103,7 +103,7 @@ def merge_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[InputO
     parts : sequence of str or Path
         Outputs of one stage with ``batch``, in the order of the batches.
     output : str or Path
-        The netCDF file to write; it is the same as if all records had been computed at once.
+        The netCDF file to write, with the values of a run over all records at once.
 
     Returns
     -------
