@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from tests.commands import run
 from tests.screening import site, stored
+from xarray.backends import NetCDF4DataStore
 
 from rockframe.options import STAGES, Stage, loaded
 from rockframe.results.reading import opened
@@ -105,13 +106,14 @@ def test_a_command_does_not_read_what_it_wrote(
 ) -> None:
     """Only all scenarios of a screening are read, in parts: they may not fit in memory together."""
     read: list[Path] = []
-    opening = xr.open_dataset
+    opening = NetCDF4DataStore.open
 
-    def noted(store: Any, *arguments: Any, **options: Any) -> xr.Dataset:
-        read.append(store.path)
-        return opening(store, *arguments, **options)
+    def noted(path: str, mode: str = "r", **options: Any) -> NetCDF4DataStore:
+        if mode == "r":
+            read.append(Path(path))
+        return opening(path, mode, **options)  # type: ignore[no-untyped-call, no-any-return]
 
-    monkeypatch.setattr(xr, "open_dataset", noted)
+    monkeypatch.setattr(NetCDF4DataStore, "open", noted)
     output = tmp_path / "output.nc"
     with contextlib.chdir(home):
         assert run(*WORDS[stage], "--output", output) == 0

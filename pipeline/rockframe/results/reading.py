@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Container, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from enum import IntFlag
-from functools import reduce
+from functools import cached_property, reduce
 from operator import or_
 from pathlib import Path
 from typing import Any, Final
@@ -16,6 +16,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from xarray.core import indexing
 
 from rockframe.errors import InputError, require_known
 from rockframe.record import is_record_id
@@ -67,24 +68,28 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
     # By default netCDF would cache 64 MB of samples per variable, although they are read once.
     netCDF4.set_chunk_cache(4 * 8 * CHUNK)
     must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
-    try:
-        _require_netcdf(path, f"Run `rockframe {KINDS[kind].stage}` first and state its output.")
-        store = _Declared.open(str(path), mode="r")  # type: ignore[no-untyped-call]
-        store.path, store.kind = path, KINDS[kind]
-        dataset = xr.open_dataset(store, decode_times=False)
-    except _UNREADABLE as error:
-        raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
-    with dataset, damage_named(path, kind):
-        if not (dataset.variables or empty):
-            raise InputError(
-                path,
-                "contains no record, because all records of its batch were rejected. Merge it with "
-                "the other batches.",
+    with ExitStack() as stack:
+        try:
+            _require_netcdf(
+                path, f"Run `rockframe {KINDS[kind].stage}` first and state its output."
             )
-        for variable in KINDS[kind].variables:
-            if variable.name in dataset.variables:
-                _require_valid(path, variable, dataset)
-        yield dataset
+            store = xr.backends.NetCDF4DataStore.open(str(path))  # type: ignore[no-untyped-call]
+            stack.callback(store.close)
+            attrs = store.get_attrs()
+            stored = _stored(path, KINDS[kind], store, attrs)
+        except _UNREADABLE as error:
+            raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
+        with damage_named(path, kind):
+            if not (stored or empty):
+                raise InputError(
+                    path,
+                    "contains no record, because all records of its batch were rejected. Merge it "
+                    "with the other batches.",
+                )
+            dataset = _dataset(stored, attrs)
+            for one in stored:
+                _require_valid(path, one.declared, dataset)
+            yield dataset
 
 
 def _require_file(path: Path, wanted: str) -> None:
@@ -209,99 +214,164 @@ def _require_attributes(path: Path, kind: str, attrs: Mapping[str, Any]) -> None
             raise _not_of(path, kind, f"without a global attribute {name!r} that can be read.")
 
 
-class _Declared(xr.backends.NetCDF4DataStore):
-    """The content of a file, checked against its kind before memory is allocated."""
+class _Stored(xr.backends.BackendArray):
+    """A declared variable of an open file.
 
-    path: Path
-    kind: FileKind
+    Its values are text as text, numbers in the declared unit, and NaN where nothing was written.
+    """
 
-    def load(self) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
-        """Return variables, not yet read, and global attributes."""
-        found, attrs = super().load()  # type: ignore[no-untyped-call]
-        try:
-            _require_attributes(self.path, self.kind.name, attrs)
-            if attrs.get("title") == WITHOUT_RECORDS and not found:
-                return {}, dict(attrs)
-            variables = {
-                one.name: self._as_declared(one, found[one.name])
-                for one in self.kind.variables
-                if self._has(one, found)
-            }
-            self._require_room(variables)
-        except InputError:
-            self.close()  # type: ignore[no-untyped-call]
-            raise
-        return variables, dict(attrs)
+    def __init__(self, declared: Variable, found: netCDF4.Variable[Any], lock: Any) -> None:
+        found.set_auto_maskandscale(False)
+        found.set_auto_chartostring(False)
+        self.declared, self._found, self._lock = declared, found, lock
+        self.stored_attrs = {name: found.getncattr(name) for name in found.ncattrs()}
+        self.stored_type = np.dtype(object if found.dtype is str else found.dtype)
+        self._whole = found.shape
+        self._characters = self.stored_type.kind == "S"
+        self.shape = self._whole[:-1] if self._characters else self._whole
+        self.dims = found.dimensions[:-1] if self._characters else found.dimensions
 
-    def _refuse(self, what: str) -> InputError:
-        return _not_of(self.path, self.kind.name, what)
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Type of the values that are read."""
+        if self.declared.holds == "text":
+            return np.dtype(object)
+        return np.dtype(float) if self._factor != 1.0 else self.stored_type.newbyteorder("=")
 
-    def _has(self, one: Variable, found: Mapping[str, xr.Variable]) -> bool:
-        """Return True if the file has a variable; reject the file if a required variable is
-        missing.
-        """
-        group = [v.name for v in self.kind.variables if v.group == one.group and v.name in found]
-        if one.name not in found and (group or not one.group):
-            beside = f", but with {group[0]!r}" if one.group else ""
-            must_be = f"Use a file that this version of `rockframe {self.kind.stage}` wrote."
-            raise InputError(self.path, f"without variable {one.name!r}{beside}. {must_be}")
-        return one.name in found
+    @property
+    def units(self) -> str:
+        """The allowed unit in which the values are read: the stated one if it is allowed."""
+        also = self.declared.also_units.split(" or ")
+        return self._stated if self._stated and self._stated in also else self.declared.units
 
-    def _as_declared(self, one: Variable, found: xr.Variable) -> xr.Variable:
-        """Return a variable with the declared attributes and those needed for decoding."""
-        what = f"variable {one.name!r}"
-        kind, dims = found.dtype.kind, found.dims
-        dims = dims[:-1] if kind == "S" else dims
-        if kind not in _TYPES[one.holds]:
-            raise self._refuse(f"{what} holds {found.dtype}, not {one.holds}.")
-        if dims != one.dims:
-            along, must = (f"({', '.join(map(str, names))})" for names in (dims, one.dims))
-            raise InputError(self.path, f"{what} on {along}. Must be on {must}.")
-        packed = next((name for name in _PACKED if name in found.attrs), "")
+    @property
+    def _stated(self) -> str:
+        return str(self.stored_attrs.get("units", "1" if self.declared.units == "1" else ""))
+
+    @cached_property
+    def _factor(self) -> float:
+        """Size of the stated unit in the unit of the values; NaN if they cannot be converted."""
+        same = self._stated == self.units
+        factor = 1.0 if same else conversion_factor(self._stated, self.units)
+        return math.nan if factor is None else factor
+
+    @cached_property
+    def attrs(self) -> dict[str, Any]:
+        """The declared attributes, except the names of coordinates, which the dataset has."""
+        declared = self.declared.described(self.units)
+        return {name: value for name, value in declared.items() if name != "coordinates"}
+
+    @property
+    def bytes(self) -> int:
+        """Number of bytes that the variable may need, with a chunk that is read for one value."""
+        chunk = self._found.chunking()
+        of_chunk = math.prod(chunk) if isinstance(chunk, list) else 0
+        return max(math.prod(self._whole), of_chunk) * int(self.stored_type.itemsize)
+
+    def require_declared(self, path: Path, kind: FileKind) -> None:
+        """Reject the file if the variable differs from its declaration."""
+        one, what = self.declared, f"variable {self.declared.name!r}"
+        if self.stored_type.kind not in _TYPES[one.holds]:
+            raise _not_of(path, kind.name, f"{what} holds {self.stored_type}, not {one.holds}.")
+        if self.dims != one.dims:
+            along, must = (f"({', '.join(names)})" for names in (self.dims, one.dims))
+            raise InputError(path, f"{what} on {along}. Must be on {must}.")
+        packed = next((name for name in _PACKED if name in self.stored_attrs), "")
         if packed:
-            raise InputError(self.path, f"{what} with {packed}. Must hold plain values.")
-        stated = str(found.attrs.get("units", "1" if one.units == "1" else ""))
-        units = stated if stated and stated in one.also_units.split(" or ") else one.units
-        factor = conversion_factor(stated, units)
-        if factor is None or (factor != 1.0 and one.holds != "numbers"):
-            raise InputError(self.path, f"{what} in {stated!r}. Must be in {units!r}.")
-        attrs = one.holding(np.zeros((0,) * len(dims)), units).attrs
-        meanings = str(found.attrs.get("flag_meanings", ""))
+            raise InputError(path, f"{what} with {packed}. Must hold plain values.")
+        if self._factor != 1.0 and (math.isnan(self._factor) or one.holds != "numbers"):
+            raise InputError(path, f"{what} in {self._stated!r}. Must be in {self.units!r}.")
+        meanings = str(self.stored_attrs.get("flag_meanings", ""))
         former = meanings != "" and meanings == one.former_meanings
         for name in () if former else ("flag_values", "flag_masks", "flag_meanings"):
-            if name in found.attrs and str(found.attrs[name]) != str(attrs.get(name)):
-                raise InputError(
-                    self.path, f"{what} with {name} {found.attrs[name]}. Must be {attrs[name]}."
-                )
-        if factor != 1.0:
-            attrs["scale_factor"] = factor
-        if kind == "f":  # values that were not written have netCDF's own fill value, stated or not
-            unwritten = netCDF4.default_fillvals[found.dtype.str[1:]]
-            attrs["_FillValue"] = found.attrs.get("_FillValue", unwritten)
-        if kind == "S":
-            attrs["_Encoding"] = "utf-8"
-        declared = found.copy(deep=False)
-        declared.attrs = attrs
-        return declared
+            stated, must_be = self.stored_attrs.get(name, ()), self.attrs.get(name, ())
+            if name in self.stored_attrs and not np.array_equal(stated, must_be):
+                raise InputError(path, f"{what} with {name} {stated}. Must be {must_be}.")
 
-    def _require_room(self, variables: Mapping[str, xr.Variable]) -> None:
-        """Reject variables that are larger than the file can contain, before memory is
-        allocated.
-        """
-        claimed = 0
-        for one in variables.values():
-            chunk = one.encoding.get("chunksizes") or ()
-            claimed += max(math.prod(one.shape), math.prod(chunk)) * one.dtype.itemsize
-        present = self.path.stat().st_size
-        if claimed > _MOST_COMPRESSED * present:
-            raise self._refuse(f"states {claimed:.3g} bytes of values, but has {present}.")
+    def variable(self) -> xr.Variable:
+        """Return the variable; values that are checked are read at once, unless they are many."""
+        if _is_checked(self.declared) and math.prod(self.shape) <= _BLOCK:
+            data: Any = self._read((slice(None),) * len(self.shape))
+        else:
+            lazy = indexing.LazilyIndexedArray(self)
+            data = indexing.MemoryCachedArray(lazy)  # type: ignore[no-untyped-call]
+        return xr.Variable(self.dims, data, self.attrs)
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        """Read values; xarray calls this."""
+        support = indexing.IndexingSupport.OUTER
+        return indexing.explicit_indexing_adapter(key, self.shape, support, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> NDArray[Any]:
+        with self._lock:
+            read = self._found[(*key, slice(None)) if self._characters else key]
+        if self.declared.holds == "text":
+            return _joined(read) if self._characters else np.asarray(read, dtype=object)
+        values = np.array(read, dtype=self.stored_type.newbyteorder("="), copy=None)
+        if values.dtype.kind == "f":  # values that were not written are netCDF's own fill value
+            default = netCDF4.default_fillvals[self.stored_type.str[1:]]
+            fill = self.stored_attrs.get("_FillValue", default)
+            if not np.isnan(fill):
+                values = np.where(values == fill, values.dtype.type(math.nan), values)
+        return values if self._factor == 1.0 else values * self._factor
+
+
+def _joined(characters: NDArray[np.bytes_]) -> NDArray[np.object_]:
+    """Return the texts whose characters are along the last dimension."""
+    *shape, length = characters.shape
+    joined = np.ascontiguousarray(characters).view(f"S{length}") if length else characters
+    texts = [one.decode() for one in joined.ravel()] if length else [""] * math.prod(shape)
+    return np.array(texts, dtype=object).reshape(shape)
+
+
+def _stored(path: Path, kind: FileKind, store: Any, attrs: Mapping[str, Any]) -> list[_Stored]:
+    """Return the variables of an open file, checked against its kind before memory is allocated."""
+    _require_attributes(path, kind.name, attrs)
+    found = store.ds.variables
+    if attrs.get("title") == WITHOUT_RECORDS and not found:
+        return []
+    groups = {one.group for one in kind.variables if one.group and one.name in found}
+    stored = []
+    for one in kind.variables:
+        if one.name in found:
+            stored.append(_Stored(one, found[one.name], store.lock))
+            stored[-1].require_declared(path, kind)
+        elif not one.group or one.group in groups:
+            raise _without(path, kind, one, found)
+    claimed, present = sum(one.bytes for one in stored), path.stat().st_size
+    if claimed > _MOST_COMPRESSED * present:
+        raise _not_of(path, kind.name, f"states {claimed:.3g} bytes of values, but has {present}.")
+    return stored
+
+
+def _dataset(stored: Sequence[_Stored], attrs: Mapping[str, Any]) -> xr.Dataset:
+    """Return the dataset of variables, made without the general and slow decoding of xarray."""
+    variables = {one.declared.name: one.variable() for one in stored}
+    beside = {one.declared.attrs.get("coordinates", "") for one in stored}
+    coords = [name for name, one in variables.items() if name in beside or one.dims == (name,)]
+    return xr.Dataset(
+        {name: one for name, one in variables.items() if name not in coords},
+        {name: variables[name] for name in coords},
+        attrs,
+    )
+
+
+def _without(path: Path, kind: FileKind, one: Variable, found: Container[str]) -> InputError:
+    in_group = [v.name for v in kind.variables if v.group == one.group and v.name in found]
+    beside = f", but with {in_group[0]!r}" if one.group else ""
+    must_be = f"Use a file that this version of `rockframe {kind.stage}` wrote."
+    return InputError(path, f"without variable {one.name!r}{beside}. {must_be}")
+
+
+def _is_checked(one: Variable) -> bool:
+    """Return True if the values have to be checked before use; series are checked as read."""
+    of_any_value = one.holds == "numbers" and not (one.valid or one.key or one.refers_to)
+    return "obs" not in one.dims and not of_any_value
 
 
 def _require_valid(path: Path, one: Variable, dataset: xr.Dataset) -> None:
-    """Reject values outside the declared range; series are checked when they are read."""
-    if "obs" in one.dims or (
-        one.holds == "numbers" and not (one.valid or one.key or one.refers_to)
-    ):
+    """Reject values outside the declared range."""
+    if not _is_checked(one):
         return
     array = dataset.variables[one.name]
     rows = max(1, _BLOCK * len(array) // max(1, array.size)) if array.ndim else 1

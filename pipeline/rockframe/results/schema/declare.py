@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum, IntFlag
+from functools import cache
 from operator import attrgetter
 from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -88,15 +90,36 @@ class Variable:
         """The attribute with the value, of the object that `source` names."""
         return self.source.partition(".")[2] or self.name
 
+    def described(self, units: str = "") -> dict[str, Any]:
+        """Return its attributes in a dataset, with this one of the allowed units."""
+        flagged: type[IntEnum | IntFlag] = self.dtype
+        return {
+            "units": units or self.units,
+            "long_name": self.long_name,
+            **(_flag_attributes(flagged) if self.holds == "flags" else {}),
+            **({"comment": self.comment} if self.comment else {}),
+            **self.attrs,
+        }
+
     def holding(self, data: Any, units: str = "") -> xr.Variable:
         """Return the variable with these values, for a dataset."""
-        more = {**({"comment": self.comment} if self.comment else {}), **self.attrs}
+        values: NDArray[Any]
         if self.holds == "text":
-            return texts(self.dims or (), data, self.long_name, **more)
-        if self.holds == "flags":
-            return flags(self.dims, data, self.dtype, self.long_name, **more)
-        values = np.asarray(data, dtype=self.dtype)
-        return variable(self.dims, values, units or self.units, self.long_name, **more)
+            values = np.array([str(one) for one in data] if self.dims else data, dtype=object)
+        else:
+            values = np.asarray(data, dtype=np.int8 if self.holds == "flags" else self.dtype)
+        return xr.Variable(self.dims, values, self.described(units))
+
+
+@cache
+def _flag_attributes(kind: type[IntEnum | IntFlag]) -> Mapping[str, Any]:
+    """Return the values (or bits) and the meanings of an enumeration."""
+    members = list(kind)
+    numbers = np.array([member.value for member in members], dtype=np.int8)
+    return {
+        "flag_masks" if issubclass(kind, IntFlag) else "flag_values": numbers,
+        "flag_meanings": " ".join(str(member.name).lower() for member in members),
+    }
 
 
 def optional(group: str, *variables: Variable) -> tuple[Variable, ...]:
@@ -163,39 +186,3 @@ class FileKind:
             if one.name in values
         }
         return xr.Dataset(made, attrs={"title": self.title})
-
-
-def variable(
-    dims: str | tuple[str, ...], data: Any, units: str, long_name: str, **attrs: Any
-) -> xr.Variable:
-    """Return a variable with its unit and long name."""
-    return xr.Variable(dims, data, {"units": units, "long_name": long_name, **attrs})
-
-
-def flags(
-    dims: str | tuple[str, ...],
-    data: Any,
-    kind: type[IntEnum | IntFlag],
-    long_name: str,
-    **attrs: Any,
-) -> xr.Variable:
-    """Return a flag variable with the values (or bits) and meanings of an enumeration."""
-    members = list(kind)
-    numbers = np.array([member.value for member in members], dtype=np.int8)
-    return variable(
-        dims,
-        np.asarray(data, dtype=np.int8),
-        "1",
-        long_name,
-        **{"flag_masks" if issubclass(kind, IntFlag) else "flag_values": numbers},
-        flag_meanings=" ".join(str(member.name).lower() for member in members),
-        **attrs,
-    )
-
-
-def texts(
-    dims: str | tuple[str, ...], values: Sequence[str], long_name: str, **attrs: Any
-) -> xr.Variable:
-    """Return a variable of texts; without dimensions, of one text."""
-    data = np.array([str(value) for value in values] if dims else values, dtype=object)
-    return variable(dims, data, "1", long_name, **attrs)
