@@ -8,7 +8,9 @@ import json
 import math
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from tests.recorded.shapes import shapes
 
 import rockframe
 from rockframe.cli.main import parser
+from rockframe.errors import InputError
 from rockframe.ingest import FORMATS
 from rockframe.paper.pulses import find_paper_record
 from rockframe.wavelets.pulse import Pulse
@@ -191,6 +194,25 @@ def test_json_keeps_its_recorded_keys_and_types(tmp_path: Path) -> None:
     found = shapes(tmp_path)
     for verb, before in recorded.items():
         assert set(before) <= set(found[verb]), verb
+
+
+def test_table1_computes_what_its_study_states_unless_the_command_line_does(
+    motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def compute(tables: Mapping[str, Any], *_files: object, **_how: object) -> NoReturn:
+        asked.append(tables)
+        raise InputError(motion, "is not computed here.")
+
+    stated = '[records]\n[respond]\nmargins = "none"\nstructure = "slender-column"\n'
+    (tmp_path / "table1.toml").write_text(f'name = "table1"\n{stated}', encoding="utf-8")
+    monkeypatch.setattr("rockframe.study.study.SHIPPED_STUDIES", tmp_path)
+    monkeypatch.setattr("rockframe.runs.performing.compute", compute)
+    asked: list[Mapping[str, Any]] = []
+    words = ("table1", "--records", motion, "--output", tmp_path / "run")
+    assert [run(*words), run(*words, "--structure", "slender-frame", "--units", "g")] == [2, 2]
+    assert [one["respond"].structure for one in asked] == ["slender-column", "slender-frame"]
+    assert [one["respond"].margins for one in asked] == ["none", "none"]
+    assert [one["records"].units for one in asked] == [None, "g"]
 
 
 def test_table1_is_repeated_to_the_byte(motion: Path, tmp_path: Path) -> None:

@@ -164,7 +164,7 @@ def test_a_pulse_that_could_be_noise_is_marked(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The best match of the record at Christmas Canyon could be noise: p is about a third."""
-    from rockframe.cli.table1 import show
+    from rockframe.cli.shipped import show
 
     rows = rows_of(folder)
     assert {row["pulse_verdict"] for row in rows} == {"noise"}

@@ -17,6 +17,7 @@ from rockframe.parts import Abutment, Tendon
 from rockframe.study.structures import CompareEntry, read_structures
 from rockframe.study.study import (
     SCHEMA,
+    SHIPPED_STUDIES,
     StudyTables,
     commented_study,
     read_study,
@@ -47,7 +48,11 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("path", sorted(STUDIES.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [*sorted(STUDIES.glob("*.toml")), *sorted(SHIPPED_STUDIES.glob("*.toml"))],
+    ids=lambda path: f"{path.parents[1].name}-{path.stem}",
+)
 def test_shipped_studies_are_read(path: Path) -> None:
     assert read_study(path).name == path.stem
 

@@ -28,7 +28,7 @@ from rockframe.options import STAGES
 
 #: The commands in the order of the help, each with its module and summary.
 _VERBS: Final = {
-    "table1": ("table1", "run all stages and print the paper's Table 1 for the records"),
+    "table1": ("shipped", "run all stages and print the paper's Table 1 for the records"),
     "init": ("run", "write a commented study file and its schema for editors"),
     "run": ("run", "run all stages of a study, or resume an interrupted run"),
     "status": ("run", "show the progress of the run in a folder"),
@@ -50,7 +50,7 @@ _VERBS: Final = {
         "explore",
         "show the response in a browser while the structure and the motion change",
     ),
-    "paper": ("figure", "check the paper's numbers and claims, and draw its figures"),
+    "paper": ("shipped", "check the paper's numbers and claims, and draw its figures"),
     "formats": ("results", "list the supported formats of records"),
 }
 #: Exit status of an internal error, as in sysexits.h.

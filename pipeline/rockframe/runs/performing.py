@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
+
+import xarray as xr
 
 from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches, serve
 from rockframe.engines.scheduler import DaskScheduler, choose_engine
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import check
-from rockframe.options import STAGES, Stage, loaded
+from rockframe.options import STAGES, STRUCTURES, Stage, loaded
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import FigureOptions, ReportOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import scratch_folder, sha256_of
-from rockframe.runs.plan import KEPT, Plan, Step, waves
+from rockframe.runs.plan import KEPT, Plan, Step, computing_steps, waves
 from rockframe.runs.state import finish, read_plan, remove_partials, stamp
+from rockframe.stages.acceptance import Ingested
 from rockframe.stages.common import Batch
 from rockframe.stages.figures import figures_stage
 from rockframe.stages.ingest import ingest_stage
@@ -32,7 +35,8 @@ class Work:
 
     Outputs are written into `into`, by default the folder of the run. `workers` is the largest
     number of processes of a step that computes in a pool of its own, by default one for each core;
-    `key` is the hash of everything that the step depends on.
+    `key` is the hash of everything that the step depends on. `elsewhere` has inputs that are not in
+    the folder, by name.
     """
 
     step: Step
@@ -40,15 +44,12 @@ class Work:
     workers: int | None = None
     key: str = ""
     into: Path | None = None
+    elsewhere: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def inputs(self) -> list[Path]:
         """Files that the step reads."""
-        return [self.folder / name for name in self.step.inputs]
-
-    def input(self, name: str) -> Path | None:
-        """Return the input of this name, if the step has it."""
-        return self.folder / name if name in self.step.inputs else None
+        return [self.elsewhere.get(name, self.folder / name) for name in self.step.inputs]
 
     @property
     def output(self) -> Path:
@@ -84,7 +85,7 @@ def perform(work: Work) -> int:
     except OSError as error:
         raise InputError(log, f"cannot be written: {error.strerror}.") from None
     try:
-        rejections = do(work)
+        rejections = _rejections(do(work))
         lines = [f"rockframe: rejected: {one.file}: {one.reason}\n" for one in rejections]
         log.write_text("".join(lines) or "done\n", encoding="utf-8")
     except RockframeError as error:
@@ -171,36 +172,106 @@ def _parallel_work(
         yield from ([task] for task in tasks if task.step.workers)
 
 
-def do(work: Work) -> Sequence[InputOutcome]:
-    """Perform a step, and return the rejected records."""
+@dataclass(frozen=True)
+class Computed:
+    """Results of the stages of a study.
+
+    Parameters
+    ----------
+    ingested : Ingested
+        Outcomes of the records.
+    rejections : tuple of InputOutcome
+        Records that any stage rejected.
+    datasets : tuple of Dataset
+        Written datasets, without their series, in the order of the stages.
+    """
+
+    ingested: Ingested
+    rejections: tuple[InputOutcome, ...]
+    datasets: tuple[xr.Dataset, ...]
+
+
+def compute(
+    tables: Mapping[str, Any],
+    records: Sequence[Path],
+    structures: Path,
+    folder: Path,
+    *,
+    workers: Mapping[str, int | None],
+    watch: Callable[[str], AbstractContextManager[Callable[..., None]]],
+) -> Computed:
+    """Read the records of a study and compute its stages now, without a plan.
+
+    Parameters
+    ----------
+    tables : mapping
+        Options of the tables of the study, by name; None for a stage that it does not request.
+    records : sequence of Path
+        Files and folders of records.
+    structures : Path
+        File of structures.
+    folder : Path
+        Folder to write into; it has nothing but the files of the stages.
+    workers : mapping of str to int
+        Largest number of processes of a stage, by its name; by default one for each core.
+    watch : callable
+        Takes the name of a stage, and yields its callback `progress`.
+    """
+    reading, *steps = computing_steps(tables, records)
+    given = {STRUCTURES: structures}
+    with watch(reading.stage) as progress:
+        ingested: Ingested = do(
+            Work(reading, folder, workers.get(reading.stage)), progress=progress
+        )
+    rejections = [*ingested.rejections]
+    datasets = [ingested.dataset]
+    for step in steps:
+        with watch(step.stage) as progress:
+            work = Work(step, folder, workers.get(step.stage), elsewhere=given)
+            done = do(work, progress=progress, written=datasets.append)
+        rejections += _rejections(done)
+    return Computed(ingested, tuple(rejections), tuple(datasets))
+
+
+def do(work: Work, **watched: Any) -> Any:
+    """Perform a step, and return what its function returns.
+
+    `watched` are further arguments of the function, such as `progress`.
+    """
     stage = work.step.stage
     if stage in STAGES:
-        return _compute(STAGES[stage], work)
-    return _AROUND[stage](work) or ()
+        return _compute(STAGES[stage], work, **watched)
+    return _AROUND[stage](work, **watched)
 
 
-def _compute(stage: Stage, work: Work) -> Sequence[InputOutcome]:
+def _rejections(done: Any) -> Sequence[InputOutcome]:
+    """Return the rejected records: what a stage returns, or what an object of it states."""
+    rejections: Sequence[InputOutcome] = getattr(done, "rejections", done) or ()
+    return rejections
+
+
+def _compute(stage: Stage, work: Work, **watched: Any) -> Any:
     """Call the function of a stage."""
     options = loaded(stage.options)(**work.step.options)
-    values: dict[str, Any] = {f"{path.stem}_path": path for path in work.inputs}
+    names = [f"{Path(name).stem}_path" for name in work.step.inputs]
+    values = dict(zip(names, work.inputs, strict=True)) | watched
     if stage.batches:
         values["batch"] = work.batch
     if stage.engine:
         values["engine"] = work.engine
-    done = loaded(stage.function)(output=work.output, options=options, **values)
-    return getattr(done, "rejections", done) or ()  # of a screening, or themselves
+    return loaded(stage.function)(output=work.output, options=options, **values)
 
 
-def _ingest(work: Work) -> Sequence[InputOutcome]:
+def _ingest(work: Work, progress: Callable[[str], None] | None = None) -> Ingested:
     stated = work.step.options
-    done = ingest_stage(
+    return ingest_stage(
         [Path(path) for path in stated["paths"]],
         work.output,
         IngestOptions(**stated["records"]),
         filters=Filters(**stated["filters"]),
         workers=work.workers,
+        progress=progress,
     )
-    return done.rejections
 
 
 def _table(work: Work) -> None:
@@ -221,7 +292,7 @@ def _report(work: Work) -> None:
 
 
 #: Functions of the steps around the stages that compute: they read, merge, show and check.
-_AROUND: Final[dict[str, Callable[[Work], Sequence[InputOutcome] | None]]] = {
+_AROUND: Final[dict[str, Callable[..., Any]]] = {
     "ingest": _ingest,
     "merge": lambda work: merge_stage(work.inputs, work.output),
     "table": _table,

@@ -147,12 +147,9 @@ def steps_of(study: Study, files: int) -> list[Step]:
     files : int
         Number of record files of the study.
     """
-    steps = [_ingest(study)] if study.records else []
     batches = min(_MOST_BATCHES, -(-files // study.tables.batches.records))
-    for stage in STAGES.values():
-        options = study.options(stage.name)
-        if options is not None and (study.records or not stage.of_records):
-            steps += _steps(stage, _json(options), batches)
+    options = {name: study.options(name) for name in ("records", "filters", *STAGES)}
+    steps = computing_steps(options, study.records, batches)
     if study.records:
         made = ("records.nc", "pulses.nc", "response.nc")
         steps.append(Step("table", "table", made, ("table.csv", "summary.csv")))
@@ -160,16 +157,38 @@ def steps_of(study: Study, files: int) -> list[Step]:
     return [*steps, *_last(study, steps)]
 
 
+def computing_steps(
+    tables: Mapping[str, Any], records: Sequence[Path], batches: int = 1
+) -> list[Step]:
+    """Return the steps that read the records and compute the stages of a study.
+
+    Parameters
+    ----------
+    tables : mapping
+        Options of the tables of the study, by name; None for a stage that it does not request.
+    records : sequence of Path
+        Files and folders of records; without them, only stages that need no records.
+    batches : int
+        Number of batches of the records.
+    """
+    steps = [_ingest(tables, records)] if records else []
+    for stage in STAGES.values():
+        options = tables[stage.name]
+        if options is not None and (records or not stage.of_records):
+            steps += _steps(stage, _json(options), batches)
+    return steps
+
+
 def _json(options: Options) -> dict[str, Any]:
     return options.model_dump(mode="json")
 
 
-def _ingest(study: Study) -> Step:
-    read = _json(study.options("records"))
+def _ingest(tables: Mapping[str, Any], records: Sequence[Path]) -> Step:
+    read = _json(tables["records"])
     options = {
-        "paths": [str(path) for path in study.records],
+        "paths": [str(path) for path in records],
         "records": {key: value for key, value in read.items() if key != "paths"},
-        "filters": _json(study.tables.filters),
+        "filters": _json(tables["filters"]),
     }
     outputs = ("records.nc", "records.csv")
     return Step(

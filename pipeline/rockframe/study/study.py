@@ -38,6 +38,9 @@ from rockframe.study.structures import (
 )
 from rockframe.study.toml import line_of, parse, read_text
 
+#: Folder of the shipped studies.
+SHIPPED_STUDIES: Final = SHIPPED_STRUCTURES.parent / "studies"
+
 
 class RecordsTable(IngestOptions):
     """Record files, and options of reading and processing them."""
@@ -192,6 +195,18 @@ def read_study(path: Path) -> Study:
     if not tables.structure:
         read_structures(study.structures)
     return study
+
+
+def shipped_tables(name: str) -> StudyTables:
+    """Return the contents of a shipped study, which a command of its name computes.
+
+    Examples
+    --------
+    >>> shipped_tables("paper").respond.structure
+    'bridge-bent'
+    """
+    path = SHIPPED_STUDIES / f"{name}.toml"
+    return parse(path, read_text(path), StudyTables)
 
 
 def _require_records(study: Study, text: str) -> None:

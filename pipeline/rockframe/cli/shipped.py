@@ -1,15 +1,21 @@
-"""rockframe table1: run all stages and print the paper's Table 1 for the records."""
+"""Commands of shipped studies: table1, paper.
+
+Each computes the stages of the study of its name in ``data/studies``, for the records and with the
+options of the command line, and then writes and prints what it is for.
+"""
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import TABLE_FORMATS, Column
 from rockframe.cli import arguments, console
+from rockframe.cli.figure import FIGURES, add_grid
 from rockframe.cli.options import add_options, chosen, folder_to_write
 from rockframe.cli.stages.respond import (
     matrices,
@@ -17,6 +23,7 @@ from rockframe.cli.stages.respond import (
     show_responses,
     verdict_notes,
 )
+from rockframe.errors import require_known
 from rockframe.matching.record_pulses import LEVEL
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import Options
@@ -32,9 +39,8 @@ from rockframe.results.tables.rows import (
 )
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from rockframe.outcome import InputOutcome
+    from rockframe.paper.claim import Claim
+    from rockframe.runs.performing import Computed
     from rockframe.stages.acceptance import Ingested
 
 #: Outputs of ingest, pulse and respond.
@@ -68,15 +74,11 @@ def run_table1(options: argparse.Namespace) -> int:
     from rockframe.stages.table import table_rows_of
 
     folder: Path = options.output
-    _validate(options)
+    tables = _tables(options, "table1")
+    _validate(options, tables)
     with whole_folder(folder, _files(options.format)) as partial:
-        ingested, rejections, made = run_stages(
-            options,
-            partial,
-            chosen(options, RespondOptions),
-            structures_path=arguments.chosen_structures(options),
-            pulses_path=partial / "pulses.nc",
-        )
+        computed = _computed(options, tables, partial)
+        made = computed.datasets
         rows = list(table_rows_of(*made))
         summary = summary_rows(rows, recordings_of(made[0]))
         comparisons, said = compare(rows, pulse_rows(made[1])), statements(rows)
@@ -87,12 +89,14 @@ def run_table1(options: argparse.Namespace) -> int:
         files = [partial / name for name in STAGE_FILES]
         if options.format != "csv":
             _write_tables(partial, options.format, rows, summary)
-            write_entries(ingested.entries, partial / f"records{TABLE_FORMATS[options.format]}")
+            write_entries(
+                computed.ingested.entries, partial / f"records{TABLE_FORMATS[options.format]}"
+            )
         names = list(dict.fromkeys(row["record_id"] for row in rows))
         with console.progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)
         stated = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
-        count = finish(options, partial, ingested, arguments.chosen_structures(options), stated)
+        count = _finish(options, partial, computed.ingested, stated)
     if options.json:
         console.show_json(
             {
@@ -100,7 +104,7 @@ def run_table1(options: argparse.Namespace) -> int:
                 "summary": summary,
                 "paper": comparisons,
                 "statements": said,
-                "rejected": [vars(rejection) for rejection in rejections],
+                "rejected": [vars(rejection) for rejection in computed.rejections],
                 "output": str(folder),
             }
             | matrices(rows, options.matrix)
@@ -108,7 +112,7 @@ def run_table1(options: argparse.Namespace) -> int:
     else:
         show(rows, summary, comparisons, said, options.matrix)
         print(f"{count} files and their manifest in {folder}")
-    return console.show_rejections(rejections)
+    return console.show_rejections(computed.rejections)
 
 
 def _write_tables(
@@ -137,77 +141,68 @@ def _files(table_format: str) -> list[str]:
     return [*STAGE_FILES, *tables, "paper.csv"]
 
 
-def _validate(options: argparse.Namespace) -> None:
-    """Validate all options and the structures before anything is computed."""
+def _validate(options: argparse.Namespace, tables: Mapping[str, Any]) -> None:
+    """Validate files and structures that are stated, before anything is computed."""
     from rockframe.results.tables.entries import require_format
     from rockframe.stages.respond import choose_structures
     from rockframe.study.toml import read_limits
 
     require_format(Path("table" + TABLE_FORMATS[options.format]))
-    ingest = chosen(options, IngestOptions)
-    chosen(options, PulseOptions)
-    if ingest.limits is not None:
-        read_limits(ingest.limits)
-    choose_structures(
-        arguments.chosen_structures(options), chosen(options, RespondOptions).structure
-    )
+    if tables["records"].limits is not None:
+        read_limits(tables["records"].limits)
+    choose_structures(arguments.chosen_structures(options), tables["respond"].structure)
     arguments.refuse_folder_of_records(options)
 
 
-def run_stages(
-    options: argparse.Namespace, folder: Path, respond: RespondOptions, **of_respond: Any
-) -> tuple[Ingested, tuple[InputOutcome, ...], list[xr.Dataset]]:
-    """Run ingest, pulse and respond; return what was ingested, all rejections, and what the three
-    stages wrote into `STAGE_FILES`.
+#: Words of the progress bars of stages.
+_BARS: Final = {"pulse": "matching pulses", "respond": "rocking"}
 
-    `of_respond` are further arguments of `respond_stage`.
-    """
-    from rockframe.engines.engine import OneProcess
-    from rockframe.stages.ingest import ingest_stage
-    from rockframe.stages.pulse import pulse_stage
-    from rockframe.stages.respond import respond_stage
+
+def _watch(stage: str) -> AbstractContextManager[Callable[..., None]]:
+    return (
+        console.progress_bar(_BARS[stage]) if stage in _BARS else console.progress_names("reading")
+    )
+
+
+def _tables(options: argparse.Namespace, name: str) -> dict[str, Any]:
+    """Return the tables of a shipped study, with the options of the command line."""
+    from rockframe.study.study import shipped_tables
+
+    tables = dict(shipped_tables(name))
+    stated = {
+        one: chosen(options, type(tables[one]), **tables[one].model_dump(exclude_unset=True))
+        for one in ("records", "pulse", "respond")
+    }
+    return tables | stated
+
+
+def _computed(options: argparse.Namespace, tables: Mapping[str, Any], folder: Path) -> Computed:
+    """Compute the stages of a shipped study."""
+    from rockframe.runs.performing import compute
     from rockframe.study.structures import bundled_records
 
-    records, pulses, response = (folder / name for name in STAGE_FILES)
-    written: list[xr.Dataset] = []
-    with console.progress_names("reading") as reading:
-        ingested = ingest_stage(
-            options.records or [bundled_records()],
-            records,
-            chosen(options, IngestOptions),
-            progress=reading,
-            workers=arguments.reading_workers(options),
-        )
-    with console.progress_bar("matching pulses") as progress:
-        matching = chosen(options, PulseOptions)
-        without_pulse = pulse_stage(
-            records, pulses, matching, progress=progress, written=written.append
-        )
-    with console.progress_bar("rocking") as progress:
-        without_vertical = respond_stage(
-            records,
-            response,
-            respond,
-            engine=OneProcess(),  # one process; its threads use all cores
-            progress=progress,
-            written=written.append,
-            **of_respond,
-        )
-    rejections = (*ingested.rejections, *without_pulse, *without_vertical)
-    return ingested, rejections, [ingested.dataset, *written]
+    return compute(
+        tables,
+        options.records or [bundled_records()],
+        arguments.chosen_structures(options),
+        folder,
+        # the threads of one process use all cores for the responses
+        workers={"ingest": arguments.reading_workers(options), "respond": 1},
+        watch=_watch,
+    )
 
 
-def finish(
+def _finish(
     options: argparse.Namespace,
     folder: Path,
     ingested: Ingested,
-    structures: Path,
     models: Mapping[str, type[Options]],
 ) -> int:
     """Write the manifest of a folder. Return the number of files that it lists."""
     from rockframe.provenance import sha256_of
     from rockframe.results.manifest import write_manifest
 
+    structures = arguments.chosen_structures(options)
     outputs = sorted(file for file in folder.rglob("*") if file.is_file())
     write_manifest(
         folder,
@@ -292,3 +287,104 @@ def _show_notes(rows: Sequence[Row]) -> None:
         print(note)
     if notes:
         print()
+
+
+_PAGE: Final = "paper-checked.md"
+
+
+def add_paper(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: the paper's records, if available, and the folder to write."""
+    parser.add_argument(
+        "--output",
+        type=folder_to_write,
+        default=Path("outputs/paper"),
+        help="folder to write (default: outputs/paper)",
+    )
+    parser.add_argument("--claim", metavar="NAME", help="print only this claim, and write nothing")
+    arguments.add_records(parser, ready=False)
+    add_options(parser, PulseOptions, title="pulses")
+    arguments.add_reading(parser)
+    add_grid(parser)
+    parser.set_defaults(structures=None)
+
+
+def run_paper(options: argparse.Namespace) -> int:
+    """Check the claims, draw the figures, write the page and its manifest."""
+    from rockframe.paper.claims import all_claims
+    from rockframe.paper.pulses import record_claims
+    from rockframe.provenance import whole_folder
+    from rockframe.results.pulses import pulse_rows
+    from rockframe.stages.table import table_rows_of
+
+    if options.claim is not None:
+        claims = all_claims()
+        require_known("claim", options.claim, [claim.name for claim in claims])
+        _show_claims([claim for claim in claims if claim.name == options.claim], options.json)
+        return 0
+    folder: Path = options.output
+    arguments.refuse_folder_of_records(options)
+    tables = _tables(options, "paper")
+    with whole_folder(folder, (*STAGE_FILES, "records.csv", _PAGE)) as partial:
+        computed = _computed(options, tables, partial)
+        made, ingested = computed.datasets, computed.ingested
+        rows = list(table_rows_of(*made))
+        claims = all_claims() + record_claims(rows, pulse_rows(made[1]))
+        _write_page(claims, _draw_all(partial, options.grid), rows, partial)
+        stated = {"records": IngestOptions, "pulse": PulseOptions}
+        _finish(options, partial, ingested, stated)
+    if options.json:
+        console.show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
+    else:
+        _show_claims(claims, False)
+        print(f"{folder / _PAGE}")
+    return console.show_rejections(ingested.rejections)
+
+
+def _draw_all(folder: Path, grid: int) -> dict[str, str]:
+    """Draw all figures of `rockframe figure`; return the title and caption of each by its path."""
+    from rockframe.cli.shown import FigureRequest
+    from rockframe.figures.captioned import save_captioned
+
+    records = folder / "records.nc"
+    # the dimensions of the bridge bent are assumed: the paper states neither
+    request = FigureRequest(
+        records=lambda: nullcontext((records, 0)), grid=grid, spacing=12.0, beam_centre=1.0
+    )
+    captions = {}
+    for name, entry in FIGURES.items():
+        path = folder / "figures" / f"figure-{name}.png"
+        drawn, _ = entry.draw(request)
+        save_captioned(drawn, path)
+        captions[path.relative_to(folder).as_posix()] = f"{drawn.title}. {drawn.caption}"
+    return captions
+
+
+def _write_page(
+    claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[Row], folder: Path
+) -> None:
+    from rockframe.paper.claims import checked_page
+    from rockframe.paper.pulses import find_paper_record, paper_records
+    from rockframe.provenance import whole_file
+
+    own = {row["record_id"] for row in rows if find_paper_record(row["source_file"])}
+    records = f"{len(own)} of the paper's {len(paper_records())} records were found by name"
+    if not own:
+        records += ": claims about its records are not checked, and figures show other records"
+    with whole_file(folder / _PAGE) as partial:
+        partial.write_text(checked_page(claims, figures, f"{records}."), encoding="utf-8")
+
+
+def _show_claims(claims: Sequence[Claim], json: bool) -> None:
+    if json:
+        console.show_json({"claims": [_plain(claim) for claim in claims]})
+        return
+    columns = ("claim", "paper", "ours", "finding")
+    cells = ([one.name, one.printed, one.ours, one.finding.value] for one in claims)
+    console.show_table("The paper, checked", columns, cells)
+    if len(claims) == 1:
+        (claim,) = claims
+        print(f"{claim.where}: {claim.says}. {claim.remark}".rstrip())
+
+
+def _plain(claim: Claim) -> dict[str, Any]:
+    return {**vars(claim), "finding": claim.finding.value, "command": claim.shown_by}
