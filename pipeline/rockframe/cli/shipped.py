@@ -29,7 +29,7 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import Options
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
-from rockframe.paper.pulses import BORROWED, QUANTITIES, compare, statements
+from rockframe.paper.pulses import BORROWED, QUANTITIES, paper_comparisons, statements
 from rockframe.results.tables.rows import (
     Row,
     pulse_mark,
@@ -81,7 +81,7 @@ def run_table1(options: argparse.Namespace) -> int:
         made = computed.datasets
         rows = list(table_rows_of(*made))
         summary = summary_rows(rows, recordings_of(made[0]))
-        comparisons, said = compare(rows, pulse_rows(made[1])), statements(rows)
+        comparisons, said = paper_comparisons(rows, pulse_rows(made[1])), statements(rows)
         write_rows_as(partial / "table.csv", rows)
         write_rows_as(partial / "summary.csv", summary)
         if comparisons:

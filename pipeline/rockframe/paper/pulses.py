@@ -111,7 +111,7 @@ def with_paper_facts(row: Row) -> Row:
     return row | borrowed | {"facts_source": "; ".join(source for source in sources if source)}
 
 
-def compare(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Row]:
+def paper_comparisons(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Row]:
     """Compare PGA, PGV, a_p and T_p of the paper's records with ours.
 
     Parameters
@@ -239,9 +239,9 @@ def record_claims(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ())
     rows : sequence of mapping
         As returned by `table_rows`.
     pulses : iterable of mapping, optional
-        As returned by `pulse_rows` for these records; see `compare`.
+        As returned by `pulse_rows` for these records; see `paper_comparisons`.
     """
-    comparisons = compare(rows, pulses)
+    comparisons = paper_comparisons(rows, pulses)
     others = {one["record_id"]: one["remark"] for one in comparisons if one["remark"]}
     names: set[str] = set()
     claims = []

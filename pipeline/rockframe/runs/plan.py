@@ -351,7 +351,9 @@ def make_plan(study: Study, folder: Path) -> Plan:
             outside = [_digest(json.dumps(study.parameters(), sort_keys=True))]
         keys[step.name] = _unbatched(step, steps).key(known, *code, *outside)
         known |= dict.fromkeys(step.outputs, keys[step.name])
-    stated = tuple(Input(p.name, p, sha256_of(p)) for p in (study.path, study.structures))
+    own = (study.path, study.structures)  # one file, if the study has structures of its own
+    hashes = {path: sha256_of(path) for path in dict.fromkeys(own)}
+    stated = tuple(Input(path.name, path, hashes[path]) for path in own)
     source = source_code_hash()
     plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source, stated)
     _refuse_inputs(plan, study, folder)

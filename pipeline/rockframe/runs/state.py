@@ -284,7 +284,8 @@ def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
     try:
         text = path.read_bytes()
         content: Any = read_json(text) if is_sealed(text) else {}
-        keys, hashes = content["steps"], {**content["outputs"], MANIFEST: sha256_of(path)}
+        own = {MANIFEST: hashlib.sha256(text).hexdigest()}
+        keys, hashes = content["steps"], {**content["outputs"], **own}
         stamps = {}
         for step in plan.steps:
             folders = tuple(name for name in step.outputs if name.endswith("/"))

@@ -99,7 +99,7 @@ def fill_ahead(ground: Float, powers: int, rate: float, ahead: Float) -> None:
 
 
 @compiled
-def compare(
+def match_excursions(
     excursions: Float, window: float, tolerance: float, alone: Float, paired: Float
 ) -> None:
     """Search for the counterparts of each response's excursions in the next response.

@@ -16,7 +16,7 @@ from rockframe.frame import RockingFrame
 from rockframe.rocking.assessments import FirstOverturning
 from rockframe.rocking.batch import Prepared, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.kernels.tails import compare
+from rockframe.rocking.kernels.tails import match_excursions
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 
@@ -174,7 +174,7 @@ class SliverSearch:
             samples = samples.take(np.arange(int(np.argmax(samples.fallen)) + 1))
         single, paired = np.full((2, samples.place.size - 1), -np.inf)
         window = _SAME_TIME / self.frequency_parameter
-        compare(samples.excursions, window, _SAME_DISTANCE, single, paired)
+        match_excursions(samples.excursions, window, _SAME_DISTANCE, single, paired)
         single[samples.fallen[1:]] = np.inf
         chosen = paired > _PAIRED
         for distance, around in limits:
