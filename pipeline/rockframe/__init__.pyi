@@ -3,11 +3,11 @@ from .components import fault_components as fault_components
 from .components import pair_horizontals as pair_horizontals
 from .components import rotate as rotate
 from .components import rotd as rotd
+from .engines.engine import DaskScheduler as DaskScheduler
 from .engines.engine import Engine as Engine
 from .engines.engine import OneProcess as OneProcess
 from .engines.engine import ProcessPool as ProcessPool
 from .engines.engine import map_batches as map_batches
-from .engines.scheduler import DaskScheduler as DaskScheduler
 from .errors import EngineError as EngineError
 from .errors import InputError as InputError
 from .errors import ParameterError as ParameterError

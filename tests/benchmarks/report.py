@@ -21,8 +21,7 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 from tests.benchmarks.size import sized
 
-from rockframe.provenance import sha256_of
-from rockframe.results.manifest import write_manifest
+from rockframe.provenance import sha256_of, write_manifest
 from rockframe.study.structures import SHIPPED_STRUCTURES
 
 COMMAND = str(Path(sys.executable).parent / "rockframe")

@@ -14,8 +14,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches
-from rockframe.engines.scheduler import DaskScheduler, _require_listening, choose_engine
+from rockframe.engines.engine import (
+    DaskScheduler,
+    Engine,
+    OneProcess,
+    ProcessPool,
+    _require_listening,
+    choose_engine,
+    map_batches,
+)
 from rockframe.errors import EngineError, InputError, ParameterError
 from rockframe.provenance import sha256_of
 

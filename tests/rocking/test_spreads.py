@@ -21,8 +21,7 @@ from rockframe.rocking import (
     spreads_of,
     turned_degrees,
 )
-from rockframe.rocking.margins.members import draws
-from rockframe.rocking.margins.spreads import ranks
+from rockframe.rocking.margins.members import draws, ranks
 from rockframe.units import GRAVITY
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)

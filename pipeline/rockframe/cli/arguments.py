@@ -154,7 +154,7 @@ def chosen_structures(options: argparse.Namespace) -> Path:
 
 def chosen_engine(options: argparse.Namespace) -> Engine:
     """Return the engine that computes batches."""
-    from rockframe.engines.scheduler import choose_engine
+    from rockframe.engines.engine import choose_engine
 
     execution = chosen(options, ExecutionOptions)
     return choose_engine(execution.workers, execution.scheduler)

@@ -199,8 +199,7 @@ def _finish(
     models: Mapping[str, type[Options]],
 ) -> int:
     """Write the manifest of a folder. Return the number of files that it lists."""
-    from rockframe.provenance import sha256_of
-    from rockframe.results.manifest import write_manifest
+    from rockframe.provenance import sha256_of, write_manifest
 
     structures = arguments.chosen_structures(options)
     outputs = sorted(file for file in folder.rglob("*") if file.is_file())

@@ -1,8 +1,12 @@
-"""Engines, which compute batches, and threads; all of them give the same results, bit for bit."""
+"""Engines, which compute batches in this process, a pool or on a Dask cluster; and threads.
+
+All of them give the same results, bit for bit. Dask needs the extra ``dask``.
+"""
 
 from __future__ import annotations
 
 import os
+import socket
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
@@ -10,12 +14,17 @@ from collections.abc import Callable, Generator, Iterable, Sequence, Sized
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from time import perf_counter
-from typing import Any, Final, TypeVar
+from time import monotonic, perf_counter
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+from urllib.parse import urlsplit
 
 from rockframe.engines.pool import ATTEMPTS, WorkerDiedError, WorkerPool, awaited
 from rockframe.errors import EngineError, ParameterError
 from rockframe.interruption import check
+from rockframe.provenance import source_code_hash
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -279,3 +288,172 @@ def map_batches(
     [1.0, 2.0]
     """
     yield from (ProcessPool() if engine is None else engine).map(function, batches)
+
+
+#: Longest wait for a scheduler to answer, and to have a worker, when work begins [s].
+_PATIENCE: Final = 5.0
+#: Interval at which the client checks, while it waits, that the scheduler has workers [s].
+_PAUSE: Final = 1.0
+#: Batches that the cluster holds at a time, for each of its threads.
+_AHEAD: Final = 2
+_MUST_BE: Final = "Must be the address of a running Dask scheduler, tcp://HOST:PORT."
+
+
+@dataclass(frozen=True)
+class DaskScheduler(Engine):
+    """The workers of a Dask scheduler.
+
+    Parameters
+    ----------
+    address : str
+        The address that ``dask scheduler`` prints: ``tcp://10.0.0.1:8786``.
+    patience : float
+        Longest time without any worker, once work has begun [s]: a cluster may replace its workers.
+
+    Raises
+    ------
+    EngineError
+        From `map`: if Dask is not installed, the address does not answer, the cluster has no
+        workers or loses all of them, or a worker runs another version of this package.
+
+    Examples
+    --------
+    >>> DaskScheduler("tcp://10.0.0.1:8786").address
+    'tcp://10.0.0.1:8786'
+    """
+
+    address: str
+    patience: float = 30.0
+
+    def map(
+        self, function: Callable[[Batch], Result], batches: Iterable[Batch]
+    ) -> Generator[Result, None, None]:
+        """Yield the results of a function in the order of the batches."""
+        with _connected(self.address) as client:
+            ahead = _AHEAD * _threads(client, self.address)
+            # with pure=True Dask would hash every batch, to share results of equal batches
+            submit = partial(client.submit, function, pure=False)
+            for number, future in enumerate(in_order(submit, ((b,) for b in batches), ahead), 1):
+                yield self._result(client, number, future)
+
+    def _result(self, client: Client, number: int, future: Any) -> Any:
+        from concurrent.futures import CancelledError
+
+        from distributed import KilledWorker
+
+        try:
+            self._wait(client, future)
+            return future.result()
+        except KilledWorker as error:
+            raise EngineError(
+                f"batch {number}: its worker at {self.address} died repeatedly ({error}). "
+                "Check the memory of the workers."
+            ) from None
+        except CancelledError:
+            raise self._lost() from None
+
+    def _wait(self, client: Client, future: Any) -> None:
+        """Wait for a result while there are workers; without workers Dask would wait for ever."""
+        seen = monotonic()
+        while not future.done():
+            check()
+            try:
+                future.exception(timeout=_PAUSE)
+            except TimeoutError:
+                if self._has_workers(client):
+                    seen = monotonic()
+                elif monotonic() - seen > self.patience:
+                    raise EngineError(
+                        f"scheduler {self.address} has had no workers for {self.patience:g} s. "
+                        "Start workers and repeat the command."
+                    ) from None
+
+    def _has_workers(self, client: Client) -> bool:
+        try:
+            return bool(client.nthreads())
+        except OSError:
+            raise self._lost() from None
+
+    def _lost(self) -> EngineError:
+        return EngineError(f"{self.address}: lost the connection to the scheduler before the end.")
+
+
+def _connected(address: str) -> Client:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise EngineError(
+            "Dask is not installed. Install it with: pip install 'rockframe[dask]'."
+        ) from None
+    _require_listening(address)
+    try:
+        return Client(address, timeout=_PATIENCE, set_as_default=False)
+    # another kind of server may answer: its first bytes would be read as a length
+    except (OSError, ValueError, MemoryError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise EngineError(f"Invalid scheduler {address!r}: {reason}. {_MUST_BE}") from None
+
+
+def _require_listening(address: str) -> None:
+    """Reject an address without a server at once; Dask would retry for seconds."""
+    try:
+        parts = urlsplit(address)
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise EngineError(f"Invalid scheduler {address!r}: {error}. {_MUST_BE}") from None
+    if parts.scheme not in ("tcp", "tls") or not host or not port:
+        raise EngineError(f"Invalid scheduler {address!r}. {_MUST_BE}")
+    try:
+        socket.create_connection((host, port), timeout=_PATIENCE).close()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise EngineError(f"Invalid scheduler {address!r}: {reason}. {_MUST_BE}") from None
+
+
+def _threads(client: Client, address: str) -> int:
+    """Return the number of threads of all workers; refuse workers of another version."""
+    try:
+        client.wait_for_workers(1, timeout=_PATIENCE)
+    except TimeoutError:
+        raise EngineError(f"scheduler {address} has no workers. Start at least one.") from None
+    for worker, found in client.run(_code_of_worker).items():
+        if found != source_code_hash():
+            raise EngineError(
+                f"Dask worker {worker} runs another version of rockframe. Install the same "
+                "version on all workers, for the same results."
+            )
+    threads: int = sum(client.nthreads().values())
+    return max(1, threads)
+
+
+def _code_of_worker() -> str:
+    return source_code_hash()
+
+
+def choose_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
+    """Return the engine for the options of a command.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Number of processes; 1 uses only this process; by default one for each core.
+    scheduler : str, optional
+        Address of a Dask scheduler to use instead of processes.
+
+    Raises
+    ------
+    ParameterError
+        If `workers` is not positive, or both are given.
+
+    Examples
+    --------
+    >>> choose_engine(1)
+    OneProcess()
+    >>> choose_engine(4).workers
+    4
+    """
+    if scheduler is not None:
+        if workers is not None:
+            raise ParameterError("--workers and --scheduler both given. State only one of them.")
+        return DaskScheduler(scheduler)
+    return OneProcess() if workers == 1 else ProcessPool(workers)

@@ -26,8 +26,7 @@ from rockframe.rocking.assessments import BANDS, Bands, EnsembleResponse
 from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.ensemble import ensemble_responses, quantiles
-from rockframe.rocking.margins.members import draws, hypercube
-from rockframe.rocking.margins.versions import Versions
+from rockframe.rocking.margins.members import Versions, draws, hypercube
 from rockframe.rocking.reactions import ground_at_nodes, reactions
 from rockframe.rocking.response import Response, as_ground, first_crossing, respond
 from rockframe.rocking.verdict import Verdict

@@ -15,8 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.provenance import MANIFEST, sha256_of
-from rockframe.results.manifest import read_manifest
+from rockframe.provenance import MANIFEST, read_manifest, sha256_of
 from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import opened
 from rockframe.results.response import strips_of

@@ -15,8 +15,7 @@ from rockframe.rocking.batch import Prepared, respond_many, respond_scenarios, s
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.ensemble import shaken
 from rockframe.rocking.margins.margins import margins
-from rockframe.rocking.margins.members import draws, members
-from rockframe.rocking.margins.versions import MakesVersions
+from rockframe.rocking.margins.members import MakesVersions, draws, members
 from rockframe.rocking.response import Response, as_ground, respond
 
 Arrays = dict[str, NDArray[Any]]

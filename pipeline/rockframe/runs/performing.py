@@ -10,8 +10,15 @@ from typing import Any, Final
 
 import xarray as xr
 
-from rockframe.engines.engine import Engine, OneProcess, ProcessPool, map_batches, serve
-from rockframe.engines.scheduler import DaskScheduler, choose_engine
+from rockframe.engines.engine import (
+    DaskScheduler,
+    Engine,
+    OneProcess,
+    ProcessPool,
+    choose_engine,
+    map_batches,
+    serve,
+)
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import check
 from rockframe.options import STAGES, STRUCTURES, Stage, loaded

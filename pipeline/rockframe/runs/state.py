@@ -26,6 +26,7 @@ from rockframe.provenance import (
     sealed,
     sha256_of,
     whole_file,
+    write_manifest,
 )
 from rockframe.runs.plan import KEPT, Input, Plan, Step
 
@@ -515,8 +516,6 @@ def finish(folder: Path) -> int:
     InputError
         If an input changed or is missing since the run was planned, or if an output is missing.
     """
-    from rockframe.results.manifest import write_manifest
-
     plan = read_plan(folder)
     inputs = {file.name: file.sha256 for file in plan.inputs}
     changed, read = changed_inputs(plan.inputs), _read_by_ingest(folder)

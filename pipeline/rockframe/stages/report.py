@@ -14,6 +14,7 @@ from rockframe.options.model import ReportOptions
 from rockframe.provenance import (
     MANIFEST,
     processor,
+    read_manifest,
     refuse_obstacles,
     refuse_overwriting,
     sha256_of,
@@ -23,7 +24,6 @@ from rockframe.provenance import (
 )
 from rockframe.report.comparison import comparison_content
 from rockframe.report.page import choose, is_whole, render, sealed
-from rockframe.results.manifest import read_manifest
 from rockframe.results.merging import Described, describe
 from rockframe.results.pulses import recordings_of
 from rockframe.results.records import open_records

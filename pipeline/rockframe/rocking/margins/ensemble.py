@@ -19,9 +19,14 @@ from rockframe.rocking.assessments import BANDS, Band, Bands, EnsembleResponse, 
 from rockframe.rocking.batch import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.contact import impact_friction_demand, joint_forces
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.margins.members import draws, members, require_members, require_motion
-from rockframe.rocking.margins.spreads import rank_correlations
-from rockframe.rocking.margins.versions import Versions
+from rockframe.rocking.margins.members import (
+    Versions,
+    draws,
+    members,
+    rank_correlations,
+    require_members,
+    require_motion,
+)
 from rockframe.rocking.reactions import reactions
 from rockframe.rocking.response import Response, as_ground, require_some, respond
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, Verdict

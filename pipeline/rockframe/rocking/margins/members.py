@@ -1,18 +1,21 @@
-"""Members of an ensemble of plausible structures and amplitudes."""
+"""Members of an ensemble: structures, amplitudes, versions of the motion; their correlations."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Final
+from typing import Final, Protocol, Self
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import LEAST_MEMBERS, Ensemble, RespondOptions, ScreenOptions
+from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import refuse_flight, ties_of
 
@@ -184,3 +187,178 @@ def chosen_ensemble(
     for frame in frames:
         members(options.ensemble, frame)
     return options.ensemble
+
+
+#: Number of values of a spread that takes versions of the motion.
+VALUES: Final = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Versions:
+    """The versions of one motion, which all structures share.
+
+    Parameters
+    ----------
+    grounds : tuple of GroundAcceleration
+        The versions.
+    of_member : array of int, shape (members,)
+        Index of the version of each member.
+    varied : tuple of str
+        The spreads in which the versions differ.
+    """
+
+    grounds: tuple[GroundAcceleration, ...]
+    of_member: NDArray[np.int64]
+    varied: tuple[str, ...]
+
+    def scaled(self, factor: float) -> Self:
+        """Return the versions of the motion multiplied by a factor [1]."""
+        return replace(self, grounds=tuple(ground.scaled(factor) for ground in self.grounds))
+
+
+class MakesVersions(Protocol):
+    """A motion from which versions can be made."""
+
+    def versions(self, ensemble: Ensemble, motion: Record | GroundAcceleration) -> Versions:
+        """Return the versions that the members of an ensemble need."""
+
+
+@lru_cache(maxsize=16)
+def corner_factors(ensemble: Ensemble) -> Float:
+    """Return the factor of the lower corner of the band-pass of each member [1].
+
+    The factors are the same for all motions and structures.
+
+    Examples
+    --------
+    >>> factors = corner_factors(Ensemble())
+    >>> sorted({round(one, 3) for one in factors.tolist()})
+    [0.5, 0.707, 1.0, 1.414, 2.0]
+    """
+    largest, root = ensemble.corner, math.sqrt(ensemble.corner)
+    factors: Float = np.array([1.0 / largest, 1.0 / root, 1.0, root, largest])[_drawn(ensemble)[0]]
+    factors.flags.writeable = False  # the cache returns this array again
+    return factors
+
+
+@lru_cache(maxsize=16)
+def turned_degrees(ensemble: Ensemble) -> Float:
+    """Return the angle by which the motion of each member is turned clockwise [degree].
+
+    The angles are the same for all motions and structures.
+
+    Examples
+    --------
+    >>> sorted(set(turned_degrees(Ensemble(orientation_degree=3.0)).tolist()))
+    [-3.0, -1.5, 0.0, 1.5, 3.0]
+    """
+    degrees: Float = ensemble.orientation_degree * np.linspace(-1.0, 1.0, VALUES)
+    turned: Float = degrees[_drawn(ensemble)[1]]
+    turned.flags.writeable = False
+    return turned
+
+
+def _drawn(ensemble: Ensemble) -> NDArray[np.int64]:
+    """Return the values that each member has, counted from 0, shape (2, members).
+
+    The values are as equally frequent as their number allows, and symmetric about the middle one.
+    """
+    rng = np.random.default_rng([ensemble.seed, 2])  # not the draws of the structures
+    values = (2 * np.arange(ensemble.members) + 1) * VALUES // (2 * ensemble.members)
+    return np.array([rng.permutation(values) for _ in range(2)])
+
+
+#: Spreads of rocking frames, and the value that switches each off.
+_OFF: Final = {
+    **{"height": 0.0, "width": 0.0, "impact_loss": 1.0, "amplitude": 0.0},
+    **{"corner": 1.0, "orientation_degree": 0.0},
+}
+#: Share of independent spreads whose rank correlation is larger than that by chance [1].
+_BY_CHANCE: Final = 0.05
+
+
+def spreads_of(ensemble: Ensemble) -> tuple[str, ...]:
+    """Return the names of the spreads of rocking frames that are not switched off.
+
+    Examples
+    --------
+    >>> spreads_of(Ensemble(height=0.0, corner=1.0))
+    ('width', 'impact_loss', 'amplitude')
+    """
+    return tuple(name for name, off in _OFF.items() if getattr(ensemble, name) != off)
+
+
+def rank_correlations(
+    peaks: Float, ensemble: Ensemble, versions: Versions | None = None
+) -> dict[str, float]:
+    """Return Spearman's rank correlation between each spread and the peaks of the members [1].
+
+    Parameters
+    ----------
+    peaks : array, shape (members,)
+        Peaks of the members. Those of members that overturn are infinite, the largest ranks.
+    ensemble : Ensemble
+        The ensemble.
+    versions : Versions, optional
+        Versions of the motion.
+
+    Returns
+    -------
+    dict of str to float
+        By the names of `spreads_of`. NaN for a spread in which the motion is not varied, and for
+        all spreads if all peaks are equal.
+
+    Examples
+    --------
+    >>> chosen = Ensemble(corner=1.0)
+    >>> found = rank_correlations(draws(chosen)[:, 3], chosen)
+    >>> round(found["amplitude"], 3), abs(found["height"]) < 0.3
+    (1.0, True)
+    """
+    drawn, peak = _drawn_ranks(ensemble), _centred(ranks(peaks))
+    varied = () if versions is None else versions.varied
+    found = {}
+    for name in spreads_of(ensemble):
+        known = name in varied or name not in ("corner", "orientation_degree")
+        size = math.sqrt(float(np.square(drawn[name]).sum() * np.square(peak).sum()))
+        product = float((drawn[name] * peak).sum())
+        found[name] = product / size if known and size > 0.0 else math.nan
+    return found
+
+
+@lru_cache(maxsize=16)
+def _drawn_ranks(ensemble: Ensemble) -> Mapping[str, Float]:
+    """Return the ranks of the members in each spread, less their mean."""
+    columns = (*draws(ensemble).T, corner_factors(ensemble), turned_degrees(ensemble))
+    return {name: _centred(ranks(drawn)) for name, drawn in zip(_OFF, columns, strict=True)}
+
+
+def _centred(values: Float) -> Float:
+    return np.asarray(values - values.mean())
+
+
+def ranks(values: Float) -> Float:
+    """Return the ranks of values, counted from 1; equal values have their mean rank.
+
+    Examples
+    --------
+    >>> ranks(np.array([0.3, np.inf, 0.1, np.inf])).tolist()
+    [2.0, 3.5, 1.0, 3.5]
+    """
+    ordered = np.sort(values)
+    below = np.searchsorted(ordered, values, "left")
+    return np.asarray(0.5 * (below + np.searchsorted(ordered, values, "right") + 1.0))
+
+
+@lru_cache(maxsize=16)
+def correlation_by_chance(members: int) -> float:
+    """Return the rank correlation, up or down, that 5 % of independent spreads exceed [1].
+
+    Examples
+    --------
+    >>> round(correlation_by_chance(64), 3)
+    0.246
+    """
+    freedom = members - 2
+    quantile = float(scipy.special.stdtrit(freedom, 1.0 - 0.5 * _BY_CHANCE))
+    return quantile / math.sqrt(freedom + quantile**2)
