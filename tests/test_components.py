@@ -20,11 +20,13 @@ from rockframe.components import (
     pair_horizontals,
     rotate,
     rotd,
+    rotd_spectral_acceleration,
     vertical_beside,
 )
 from rockframe.errors import ParameterError
 from rockframe.options.ingest import IngestOptions
 from rockframe.record import Orientation, Record
+from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import integrate, peak
 
 angles = st.floats(-720.0, 720.0)
@@ -290,3 +292,24 @@ def test_public_names() -> None:
     assert rockframe.rotate is rotate
     assert isinstance(rockframe.rotd(PAIR), Sweep)
     assert rockframe.pair_horizontals([PAIR.first, PAIR.second])[0] == (PAIR,)
+
+
+def test_rotd_of_a_spectral_acceleration_is_that_of_rotated_records() -> None:
+    sweep = rotd_spectral_acceleration(PAIR, 0.3)
+    for azimuth in (0, 37, 90):
+        one = rotate(PAIR, azimuth)
+        expected = spectral_acceleration(one.acceleration, one.time_step, [0.3])[0]
+        assert sweep.values[azimuth] == pytest.approx(expected, rel=1e-12)
+
+
+def test_rotd_of_a_motion_in_one_direction_has_closed_forms() -> None:
+    """Toward an azimuth the spectral acceleration is |cos| of the angle between the two."""
+    motion = PAIR.first.acceleration
+    along = HorizontalPair(
+        replace(PAIR.first, acceleration=0.8 * motion),
+        replace(PAIR.second, acceleration=0.6 * motion),
+    )
+    expected = spectral_acceleration(motion, PAIR.first.time_step, [0.3])[0]
+    sweep = rotd_spectral_acceleration(along, 0.3)
+    assert sweep.percentile(100) == pytest.approx(expected, rel=1e-4)
+    assert sweep.percentile(50) == pytest.approx(expected * math.sqrt(0.5), rel=1e-2)

@@ -3,6 +3,7 @@ from .components import fault_components as fault_components
 from .components import pair_horizontals as pair_horizontals
 from .components import rotate as rotate
 from .components import rotd as rotd
+from .components import rotd_spectral_acceleration as rotd_spectral_acceleration
 from .engines.engine import DaskScheduler as DaskScheduler
 from .engines.engine import Engine as Engine
 from .engines.engine import OneProcess as OneProcess

@@ -6,6 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from hashlib import sha256
 from typing import Final
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.outcome import InputOutcome
 from rockframe.record import LONGEST_ID, Orientation, Record
+from rockframe.signals.measures import oscillator_peak, oscillator_response
 
 Float = NDArray[np.float64]
 
@@ -503,3 +505,38 @@ def rotd(
         else:
             values += [measure(series) for series in rotated]
     return Sweep(toward, np.array(values))
+
+
+def rotd_spectral_acceleration(
+    pair: HorizontalPair, period: float, *, damping: float = 0.05
+) -> Sweep:
+    """Return the pseudo-spectral acceleration at each azimuth [m s-2], from 0 to 179 degrees.
+
+    Toward the azimuth of a component it is that of `spectral_acceleration`.
+
+    Parameters
+    ----------
+    pair : HorizontalPair
+        The two recorded components.
+    period : float
+        Period of the oscillator [s].
+    damping : float
+        Share of critical damping [1].
+
+    Raises
+    ------
+    ParameterError
+        Unless period and damping are positive and finite, and the damping is below 1.
+
+    Examples
+    --------
+    >>> east, north = (
+    ...     Record(record_id=name, acceleration=[0.0, 3.0, 0.0], time_step=0.01, azimuth=azimuth)
+    ...     for name, azimuth in (("e", 90.0), ("n", 0.0))
+    ... )
+    >>> sweep = rotd_spectral_acceleration(HorizontalPair(east, north), 1.0)
+    >>> print(f"{sweep.percentile(100):.3f} m/s2 toward {sweep.strongest_azimuth:g} degrees")
+    0.247 m/s2 toward 45 degrees
+    """
+    response = partial(oscillator_response, period=period, damping=damping)
+    return rotd(pair, transform=response, measure=oscillator_peak)

@@ -22,6 +22,7 @@ from rockframe.results.records import read_records
 from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
+    cumulative_absolute_velocity,
     longest_constant,
     opening_share,
     significant_duration,
@@ -69,6 +70,18 @@ def test_arias_intensity_of_a_sine_is_that_of_its_mean_square() -> None:
 
 def test_arias_intensity_grows_with_the_square() -> None:
     assert arias_intensity(2 * shake(), STEP) == pytest.approx(4 * arias_intensity(shake(), STEP))
+
+
+def test_cav_of_a_sine_is_two_over_pi_of_its_amplitude_times_the_duration() -> None:
+    sine = 3.0 * np.sin(2 * np.pi * TIME)
+    found = cumulative_absolute_velocity(sine, STEP)
+    assert found == pytest.approx(2.0 / math.pi * 3.0 * 40.0, rel=1e-3)
+
+
+def test_cav_grows_with_the_amplitude_and_does_not_depend_on_the_sign() -> None:
+    found = cumulative_absolute_velocity(-2 * shake(), STEP)
+    assert found == pytest.approx(2 * cumulative_absolute_velocity(shake(), STEP))
+    assert checked(shake()).measures.cumulative_absolute_velocity == pytest.approx(found / 2)
 
 
 @pytest.mark.parametrize(("end", "expected"), [(0.95, 36.0), (0.75, 28.0)])

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from rockframe.errors import ParameterError
-from rockframe.signals.measures import spectral_acceleration
+from rockframe.signals.measures import housner_intensity, spectral_acceleration
 from rockframe.signals.processing import peak
 
 STEP = 0.02
@@ -68,3 +68,18 @@ def test_the_peak_after_the_end_counts() -> None:
 def test_impossible_oscillators_are_refused(periods: list[float], damping: float) -> None:
     with pytest.raises(ParameterError, match="Must be above 0"):
         spectral_acceleration(NOISE, STEP, periods, damping=damping)
+
+
+def test_housner_intensity_of_a_sudden_acceleration_has_a_closed_form() -> None:
+    """PSV = a (1 + exp(-pi zeta / sqrt(1 - zeta^2))) T / 2 pi, whose integral is quadratic in T."""
+    found = housner_intensity(np.full(3000, 2.0), 0.002)
+    over = math.exp(-math.pi * 0.05 / math.sqrt(1.0 - 0.05**2))
+    expected = 2.0 * (1.0 + over) * (2.5**2 - 0.1**2) / (4.0 * math.pi)
+    assert found == pytest.approx(expected, rel=5e-5)
+
+
+def test_housner_intensity_is_the_integral_of_the_spectrum_at_twice_as_many_periods() -> None:
+    periods = np.linspace(0.1, 2.5, 241)
+    velocity = spectral_acceleration(NOISE, STEP, periods) * periods / (2.0 * math.pi)
+    expected = 3.0 * np.trapezoid(velocity, periods)
+    assert housner_intensity(-3.0 * NOISE, STEP) == pytest.approx(expected, rel=1e-3)

@@ -15,8 +15,10 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.respond import RespondOptions
+from rockframe.record import Record
 from rockframe.results.records import read_records
 from rockframe.results.response import open_response
+from rockframe.signals.measures import arias_intensity, spectral_acceleration
 from rockframe.signals.passport import Passport
 from rockframe.stages.ingest import ingest_stage
 from rockframe.stages.respond import respond_stage
@@ -76,10 +78,15 @@ def test_a_vertical_is_cut_with_its_pair_and_found_by_respond(tmp_path: Path) ->
         assert len(response.records) == 2
 
 
-def test_rotd_of_both_horizontals_stands_beside_each(tmp_path: Path) -> None:
+def test_rotd_of_both_horizontals_stands_beside_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The Housner intensity has 121 periods; here, the column only has to be that of the function.
+    monkeypatch.setattr("rockframe.results.records.housner_intensity", arias_intensity)
     folder = three(tmp_path / "in")
     for name, rotation in (("as.nc", None), ("to.nc", 30.0)):
-        ingest_stage([folder], tmp_path / name, IngestOptions(azimuth_degree=rotation), workers=0)
+        options = IngestOptions(azimuth_degree=rotation, spectral_periods_s=(1.0,))
+        ingest_stage([folder], tmp_path / name, options, workers=0)
     with xr.open_dataset(tmp_path / "as.nc") as recorded, xr.open_dataset(tmp_path / "to.nc") as to:
         across = recorded.isel(record=[0, 1])
         assert (across["pga_rotd100"] >= across["pga"].max()).all()
@@ -87,6 +94,23 @@ def test_rotd_of_both_horizontals_stands_beside_each(tmp_path: Path) -> None:
         assert np.isnan(recorded["pga_rotd50"].values[2])
         for name in ("pga_rotd50", "pga_rotd100", "pgv_rotd50", "pgv_rotd100", "azimuth_rotd100"):
             assert to[name].values[0] == recorded[name].values[0] == recorded[name].values[1]
+        _require_spectra(recorded, to, read_records(tmp_path / "to.nc")[0])
+
+
+def _require_spectra(recorded: xr.Dataset, to: xr.Dataset, rotated: Record) -> None:
+    """Spectra are those of the record itself, and RotD those of the pair, whatever the rotation."""
+    assert to["spectral_period"].values.tolist() == [1.0]
+    expected = spectral_acceleration(rotated.acceleration, rotated.time_step, [1.0])
+    np.testing.assert_array_equal(to["spectral_acceleration"].values[0], expected)
+    found = arias_intensity(rotated.acceleration, rotated.time_step)
+    assert to["housner_intensity"].values[0] == found
+    assert np.isnan(recorded["spectral_acceleration_rotd50"].values[2]).all()
+    across = recorded["spectral_acceleration"].values[:2].max(axis=0)
+    assert (recorded["spectral_acceleration_rotd100"].values[0] >= across).all()
+    for share in ("rotd50", "rotd100"):
+        name = f"spectral_acceleration_{share}"
+        for other in (to[name].values[0], recorded[name].values[1]):
+            np.testing.assert_array_equal(recorded[name].values[0], other)
 
 
 def test_rotd_is_that_of_the_pair_cut_to_its_vertical_wherever_the_files_lie(

@@ -183,7 +183,10 @@ def records_file(
         return
     with scratch_folder() as folder:
         made = folder / "records.nc"
-        ingested = ingest_stage(given, made, ingest, workers=workers)
+        # No command reads the spectra of a temporary file.
+        ingested = ingest_stage(
+            given, made, ingest.replaced(spectral_periods_s=None), workers=workers
+        )
         yield made, show_rejections(ingested.rejections)
 
 

@@ -15,6 +15,7 @@ from rockframe.options.model import (
     File,
     Options,
     Positive,
+    PositiveNumbers,
     Range,
     Sites,
     Units,
@@ -203,6 +204,11 @@ class IngestOptions(Options):
     strike_degree: Annotated[Azimuth | None, Field(examples=[120.0])] = None
     """Replace the two horizontals of each station by the motions normal and parallel to a fault of
     this strike [degree]."""
+
+    spectral_periods_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5, 1.0)])] = None
+    """Periods [s] of the spectral accelerations in records.nc, 5 % damped: of each record, and
+    RotD50 and RotD100 of both horizontals. The file then has the Housner intensity, too. Computing
+    them takes many times as long as reading the records."""
 
     @model_validator(mode="after")
     def _one_rotation(self) -> Self:

@@ -13,7 +13,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.components import MOTION_FIELDS, motion_key, pair_horizontals
+from rockframe.components import (
+    MOTION_FIELDS,
+    HorizontalPair,
+    motion_key,
+    pair_horizontals,
+    rotd_spectral_acceleration,
+)
 from rockframe.components import rotd as rotd_of
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.record import Orientation, Record
@@ -22,6 +28,7 @@ from rockframe.results.schema import RECORDS
 from rockframe.results.schema.records import RECORDS_NC
 from rockframe.results.writing import Growing, Row, slices, write_rows
 from rockframe.signals.corner import UNCHANGED, Corner, CornerSource
+from rockframe.signals.measures import housner_intensity, spectral_acceleration
 from rockframe.signals.passport import Passport
 from rockframe.signals.processing import AsRead, BandPass, integrate, peak
 
@@ -37,7 +44,8 @@ def write_records(
     *,
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
-    rotd: Mapping[Hashable, Mapping[str, float]] | None = None,
+    rotd: Mapping[Hashable, Mapping[str, Any]] | None = None,
+    spectral_periods: Sequence[float] = (),
 ) -> tuple[dict[str, str], xr.Dataset]:
     """Write the output of the ingest stage, complete or not at all; one record is in memory at a
     time.
@@ -59,6 +67,9 @@ def write_records(
     rotd : mapping, optional
         Measures of both horizontals by variable, for each motion (`RecordsFile.rotd`); by default
         those of the pairs among the records. Without passports the file has none.
+    spectral_periods : sequence of float
+        Periods [s] of the spectral accelerations that the file contains, with the Housner
+        intensity; by default it has neither.
 
     Returns
     -------
@@ -72,7 +83,7 @@ def write_records(
     InputError
         If the file cannot be written.
     """
-    inputs = dict(input_sha256)
+    inputs, periods = dict(input_sha256), tuple(spectral_periods)
 
     def complete(columns: Mapping[str, list[Any]]) -> Mapping[str, list[Any]]:
         for of in ("source", "instrument"):
@@ -83,11 +94,13 @@ def write_records(
     def measures(columns: Mapping[str, list[Any]], written: Growing) -> Mapping[str, Any]:
         if "passport" not in columns:
             return {}
-        return _rotd(columns, _rotd_of_pairs(columns, written) if rotd is None else rotd)
+        found = _rotd_of_pairs(columns, written, periods) if rotd is None else rotd
+        spectra = {"spectral_period": periods} if periods else {}
+        return {**_rotd(columns, found, len(periods)), **spectra}
 
     made = write_rows(
         RECORDS_NC,
-        (_row(*one) for one in records),
+        (_row(*one, periods=periods) for one in records),
         path,
         complete,
         further=measures,
@@ -106,23 +119,26 @@ def _motions(values: Mapping[str, Sequence[Any]]) -> dict[Hashable, list[int]]:
 
 
 def _rotd(
-    values: Mapping[str, Sequence[Any]], rotd: Mapping[Hashable, Mapping[str, float]]
-) -> dict[str, list[float]]:
+    values: Mapping[str, Sequence[Any]], rotd: Mapping[Hashable, Mapping[str, Any]], periods: int
+) -> dict[str, list[Any]]:
     """Return RotD of each record by variable: of its motion, NaN for verticals."""
-    unknown: Mapping[str, float] = dict.fromkeys(_ROTD, math.nan)
-    of_row = [unknown] * len(values["record_id"])
+    unknown: dict[str, Any] = dict.fromkeys(_ROTD, math.nan)
+    if periods:
+        unknown |= dict.fromkeys(_ROTD_OF_SPECTRA, [math.nan] * periods)
+    of_row: list[Mapping[str, Any]] = [unknown] * len(values["record_id"])
     for motion, rows in _motions(values).items():
         for row in rows:
             if not values["orientation"][row].upright:
                 of_row[row] = rotd.get(motion, unknown)
-    return {name: [of_one[name] for of_one in of_row] for name in _ROTD}
+    return {name: [of_one[name] for of_one in of_row] for name in unknown}
 
 
 def _rotd_of_pairs(
-    values: Mapping[str, list[Any]], written: Growing
-) -> dict[Hashable, dict[str, float]]:
+    values: Mapping[str, list[Any]], written: Growing, periods: Sequence[float]
+) -> dict[Hashable, dict[str, Any]]:
     """Return RotD of each motion of two horizontals; one motion is in memory at a time."""
-    where, found = slices(values["row_size"]), {}
+    where = slices(values["row_size"])
+    found: dict[Hashable, dict[str, Any]] = {}
 
     def record(row: int) -> Record:
         samples = written.appended("acceleration", where[row])
@@ -135,10 +151,26 @@ def _rotd_of_pairs(
                 pga, pgv = rotd_of(pair), rotd_of(pair, transform=integrate)
                 shares = [one.percentile(share) for one in (pga, pgv) for share in (50, 100)]
                 found[motion] = dict(zip(_ROTD, (*shares, pga.strongest_azimuth), strict=True))
+                if periods:
+                    found[motion] |= _rotd_of_spectra(pair, periods)
     return found
 
 
-def _row(record: Record, passport: Passport | None, as_read: AsRead | None = None) -> Row:
+def _rotd_of_spectra(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, list[float]]:
+    sweeps = [rotd_spectral_acceleration(pair, period) for period in periods]
+    return {
+        name: [sweep.percentile(share) for sweep in sweeps]
+        for name, share in zip(_ROTD_OF_SPECTRA, (50, 100), strict=True)
+    }
+
+
+def _row(
+    record: Record,
+    passport: Passport | None,
+    as_read: AsRead | None = None,
+    *,
+    periods: Sequence[float] = (),
+) -> Row:
     """Return the series of a record and its other values, by variable."""
     series = {"acceleration": record.acceleration}
     if passport is not None:
@@ -155,6 +187,10 @@ def _row(record: Record, passport: Passport | None, as_read: AsRead | None = Non
         known |= RECORDS_NC.filled("measures", passport.measures)
         known |= RECORDS_NC.filled("passport", passport)
         known["corner_frequency_high"] = math.nan if as_read is None else as_read.band.high
+    if periods:
+        motion = record.acceleration, record.time_step
+        known["spectral_acceleration"] = spectral_acceleration(*motion, periods)
+        known["housner_intensity"] = housner_intensity(*motion)
     return series, known
 
 
@@ -172,6 +208,7 @@ def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
 _FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
 #: RotD50 and RotD100 of PGA and PGV, and the azimuth of the largest acceleration.
 _ROTD: Final = ("pga_rotd50", "pga_rotd100", "pgv_rotd50", "pgv_rotd100", "azimuth_rotd100")
+_ROTD_OF_SPECTRA: Final = ("spectral_acceleration_rotd50", "spectral_acceleration_rotd100")
 #: Allowed relative difference between the peaks of samples and the stated peaks: samples may have
 #: single precision.
 _PEAK_TOLERANCE: Final = 1e-5
@@ -239,11 +276,12 @@ class RecordsFile:
         return {key: [names[row] for row in rows] for key, rows in _motions(values).items()}
 
     @property
-    def rotd(self) -> dict[Hashable, dict[str, float]]:
+    def rotd(self) -> dict[Hashable, dict[str, Any]]:
         """RotD of each motion of which the file states it, by variable."""
-        values, across = self._columns(*_ROTD), [not one.upright for one in self.orientations]
+        names = [name for name in (*_ROTD, *_ROTD_OF_SPECTRA) if name in self._values_of]
+        values, across = self._columns(*names), [not one.upright for one in self.orientations]
         return {
-            motion: {name: float(column[row]) for name, column in values.items()}
+            motion: {name: column[row] for name, column in values.items()}
             for motion, rows in _motions(self._columns(*MOTION_FIELDS)).items()
             for row in [row for row in rows if across[row]][:1]
         }
@@ -326,7 +364,9 @@ class RecordsFile:
             require_known("record", name, self._rows)
         row = self._rows[name]
         known: dict[Any, Any] = {
-            key: array.values[row] for key, array in self._values_of.variables.items()
+            key: array.values[row]
+            for key, array in self._values_of.variables.items()
+            if array.dims == ("record",)
         }
         with damage_named(self.path, RECORDS):
             samples = self._series["acceleration"][self._samples_of[row]].values

@@ -16,6 +16,7 @@ from rockframe.signals.corner import UNCHANGED, Corner
 from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
+    cumulative_absolute_velocity,
     longest_constant,
     opening_share,
     significant_duration,
@@ -102,6 +103,8 @@ class Measures:
         Peak velocity after processing, integrated from rest [m s-1].
     arias_intensity : float
         Arias intensity after processing [m s-1].
+    cumulative_absolute_velocity : float
+        Integral of |a| after processing [m s-1].
     strong_start, strong_end, strong_end_75 : float
         Times at which the Arias intensity reaches 5, 95 and 75 % of its final value [s].
     end_velocity, end_displacement : float
@@ -130,6 +133,7 @@ class Measures:
     peak_acceleration: float
     peak_velocity: float
     arias_intensity: float
+    cumulative_absolute_velocity: float
     strong_start: float
     strong_end: float
     strong_end_75: float
@@ -251,6 +255,7 @@ def _measure(before: Record, after: Record, ratio: float, moving: tuple[float, f
         peak_acceleration=peak(after.acceleration),
         peak_velocity=peak(from_rest),
         arias_intensity=arias_intensity(after.acceleration, step),
+        cumulative_absolute_velocity=cumulative_absolute_velocity(after.acceleration, step),
         strong_start=start,
         strong_end=end,
         strong_end_75=significant_duration(after.acceleration, step, 0.05, 0.75)[1],

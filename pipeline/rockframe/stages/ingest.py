@@ -200,6 +200,7 @@ def ingest_stage(
             place,
             input_sha256={name: sha256_of(path) for name, path in catalogues.items()},
             parameters=parameters,
+            spectral_periods=options.spectral_periods_s or (),
         )
         if azimuths:
             outcomes, acceptance = acceptance.outcomes, accepting(filters)
@@ -210,6 +211,7 @@ def ingest_stage(
                     input_sha256=inputs,
                     parameters=parameters,
                     rotd=recorded.rotd,
+                    spectral_periods=options.spectral_periods_s or (),
                 )
     rows = acceptance.publish()
     rejections = tuple(row for row in rows if row.status == "rejected")
