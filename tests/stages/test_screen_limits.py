@@ -5,25 +5,34 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 from tests.conftest import SHARED
-from tests.screening import STRUCTURES, site, stored, structures
+from tests.screening import STRUCTURES, sine, site, stored, structures, three
 
 from rockframe import Abutment, RockingFrame, Tendon, respond, respond_many
+from rockframe.components import pair_horizontals, rotd, rotd_spectral_acceleration
 from rockframe.errors import ParameterError
 from rockframe.figures.fragility import draw_fragility
+from rockframe.options.model import FurtherMeasure
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.report.page import screening_content
 from rockframe.results.screen import read_screening
-from rockframe.results.screen_tables import screen_summary
-from rockframe.risk import LimitState, Outcome, fit_fragility
+from rockframe.results.screen_tables import screen_rows, screen_summary
+from rockframe.risk import FURTHER, LimitState, Outcome, fit_fragility
 from rockframe.risk.fragility import peaks_of_frames
-from rockframe.signals.measures import spectral_acceleration
+from rockframe.signals.measures import (
+    arias_intensity,
+    cumulative_absolute_velocity,
+    spectral_acceleration,
+)
+from rockframe.signals.processing import integrate
 from rockframe.stages.screen import screen_stage
+from rockframe.units import GRAVITY
 
 Screen = Callable[..., xr.Dataset]
 SCALES = np.geomspace(0.25, 3.0, 8)
@@ -135,6 +144,68 @@ def test_spectral_accelerations_are_measures(screen: Screen) -> None:
     reached = (found["verdict"].sel(structure="slender") == 2).values
     of_pga = fit_fragility([float(sa[1]) for sa in expected], SCALES, reached)
     assert_allclose(float(fit["fragility_median"]), of_pga.median)
+
+
+def test_fragilities_over_measures_of_equal_motions_differ_by_their_scale_and_power(
+    screen: Screen,
+) -> None:
+    """The motions are one sine at several amplitudes A. CAV is proportional to A, and the Arias
+    intensity to A squared: its beta is twice as large, and both likelihoods are that of PGA.
+    """
+    records = site(5)
+    found = screen(records, scales=SCALES, measures=("cav", "arias_intensity"))
+    one = found.sel(structure="slender", limit_state="overturning")
+    of_pga = one.sel(measure="pga")
+    for name, power, function in (
+        ("cav", 1, cumulative_absolute_velocity),
+        ("arias_intensity", 2, arias_intensity),
+    ):
+        fit = one.sel(measure=name)
+        values = [function(record.acceleration, record.time_step) for record in records]
+        assert_allclose(found[name], values)
+        ratio = values[0] / records[0].pga ** power
+        median = ratio * float(of_pga["fragility_median"]) ** power
+        assert_allclose(fit["fragility_median"], median, rtol=1e-6)
+        beta = power * float(of_pga["fragility_lognormal_beta"])
+        assert_allclose(fit["fragility_lognormal_beta"], beta, rtol=1e-6)
+        assert_allclose(fit["log_likelihood"], of_pga["log_likelihood"])
+        assert_allclose(fit["bin_share"], of_pga["bin_share"])
+        ends = fit["fragility_intensity"].values[[0, -1]]
+        assert_allclose(
+            ends * [1.25, 0.8], fit[["fragility_lowest", "fragility_highest"]].to_array()
+        )
+
+
+def test_measures_of_both_horizontals_are_those_of_the_pair(screen: Screen, tmp_path: Path) -> None:
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text("sa_1s_rotd50_g,annual_rate\n0.05,0.01\n0.5,0.001\n")
+    records = [*three("a"), sine("alone", 2.0)]
+    found = screen(records, measures=("pga_rotd50", "pgv_rotd100"), hazard=hazard)
+    pair = pair_horizontals(records)[0][0]
+    for name, sweep in (
+        ("pga_rotd50", rotd(pair)),
+        ("pgv_rotd100", rotd(pair, transform=integrate)),
+        ("spectral_acceleration_rotd50", rotd_spectral_acceleration(pair, 1.0)),
+    ):
+        value = sweep.percentile(100 if name.endswith("rotd100") else 50)
+        assert_allclose(found[name].values.ravel(), [value, value, np.nan])
+    assert str(found["hazard_measure"].item()) == "sa_1s_rotd50"
+    row = next(screen_rows(found))
+    assert row["sa_1s_rotd50_g"] == found["spectral_acceleration_rotd50"].values[0, 0] / GRAVITY
+
+
+def test_measures_of_both_horizontals_need_a_pair_and_periods(screen: Screen) -> None:
+    with pytest.raises(
+        ParameterError, match=r"pga_rotd50 is unknown for all motions\. It needs both"
+    ):
+        screen(site(2), measures=("pga_rotd50",))
+    with pytest.raises(ParameterError, match="measures sa_rotd50 without spectral_periods_s"):
+        ScreenOptions(measures=("sa_rotd50",))
+
+
+def test_options_and_measures_have_the_same_names() -> None:
+    of_both = {"sa_rotd50", "sa_rotd100"}
+    assert {*get_args(FurtherMeasure)} == {*FURTHER} | of_both
 
 
 def test_a_hazard_curve_of_spectral_acceleration_needs_no_stated_period(

@@ -347,6 +347,21 @@ Shapes = Annotated[
 ]
 #: Responses whose histories are written: none, those that overturn or nearly do, or all.
 Kept = Literal["none", "selected", "all"]
+#: Further measures of intensity; those at the end are of both horizontals.
+FurtherMeasure = Literal[
+    "cav",
+    "arias_intensity",
+    "housner_intensity",
+    "pga_rotd50",
+    "pga_rotd100",
+    "pgv_rotd50",
+    "pgv_rotd100",
+    "sa_rotd50",
+    "sa_rotd100",
+]
+FurtherMeasures = Annotated[
+    tuple[FurtherMeasure, ...], Field(strict=False, min_length=1), AfterValidator(_unique)
+]
 #: Site of a sensor.
 Site = Literal["free-field", "structure", "borehole", "unknown"]
 #: At least one site, none twice; a single site may be stated without a list.

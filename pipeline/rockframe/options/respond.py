@@ -12,6 +12,7 @@ from rockframe.options.model import (
     Bounds,
     File,
     Finite,
+    FurtherMeasures,
     Kept,
     Margins,
     Numbers,
@@ -214,6 +215,10 @@ class ScreenOptions(Options):
     """Only records whose pulse passes the test against noise (true), or only the others (false)."""
     spectral_periods_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5, 1.0)])] = None
     """Periods of spectral accelerations, 5 % damped, as further measures of intensity [s]."""
+    measures: Annotated[FurtherMeasures | None, Field(examples=[("cav", "pgv_rotd50")])] = None
+    """Further measures of intensity: the cumulative absolute velocity, the Arias intensity, the
+    Housner intensity, and RotD50 and RotD100 of both horizontals, where sa_rotd50 and sa_rotd100
+    are those at spectral_periods_s."""
     limit_rotation_ratio: Annotated[PositiveNumbers | None, Field(examples=[(0.25, 0.5)])] = None
     """Limits of theta/alpha: damage states that get fragilities and rates in addition to
     overturning."""
@@ -263,6 +268,14 @@ class ScreenOptions(Options):
                 raise rule(message)
         for stated in self.azimuths_degree or ():
             warn_beyond_turn(stated)
+        return self
+
+    @model_validator(mode="after")
+    def _periods_of_measures(self) -> Self:
+        """Require periods for spectral accelerations of both horizontals."""
+        for name in self.measures or ():
+            if name.startswith("sa_") and self.spectral_periods_s is None:
+                raise rule(f"measures {name} without spectral_periods_s. State the periods")
         return self
 
     @model_validator(mode="after")

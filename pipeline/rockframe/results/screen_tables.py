@@ -27,7 +27,7 @@ from rockframe.results.tables.entries import (
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.tables.summary import SUMMARY_COLUMNS, band_column, summary_rows, tables_of
 from rockframe.results.tables.workbook import write_workbook
-from rockframe.risk import OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
+from rockframe.risk import FURTHER, OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.rocking.verdict import SpreadVerdict, Verdict
 
 Rows = Iterator[dict[str, Any]]
@@ -80,10 +80,15 @@ def screen_rows(screening: xr.Dataset) -> Rows:
     ranked = screening.isel(record=np.argsort(screening["mean_rank"].values, kind="stable"))
     columns = _OF_PAIR | _of_members(screening)
     columns |= {name: name for name in _MARGINS if name in screening} | _OF_MOTION | _OF_FRAME
-    for k, period in enumerate(screening.get("spectral_period", ())):
-        column = spectral(float(period)).column
-        ranked[column] = ranked["spectral_acceleration"].isel(spectral_period=k)
-        columns[column] = column
+    columns |= {one.column: name for name, one in FURTHER.items() if name in screening}
+    for end in ("", "rotd50", "rotd100"):
+        variable = "spectral_acceleration" + (end and f"_{end}")
+        if variable not in screening:
+            continue
+        for k, period in enumerate(screening["spectral_period"].values):
+            column = spectral(float(period), end).column
+            ranked[column] = ranked[variable].isel(spectral_period=k)
+            columns[column] = column
     for row in rows_along(ranked, "record structure", columns):
         yield row | {"verdict_words": _words(row)}
 

@@ -21,7 +21,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Measure:
-    """An intensity measure that is proportional to the scale of the motion.
+    """An intensity measure that is proportional to a power of the scale of the motion.
 
     Parameters
     ----------
@@ -37,6 +37,8 @@ class Measure:
         Largest plausible intensity of a hazard curve, in the printed unit.
     yearly : float
         Intensity in the printed unit that every site exceeds less than once a year on average.
+    power : int
+        Power of the scale: 2 for the Arias intensity, 1 for all others.
 
     Examples
     --------
@@ -51,9 +53,10 @@ class Measure:
     printed: float = 1.0
     largest: float = 50.0
     yearly: float = 0.1
+    power: int = 1
 
 
-#: The measures by name.
+#: The measures of every screening, by name.
 MEASURES: Final = MappingProxyType(
     {
         measure.name: measure
@@ -66,32 +69,69 @@ MEASURES: Final = MappingProxyType(
     }
 )
 
+#: Measures that a screening has on request, by name; those of a pair are of both horizontals.
+FURTHER: Final = MappingProxyType(
+    {
+        measure.name: measure
+        for measure in (
+            Measure("cav", "cav_m_s", "CAV", "m/s", largest=500.0, yearly=5.0),
+            Measure(
+                "arias_intensity",
+                "arias_intensity_m_s",
+                "I_A",
+                "m/s",
+                largest=200.0,
+                yearly=0.4,
+                power=2,
+            ),
+            Measure("housner_intensity", "housner_intensity_m", "I_H", "m", yearly=0.4),
+            Measure("pga_rotd50", "pga_rotd50_g", "RotD50 PGA", "g", GRAVITY),
+            Measure("pga_rotd100", "pga_rotd100_g", "RotD100 PGA", "g", GRAVITY),
+            Measure("pgv_rotd50", "pgv_rotd50_m_s", "RotD50 PGV", "m/s"),
+            Measure("pgv_rotd100", "pgv_rotd100_m_s", "RotD100 PGV", "m/s"),
+        )
+    }
+)
+
 #: The measures by the names of their columns.
-COLUMNS: Final = MappingProxyType({one.column: one for one in MEASURES.values()})
-_SPECTRAL: Final = re.compile(r"sa_([0-9.e+-]+)s(_g)?")
+COLUMNS: Final = MappingProxyType(
+    {one.column: one for one in (*MEASURES.values(), *FURTHER.values())}
+)
+_SPECTRAL: Final = re.compile(r"sa_([0-9.e+-]+)s(?:_(rotd50|rotd100))?(_g)?")
 
 
-def spectral(period: float) -> Measure:
+def spectral(period: float, over_azimuths: str = "") -> Measure:
     """Return the measure of the spectral acceleration at a period [s], 5 % damped.
+
+    Parameters
+    ----------
+    period : float
+        Period of the oscillator [s].
+    over_azimuths : {"", "rotd50", "rotd100"}
+        Value over the azimuths of both horizontals; empty for the component itself.
 
     Examples
     --------
-    >>> spectral(0.5).column
-    'sa_0.5s_g'
+    >>> spectral(0.5).column, spectral(0.5, "rotd50").column
+    ('sa_0.5s_g', 'sa_0.5s_rotd50_g')
     """
-    name = f"sa_{period:g}s"
-    return Measure(name, f"{name}_g", f"SA({period:g} s)", "g", GRAVITY, yearly=0.3)
+    end = over_azimuths and f"_{over_azimuths}"
+    words = over_azimuths and f"{over_azimuths.replace('rotd', 'RotD')} "
+    name, symbol = f"sa_{period:g}s{end}", f"{words}SA({period:g} s)"
+    return Measure(name, f"{name}_g", symbol, "g", GRAVITY, yearly=0.3)
 
 
 def measure_of(name: str) -> Measure:
-    """Return the measure with a name: one of `MEASURES`, or a spectral acceleration.
+    """Return the measure with a name: of `MEASURES` or `FURTHER`, or a spectral acceleration.
 
     Examples
     --------
-    >>> measure_of("sa_0.5s").symbol
-    'SA(0.5 s)'
+    >>> measure_of("sa_0.5s").symbol, measure_of("sa_0.5s_rotd50").symbol
+    ('SA(0.5 s)', 'RotD50 SA(0.5 s)')
     """
-    return MEASURES[name] if name in MEASURES else spectral(period_of(name))
+    if name in MEASURES or name in FURTHER:
+        return MEASURES[name] if name in MEASURES else FURTHER[name]
+    return spectral(period_of(name), over_azimuths_of(name))
 
 
 def measure_of_column(column: str) -> Measure | None:
@@ -99,7 +139,7 @@ def measure_of_column(column: str) -> Measure | None:
     if column in COLUMNS:
         return COLUMNS[column]
     period = period_of(column) if column.endswith("_g") else 0.0
-    return spectral(period) if period > 0.0 else None
+    return spectral(period, over_azimuths_of(column)) if period > 0.0 else None
 
 
 def period_of(name: str) -> float:
@@ -109,6 +149,12 @@ def period_of(name: str) -> float:
         return float(stated[1]) if stated else 0.0
     except ValueError:
         return 0.0
+
+
+def over_azimuths_of(name: str) -> str:
+    """Return rotd50 or rotd100 for a spectral acceleration of both horizontals; "" for others."""
+    stated = _SPECTRAL.fullmatch(name)
+    return (stated[2] or "") if stated else ""
 
 
 #: Fewest independent motions, those of one recording each, for which a better measure is named.

@@ -28,6 +28,7 @@ from rockframe.results.screen_tables import (
 )
 from rockframe.results.writing import input_hash
 from rockframe.risk import (
+    FURTHER,
     MEASURES,
     Fragility,
     HazardCurve,
@@ -39,8 +40,10 @@ from rockframe.risk import (
     fit_fragility,
     hazard_file,
     mean_share,
+    measure_of,
     observed_shares,
     over_azimuths,
+    over_azimuths_of,
     overturning_rate,
     peak_distribution,
     period_of,
@@ -89,7 +92,8 @@ def statistics(
     }
     clusters = np.array([motion.cluster for motion in motions])
     spectra = [name for name in numbers if period_of(name)]
-    intensities = {name: numbers[name] for name in (*MEASURES, *spectra)}
+    further = [name for name in numbers if name in FURTHER]
+    intensities = {name: numbers[name] for name in (*MEASURES, *further, *spectra)}
     reached = _reached(run)
     form = request.options.fragility_curve
     fits = [
@@ -161,9 +165,12 @@ def _optional_values(
 ) -> dict[str, Any]:
     """Return spectral accelerations, percentiles over azimuths, margins and the design."""
     values: dict[str, Any] = run.margins()
-    if spectra:
-        values["spectral_acceleration"] = np.array([*spectra.values()]).T
-        values["spectral_period"] = [period_of(name) for name in spectra]
+    for end in ("", "rotd50", "rotd100"):
+        some = {name: values for name, values in spectra.items() if over_azimuths_of(name) == end}
+        if some:
+            variable = "spectral_acceleration" + (end and f"_{end}")
+            values[variable] = np.array([*some.values()]).T
+            values["spectral_period"] = [period_of(name) for name in some]
     if len(run.motions[0].records) > 1:  # a rotated pair
         firsts = np.unique(clusters, return_index=True)[1]
         values["recording"] = [run.motions[int(i)].name for i in firsts]
@@ -187,9 +194,15 @@ def _fits(
     if shares is None:
         return dict.fromkeys(intensities, Fragility(Outcome.ABSENT, 0, 0, 0))
     return {
-        name: fit_fragility(values, scales, shares, clusters, curve=form)
+        name: fit_fragility(values, _powers(scales, name), shares, clusters, curve=form)
         for name, values in intensities.items()
     }
+
+
+def _powers(scales: Float, name: str) -> Float:
+    """Return the factors of a measure at the scales of the motions."""
+    power = measure_of(name).power
+    return scales if power == 1 else scales**power
 
 
 def _fragility_values(
@@ -230,7 +243,8 @@ def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
         if not known.size:
             grid[name] = np.full(_POINTS, np.nan)
             continue
-        least, most = known.min() * scales[0], known.max() * scales[-1]
+        factors = _powers(scales, name)
+        least, most = known.min() * factors[0], known.max() * factors[-1]
         grid[name] = np.geomspace(least / _BEYOND, most * _BEYOND, _POINTS)
     return grid
 
@@ -261,8 +275,10 @@ def _observed_values(
         [
             [
                 [
-                    unknown if fell is None else observed_shares(values, scales, fell, _CLASSES)
-                    for values in intensities.values()
+                    unknown
+                    if fell is None
+                    else observed_shares(values, _powers(scales, name), fell, _CLASSES)
+                    for name, values in intensities.items()
                 ]
                 for fell in each
             ]
@@ -402,7 +418,7 @@ def screen_stage(
     hazard = _hazard(options, pulses_path)
     metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
-        chosen = Motions(file, metadata, options, filters or Filters(), _periods(options, hazard))
+        chosen = Motions(file, metadata, options, filters or Filters(), *_wanted(options, hazard))
         origin = _origin(records_path, chosen, options)
         batches = Batches(output, origin | request.scenarios())
         run = ScreeningRun(chosen, request, batches, engine, progress)
@@ -453,10 +469,15 @@ def _require_pulses(options: ScreenOptions, pulses_path: Path | None) -> None:
             raise ParameterError(f"{name} needs pulses. State them with --pulses.")
 
 
-def _periods(options: ScreenOptions, hazard: HazardCurve | None) -> list[float]:
-    """Return the periods of spectral accelerations, including the period of the hazard curve."""
-    period = period_of(hazard.measure) if hazard else 0.0
-    return sorted({*(options.spectral_periods_s or ()), *([period] if period else [])})
+def _wanted(options: ScreenOptions, hazard: HazardCurve | None) -> tuple[list[float], list[str]]:
+    """Return periods and names of further measures, including those of the hazard curve."""
+    periods, names = {*(options.spectral_periods_s or ())}, list[str](options.measures or ())
+    if hazard is not None:
+        end = over_azimuths_of(hazard.measure)
+        needed = f"sa_{end}" if end else hazard.measure
+        names += [needed] if (end or needed in FURTHER) and needed not in names else []
+        periods |= {period_of(hazard.measure)} - {0.0}
+    return sorted(periods), names
 
 
 def requested_site(options: ScreenOptions) -> Site:

@@ -6,11 +6,22 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components import HorizontalPair, pair_horizontals, rotate, vertical_beside
+from rockframe.components import (
+    HorizontalPair,
+    Sweep,
+    pair_horizontals,
+    rotate,
+    rotd,
+    rotd_spectral_acceleration,
+    vertical_beside,
+)
 from rockframe.errors import ParameterError
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
@@ -20,13 +31,29 @@ from rockframe.results.pulses import RecordMetadata
 from rockframe.results.records import RecordsFile
 from rockframe.risk import spectral
 from rockframe.rocking import GroundAcceleration, refuse_flight, require_motion
-from rockframe.signals.measures import spectral_acceleration
+from rockframe.signals.measures import (
+    arias_intensity,
+    cumulative_absolute_velocity,
+    housner_intensity,
+    spectral_acceleration,
+)
 from rockframe.signals.processing import integrate, peak
 from rockframe.stages.common import filtered_by, horizontal
 from rockframe.stages.respond import with_vertical
 from rockframe.stages.versions import Uncertain, VersionSources
 
 Float = NDArray[np.float64]
+
+#: Functions of the further measures of a component.
+_OF_COMPONENT: Final = MappingProxyType(
+    {
+        "cav": cumulative_absolute_velocity,
+        "arias_intensity": arias_intensity,
+        "housner_intensity": housner_intensity,
+    }
+)
+#: Percentiles over the azimuths, by the ends of the names of measures of both horizontals.
+_SHARES: Final = MappingProxyType({"rotd50": 50.0, "rotd100": 100.0})
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +73,7 @@ class Motion:
     azimuth : float
         Direction of the motion [degree].
     numbers : mapping of str to float
-        Metadata, as in `RecordMetadata.numbers`, and spectral accelerations [m s-2].
+        Metadata, as in `RecordMetadata.numbers`, and further measures of intensity [SI].
     """
 
     name: str
@@ -63,7 +90,7 @@ class Motions:
     Raises
     ------
     ParameterError
-        If no motion is left.
+        If no motion is left, or a measure of both horizontals is unknown for all.
     """
 
     def __init__(
@@ -73,6 +100,7 @@ class Motions:
         options: ScreenOptions,
         filters: Filters,
         periods: Sequence[float] = (),
+        measures: Sequence[str] = (),
     ) -> None:
         self._file = file
         self._metadata = metadata
@@ -80,6 +108,8 @@ class Motions:
         self.filters = filters
         self._vertical = options.vertical
         self._periods = periods
+        self._measures = measures
+        self._of_pairs: dict[str, dict[str, float]] = {}
         self._beside: dict[str, Record] = {}
         self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
         self.rejections: list[InputOutcome] = []
@@ -114,17 +144,57 @@ class Motions:
             except ParameterError as error:
                 self.rejections.append(InputOutcome(motion.name, str(error)))
                 continue
-            self.motions.append(self._with_spectrum(motion))
+            self.motions.append(self._with_measures(motion))
         if not self.motions:
             raise ParameterError(self._why_none())
+        for name in self._rotd(None):
+            if all(math.isnan(one.numbers[name]) for one in self.motions):
+                raise ParameterError(
+                    f"{name} is unknown for all motions. It needs both horizontals of a recording, "
+                    "with their azimuths."
+                )
 
-    def _with_spectrum(self, motion: Motion) -> Motion:
-        if not self._periods:
-            return motion
-        record = self._component(motion)
-        found = spectral_acceleration(record.acceleration, record.time_step, self._periods)
-        named = {spectral(t).name: float(a) for t, a in zip(self._periods, found, strict=True)}
-        return replace(motion, numbers={**motion.numbers, **named})
+    def _with_measures(self, motion: Motion) -> Motion:
+        """Return the motion with its spectral accelerations and further measures."""
+        found: dict[str, float] = {}
+        of_component = [name for name in self._measures if name in _OF_COMPONENT]
+        if self._periods or of_component:
+            record = self._component(motion)
+            samples = record.acceleration, record.time_step
+            spectrum = spectral_acceleration(*samples, self._periods) if self._periods else ()
+            for period, value in zip(self._periods, spectrum, strict=True):
+                found[spectral(period).name] = float(value)
+            found |= {name: _OF_COMPONENT[name](*samples) for name in of_component}
+        if len(of_component) < len(self._measures):
+            found |= self._of_pair(motion)
+        return replace(motion, numbers={**motion.numbers, **found})
+
+    def _of_pair(self, motion: Motion) -> dict[str, float]:
+        """Return the measures of both horizontals of a motion; NaN without a partner."""
+        name = motion.records[0]
+        if name not in self._of_pairs:
+            together = self._recordings[self._metadata.recording(motion.row)]
+            self._of_pairs |= dict.fromkeys(together, self._rotd(None))
+            for pair in pair_horizontals(map(self._file.read, together))[0]:
+                found = self._rotd(pair)
+                self._of_pairs |= {one.record_id: found for one in (pair.first, pair.second)}
+        return self._of_pairs[name]
+
+    def _rotd(self, pair: HorizontalPair | None) -> dict[str, float]:
+        """Return the measures of both horizontals by name; NaN without a pair."""
+        wanted: defaultdict[tuple[str, float], list[str]] = defaultdict(list)
+        for name in self._measures:
+            quantity, _, share = name.partition("_")
+            if share in _SHARES:
+                for period in self._periods if quantity == "sa" else (0.0,):
+                    wanted[quantity, period].append(share)
+        found: dict[str, float] = {}
+        for (quantity, period), shares in wanted.items():
+            sweep = None if pair is None else _sweep(pair, quantity, period)
+            for share in shares:
+                name = spectral(period, share).name if period else f"{quantity}_{share}"
+                found[name] = math.nan if sweep is None else sweep.percentile(_SHARES[share])
+        return found
 
     def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None, site: str) -> str:
         """Return the reason why a motion is filtered out, or ""."""
@@ -173,7 +243,7 @@ class Motions:
         """Return the pair of two records with its vertical record; the last pair is cached."""
         if self._pair is None or self._pair[0] != names:
             row = self._metadata.names.index(names[0])
-            together = self._recordings()[self._metadata.recording(row)]
+            together = self._recordings[self._metadata.recording(row)]
             pairs, _ = pair_horizontals(map(self._file.read, together))
             self._pair = (
                 names,
@@ -183,6 +253,7 @@ class Motions:
             )
         return self._pair[1]
 
+    @cached_property
     def _recordings(self) -> dict[tuple[str, ...], list[str]]:
         together: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
         for row, name in enumerate(self._metadata.names):
@@ -201,7 +272,7 @@ class Motions:
     def _turned(self, rows: Mapping[str, int], azimuths: Sequence[float]) -> Iterator[Motion]:
         """Yield each pair of horizontals toward each azimuth; these motions have no pulse."""
         cluster = 0
-        for together in self._recordings().values():
+        for together in self._recordings.values():
             pairs, unpaired = pair_horizontals(map(self._file.read, together))
             for alone in unpaired:
                 self.rejections.append(InputOutcome(alone.record_id, alone.reason))
@@ -224,3 +295,10 @@ class Motions:
         reasons = {r.file: r.reason for r in self.rejections} | self.left_out
         name, reason = next(iter(reasons.items()))
         return f"no record is left to screen; {name!r}: {reason.rstrip('.')}."
+
+
+def _sweep(pair: HorizontalPair, quantity: str, period: float) -> Sweep:
+    """Return PGA, PGV, or the spectral acceleration at a period, over the azimuths of a pair."""
+    if quantity == "sa":
+        return rotd_spectral_acceleration(pair, period)
+    return rotd(pair, transform=integrate if quantity == "pgv" else None)

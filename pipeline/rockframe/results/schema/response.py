@@ -12,7 +12,7 @@ from rockframe.matching.record_pulses import PulseVerdict
 from rockframe.oscillators.comparison import RIVALS, Validity
 from rockframe.results.schema.declare import FileKind, Variable, optional
 from rockframe.results.schema.records import RECORDS_NC
-from rockframe.risk import MEASURES, Outcome
+from rockframe.risk import FURTHER, MEASURES, Outcome
 from rockframe.risk.fragility import QUANTITIES
 from rockframe.rocking import DIMENSIONS
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
@@ -425,8 +425,10 @@ _PEAKS_OF_SCENARIO: Final = (
     *peaks("record structure scale"),
     Variable("peak_impact_velocity", "record structure scale", float, "m s-1", "largest velocity at which the lifted corner of a column's base meets the ground, 2 b |theta'|", comment="free rocking after the record included; until overturning; 0 without an impact"),
 )
+#: Further measures of intensity, each a group of its own.
+_FURTHER: Final = tuple(replace(RECORDS_NC[name], source="", group=name) for name in FURTHER)
 #: Unit of each measure of intensity.
-UNITS_OF_MEASURES: Final = {one.name: one.units for one in _NUMBERS if one.name in MEASURES}
+UNITS_OF_MEASURES: Final = {one.name: one.units for one in (*_NUMBERS, *_FURTHER) if one.name in {**MEASURES, **FURTHER}}
 
 SCREEN_NC: Final = FileKind(
     "screen", "screen", "Screening of free-standing frames by records",
@@ -445,6 +447,7 @@ SCREEN_NC: Final = FileKind(
         *optional("site", replace(RECORDS_NC["site_type"], source="")),
         Variable("cluster", "record", np.int32, "1", "number of the recording to which the motion belongs, as a component or an azimuth"),
         *_NUMBERS,
+        *_FURTHER,
         *OF_FRAME,
         Variable("reference_scale", "", float, "1", "scale at which ranks and distributions are computed", refers_to="scale"),
         Variable("demand_rank", "record structure", float, "1", "rank of the motion by share of members that overturn, then by median peak rotation; 1 the largest"),
@@ -505,6 +508,7 @@ SCREEN_NC: Final = FileKind(
             Variable("spectral_acceleration", "record spectral_period", float, "m s-2", "pseudo-spectral acceleration, 5 % damped"),
             Variable("spectral_period", "spectral_period", float, "s", "period of the oscillator", key=True),
         ),
+        *(replace(RECORDS_NC[f"spectral_acceleration_{end}"], group=f"spectral acceleration {end}") for end in ("rotd50", "rotd100")),
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns"),
             Variable("safe_islands", "record structure", np.int32, "1", "number of intervals above the critical scale in which the structure stands"),
