@@ -145,7 +145,7 @@ def _set_axes(axes: Axes, fit: xr.Dataset, measure: Measure, *, width: float) ->
     axes.set_ylim(0.0, 1.0)
     axes.yaxis.set_major_locator(FixedLocator([0.0, 0.25, 0.5, 0.75, 1.0]))
     symbol = measure.symbol if "_" not in measure.symbol else f"${measure.symbol}$"
-    axes.set_xlabel(f"{symbol}  [{measure.unit}]")
+    axes.set_xlabel(f"{symbol}  [{measure.unit}]" if measure.unit else symbol)
 
 
 #: Width of a decade [inch] above which its numbers 2 and 5 have labels.

@@ -131,9 +131,9 @@ _DECLARED: Final = (
         inputs=(RECORDS_FILE, "pulses.nc", STRUCTURES),
         outputs=(
             *("screen.nc", "screen.csv", "scenarios.csv", "fragility.csv"),
-            *("rates.csv", "design.csv"),
+            *("pooled.csv", "rates.csv", "design.csv"),
         ),
-        asked={"rates.csv": "hazard", "design.csv": "design"},
+        asked={"pooled.csv": "pooled", "rates.csv": "hazard", "design.csv": "design"},
         variables="response.SCREEN_NC",
         figures="stages.screen.screening_figures",
         command="stages.screen",

@@ -235,6 +235,9 @@ class ScreenOptions(Options):
     fragility_curve: Literal["lognormal", "logistic"] = "lognormal"
     """Form of the fragility curves: lognormal, or logistic over the logarithm of the intensity. The
     tails of the logistic curve are longer and can decide the annual rate."""
+    pooled: bool = False
+    """Fit one fragility over all free-standing structures, too, over p PGV / (g tan alpha), and say
+    how much better it predicts than PGA. Structures with tendons or dissipaters are left out."""
     hazard: Annotated[File | None, Field(examples=["hazard.csv"])] = None
     """Hazard curve of the site: CSV of annual_rate (or probability_in_50_years) and one of pga_g,
     pgv_m_s, a_p_g, L_p_m, sa_1s_g; a file of OpenQuake or of the USGS; or a folder of OpenQuake."""

@@ -306,6 +306,55 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
     return summary
 
 
+def pooled_fits(screening: xr.Dataset) -> xr.Dataset | None:
+    """Return the fragilities of all free-standing structures together, as those of one structure
+    whose name is their number; None if they were not asked for.
+
+    Parameters
+    ----------
+    screening : Dataset
+        Result of `read_screening`.
+    """
+    if "pooled" not in screening:
+        return None
+    start = "pooled_"
+    names = {str(n): str(n).removeprefix(start) for n in screening.variables if start in str(n)}
+    others = ("record_id", "cluster", "members", "scale", "fragility_curve")
+    found = screening[list(names)].rename(names).expand_dims(structure=[_pooled_name(screening)])
+    return found.assign({name: screening[name] for name in others})
+
+
+def _pooled_name(screening: xr.Dataset) -> str:
+    return f"{int(screening['pooled'].sum())} structures together"
+
+
+def pooled_summary(screening: xr.Dataset) -> dict[str, Any]:
+    """Return the fragilities of all free-standing structures together, and how much better the
+    measure p PGV / (g tan alpha) predicts than PGA; empty if they were not asked for.
+
+    Parameters
+    ----------
+    screening : Dataset
+        Result of `read_screening`.
+    """
+    together = pooled_fits(screening)
+    if together is None:
+        return {}
+    (said,) = screen_summary(together)
+    likelihood = together.squeeze("structure")["log_likelihood"]
+    for fit in said["fragility"]:
+        at = {"limit_state": fit["limit_state"]}
+        fit["log_likelihood"] = float(likelihood.sel(measure=fit["measure"], **at))
+        # Both curves have two parameters, so the criteria of Akaike and Bayes differ equally.
+        gain = fit["log_likelihood"] - float(likelihood.sel(measure="pga", **at))
+        fit["aic_below_pga"] = 2.0 * gain
+    names, free = screening["structure"].values, screening["pooled"].values == 1
+    return said | {
+        "structures": [str(name) for name in names[free]],
+        "restrained": [str(name) for name in names[~free]],
+    }
+
+
 def _fit(one: xr.Dataset, limit: str, measure: Measure) -> dict[str, Any]:
     fit = one.sel(measure=measure.name, limit_state=limit)
     outcome = Outcome(int(fit["fragility_outcome"]))
@@ -406,11 +455,21 @@ def fragility_rows(screening: xr.Dataset) -> Rows:
     for structure in screen_summary(screening):
         for fit in structure["fragility"]:
             if fit["outcome"] != "unknown":
-                left = ("words", "symbol", "said")
-                said = {name: value for name, value in fit.items() if name not in left}
-                said["reached"] = said.pop("overturned")
-                said["reached_from"] = said.pop("overturned_from")
-                yield {"structure": structure["structure"], **said}
+                yield _row_of_fit({"structure": structure["structure"]}, fit)
+
+
+def _row_of_fit(of_what: dict[str, Any], fit: Mapping[str, Any]) -> dict[str, Any]:
+    left = ("words", "symbol", "said")
+    said = {name: value for name, value in fit.items() if name not in left}
+    said["reached"] = said.pop("overturned")
+    said["reached_from"] = said.pop("overturned_from")
+    return {**of_what, **said}
+
+
+def pooled_rows(screening: xr.Dataset) -> Rows:
+    """Yield a row for each limit state and measure of the pooled fragility."""
+    for fit in pooled_summary(screening)["fragility"]:
+        yield _row_of_fit({"structures": int(screening["pooled"].sum())}, fit)
 
 
 def rate_rows(screening: xr.Dataset) -> Rows:
@@ -463,13 +522,14 @@ _TABLES: Final[Mapping[str, tuple[Callable[[xr.Dataset], Rows], tuple[str, ...]]
     "": (screen_rows, _SCENARIO),
     "scenarios": (scenario_rows, _SCENARIO),
     "fragility": (fragility_rows, ("structure", "limit_state", "measure")),
+    "pooled": (pooled_rows, ("structures", "limit_state", "measure")),
     "rates": (rate_rows, ("structure", "measure", "limit_state")),
     "design": (design_rows, ("structure", "dimension", "value")),
 }
 
 
 def screen_table_paths(
-    output: Path, *, rates: bool, design: bool, table_format: str = "csv"
+    output: Path, *, rates: bool, design: bool, pooled: bool = False, table_format: str = "csv"
 ) -> dict[str, Path]:
     """Return the paths of the tables beside a screening, by kind; the table of motions has kind "".
 
@@ -483,10 +543,19 @@ def screen_table_paths(
     'design-table.csv'
     """
     table = output.with_suffix(TABLE_FORMATS[table_format])
-    kinds = ["scenarios", "fragility", *["rates"] * rates, *["design"] * design]
+    kinds = ["scenarios", "fragility", *_asked_kinds(rates=rates, design=design, pooled=pooled)]
     if table_format == "xlsx":  # the others are sheets of the workbook
         kinds = ["scenarios"]
     return {"": table} | {kind: beside(table, kind, plain="screen") for kind in kinds}
+
+
+def _asked_kinds(**asked: bool) -> list[str]:
+    return [kind for kind in ("pooled", "rates", "design") if asked[kind]]
+
+
+def _asked_of(screening: xr.Dataset) -> dict[str, bool]:
+    marks = {"rates": "annual_rate", "design": "design_share", "pooled": "pooled"}
+    return {kind: mark in screening for kind, mark in marks.items()}
 
 
 def write_screen_tables(
@@ -516,23 +585,22 @@ def write_screen_tables(
     """
     if screening is None:
         screening = read_screening(screen_path, every_scale=False)
-    rates, design = "annual_rate" in screening, "design_share" in screening
     beside = output or screen_path
-    paths = screen_table_paths(beside, rates=rates, design=design, table_format=table_format)
+    paths = screen_table_paths(beside, **_asked_of(screening), table_format=table_format)
     for kind, path in paths.items():
         if table_format == "xlsx" and not kind:
-            write_workbook(path, _sheets(screen_path, screening, rates=rates, design=design))
+            write_workbook(path, _sheets(screen_path, screening))
             continue
         rows = _scenarios(screen_path) if kind == "scenarios" else _TABLES[kind][0](screening)
         write_rows_as(path, rows, table_format)
     return paths
 
 
-def _sheets(path: Path, screening: xr.Dataset, *, rates: bool, design: bool) -> dict[str, Any]:
+def _sheets(path: Path, screening: xr.Dataset) -> dict[str, Any]:
     """Return the sheets of the workbook of a screening."""
     rows = list(screen_rows(screening))
     overall = list(overall_rows(screening)) or summary_rows(rows)
-    kinds = ["fragility", *["rates"] * rates, *["design"] * design]
+    kinds = ["fragility", *_asked_kinds(**_asked_of(screening))]
     others = {kind: _TABLES[kind][0](screening) for kind in kinds}
     parameters = parameter_rows((path, SCREEN))
     return {**tables_of(rows, overall, "motions"), **others, "parameters": parameters}

@@ -21,6 +21,7 @@ from .hazard_files import hazard_file as hazard_file
 from .hazard_files import read_hazard as read_hazard
 from .measures import FURTHER as FURTHER
 from .measures import MEASURES as MEASURES
+from .measures import POOLED as POOLED
 from .measures import Measure as Measure
 from .measures import Preference as Preference
 from .measures import better_measure as better_measure
@@ -28,4 +29,5 @@ from .measures import compared_motions as compared_motions
 from .measures import measure_of as measure_of
 from .measures import over_azimuths_of as over_azimuths_of
 from .measures import period_of as period_of
+from .measures import pooled_intensities as pooled_intensities
 from .measures import spectral as spectral

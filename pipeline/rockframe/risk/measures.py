@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
@@ -13,6 +13,7 @@ import numpy as np
 import scipy  # its submodules load when they are first used
 from numpy.typing import NDArray
 
+from rockframe.frame import RockingFrame
 from rockframe.risk.fragility import Fragility, Outcome
 from rockframe.units import GRAVITY
 
@@ -93,6 +94,19 @@ FURTHER: Final = MappingProxyType(
     }
 )
 
+#: Measures of fragilities of many structures together, by name: `pooled_intensities`.
+POOLED: Final = MappingProxyType(
+    {
+        measure.name: measure
+        for measure in (
+            MEASURES["pga"],
+            MEASURES["pgv"],
+            Measure("dimensionless_pga", "dimensionless_pga", "PGA/(g tan α)", ""),
+            Measure("dimensionless_pgv", "dimensionless_pgv", "p PGV/(g tan α)", ""),
+        )
+    }
+)
+
 #: The measures by the names of their columns.
 COLUMNS: Final = MappingProxyType(
     {one.column: one for one in (*MEASURES.values(), *FURTHER.values())}
@@ -122,15 +136,16 @@ def spectral(period: float, over_azimuths: str = "") -> Measure:
 
 
 def measure_of(name: str) -> Measure:
-    """Return the measure with a name: of `MEASURES` or `FURTHER`, or a spectral acceleration.
+    """Return the measure with a name: one that is declared, or a spectral acceleration.
 
     Examples
     --------
     >>> measure_of("sa_0.5s").symbol, measure_of("sa_0.5s_rotd50").symbol
     ('SA(0.5 s)', 'RotD50 SA(0.5 s)')
     """
-    if name in MEASURES or name in FURTHER:
-        return MEASURES[name] if name in MEASURES else FURTHER[name]
+    for declared in (MEASURES, FURTHER, POOLED):
+        if name in declared:
+            return declared[name]
     return spectral(period_of(name), over_azimuths_of(name))
 
 
@@ -251,3 +266,40 @@ def compared_motions(intensities: Mapping[str, Float]) -> NDArray[np.bool_]:
     useful = [values for values in intensities.values() if np.isfinite(values).any()]
     known = [np.isfinite(values) & (values > 0.0) for values in useful]
     return np.asarray(np.logical_and.reduce(known), dtype=bool)
+
+
+def pooled_intensities(frames: Sequence[RockingFrame], pga: Float, pgv: Float) -> dict[str, Float]:
+    """Return the measures of `POOLED` for the motions under each frame, one frame after the other.
+
+    p PGV / (g tan alpha) and PGA / (g tan alpha) are those of the column that rocks like the frame:
+    p is p-hat, and g tan alpha is the ground acceleration at which the frame uplifts. Both are the
+    same for a frame of twice the size and a motion whose time is stretched by the root of two,
+    and so is theta: the dimensionless measures contain what size and slenderness do.
+
+    Parameters
+    ----------
+    frames : sequence of RockingFrame
+        Frames without restraints: with them, rocking depends on more than p and alpha.
+    pga, pgv : array, shape (motions,)
+        Peaks of the ground acceleration [m s-2] and velocity [m s-1].
+
+    References
+    ----------
+    Dimitrakopoulos and Paraskeva (2015), Dimensionless fragility curves for rocking response to
+    near-fault excitations, Earthquake Engineering and Structural Dynamics 44(12), 2015-2033.
+
+    Examples
+    --------
+    >>> column = RockingFrame(height=4.0, width=1.0)
+    >>> found = pooled_intensities([column], np.array([2.0]), np.array([0.5]))
+    >>> {name: values.round(3).tolist() for name, values in found.items()}
+    {'pga': [2.0], 'pgv': [0.5], 'dimensionless_pga': [0.815], 'dimensionless_pgv': [0.385]}
+    """
+    uplift = np.array([[frame.uplift_acceleration] for frame in frames])
+    frequency = np.array([[frame.effective_frequency_parameter] for frame in frames])
+    return {
+        "pga": np.tile(pga, len(frames)),
+        "pgv": np.tile(pgv, len(frames)),
+        "dimensionless_pga": (pga / uplift).ravel(),
+        "dimensionless_pgv": (frequency * pgv / uplift).ravel(),
+    }

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import QUANTILES, ScreenOptions
 from rockframe.outcome import InputOutcome
@@ -22,6 +23,7 @@ from rockframe.results.records import open_records
 from rockframe.results.schema.response import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
 from rockframe.results.screen import Batches, read_screening, write_screening
 from rockframe.results.screen_tables import (
+    pooled_fits,
     refuse_strange_tables,
     screen_table_paths,
     write_screen_tables,
@@ -32,6 +34,7 @@ from rockframe.risk import (
     MEASURES,
     Fragility,
     HazardCurve,
+    LimitState,
     Outcome,
     Site,
     better_measure,
@@ -47,6 +50,7 @@ from rockframe.risk import (
     overturning_rate,
     peak_distribution,
     period_of,
+    pooled_intensities,
     read_hazard,
 )
 from rockframe.risk.fragility import QUANTITIES, Curve, limited_in
@@ -114,6 +118,7 @@ def statistics(
         **_fragility_values(fits, _grid(intensities, request.scales)),
         **_preferences(run, intensities, clusters),
         **_observed_values(reached, intensities, request.scales),
+        **(_pooled_values(run, reached, numbers, clusters) if request.options.pooled else {}),
         **_optional_values(run, {name: numbers[name] for name in spectra}, clusters),
         **(_rates(hazard, fits) if hazard else {}),
         "structure": [frame.name for frame in request.frames],
@@ -288,6 +293,52 @@ def _observed_values(
     return {"bin_intensity": both[:, 0, :, 0], "bin_share": both[:, :, :, 1]}
 
 
+def _pooled_values(
+    run: ScreeningRun,
+    reached: Reached,
+    numbers: Mapping[str, Float],
+    clusters: NDArray[np.int64],
+) -> dict[str, Any]:
+    """Return the fragilities of all free-standing structures together.
+
+    A recording is one observation, whatever number of structures respond to it.
+    """
+    request, limits = run.request, [k for k, one in enumerate(run.limits) if _is_pooled(one)]
+    free = [k for k, frame in enumerate(request.frames) if not frame.restrained]
+    frames = [request.frames[k] for k in free]
+    intensities = pooled_intensities(frames, numbers["pga"], numbers["pgv"])
+    together = np.tile(clusters, len(free))
+    # Without restraints, a frame has the share of each of these limit states.
+    shares: list[Float | None] = [
+        np.concatenate([one for one in (reached[k][limit] for k in free) if one is not None])
+        for limit in limits
+    ]
+    form = request.options.fragility_curve
+    fits = [_fits(intensities, request.scales, one, together, form) for one in shares]
+    better = better_measure(fits[0])
+    of_one_structure = {
+        **_fragility_values([fits], _grid(intensities, request.scales)),
+        **_observed_values([shares], intensities, request.scales),
+    }
+    # These do not vary with the structure.
+    alone = ("measure", "measure_units", "fragility_intensity")
+    return {
+        "pooled": [int(k in free) for k in range(len(request.frames))],
+        "pooled_limit_state": [run.limits[k].name for k in limits],
+        "pooled_better_measure": better.measure,
+        "pooled_better_measure_reason": better.reason,
+        **{
+            f"pooled_{name}": values if name in alone else np.asarray(values)[0]
+            for name, values in of_one_structure.items()
+        },
+    }
+
+
+def _is_pooled(limit: LimitState) -> bool:
+    """Return True for overturning and limits of theta/alpha, which do not depend on the size."""
+    return limit.quantity in ("", "rotation_ratio")
+
+
 def _rates(curve: HazardCurve, fits: Sequence[Sequence[Mapping[str, Fragility]]]) -> dict[str, Any]:
     rates = [[overturning_rate(curve, fit[curve.measure]) for fit in each] for each in fits]
     return {
@@ -338,7 +389,7 @@ class Screening:
         Reasons of the motions that the selection rejects, by identifier.
     tables : mapping of str to Path
         Tables beside the file: ``""`` for motions and structures, ``scenarios``, ``fragility``, and
-        if requested ``rates`` and ``design``.
+        if requested ``pooled``, ``rates`` and ``design``.
     """
 
     motions: int
@@ -407,14 +458,19 @@ def screen_stage(
     records_path, output = Path(records_path), Path(output)
     options, structures_path = _with_hazard_file(options or ScreenOptions()), Path(structures_path)
     pulses_path = Path(pulses_path) if pulses_path else None
-    rates, design = options.hazard is not None, options.design is not None
-    tables = screen_table_paths(output, rates=rates, design=design, table_format=table_format)
+    asked = {
+        "rates": options.hazard is not None,
+        "design": options.design is not None,
+        "pooled": options.pooled,
+    }
+    tables = screen_table_paths(output, **asked, table_format=table_format)
     read = [records_path, structures_path, *filter(None, (pulses_path, options.hazard))]
     refuse_overwriting([output, *tables.values()], read, beside=output)
     refuse_strange_tables(tables)
     frames = tuple(choose_structures(structures_path, options.structure))
     request = ScreeningRequest.of(options, frames)
     _require_pulses(options, pulses_path)
+    _require_free(options, frames)
     hazard = _hazard(options, pulses_path)
     metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
@@ -469,6 +525,15 @@ def _require_pulses(options: ScreenOptions, pulses_path: Path | None) -> None:
             raise ParameterError(f"{name} needs pulses. State them with --pulses.")
 
 
+def _require_free(options: ScreenOptions, frames: Sequence[RockingFrame]) -> None:
+    free = [frame.name for frame in frames if not frame.restrained]
+    if options.pooled and len(free) < 2:
+        raise ParameterError(
+            f"pooled needs at least two structures without tendons and dissipaters, and there "
+            f"{'is one' if free else 'is none'} of {len(frames)}. State more, or leave out pooled."
+        )
+
+
 def _wanted(options: ScreenOptions, hazard: HazardCurve | None) -> tuple[list[float], list[str]]:
     """Return periods and names of further measures, including those of the hazard curve."""
     periods, names = {*(options.spectral_periods_s or ())}, list[str](options.measures or ())
@@ -514,3 +579,7 @@ def screening_figures(path: Path, _most: int) -> Iterator[NamedFigure]:
         one = screening.sel(structure=structure)
         yield f"fragility-{structure}", structure, draw_fragility(one)
         yield f"peaks-{structure}", structure, draw_peak_distribution(one)
+    together = pooled_fits(screening)
+    if together is not None:
+        name = str(together["structure"].item())
+        yield "fragility-pooled", name, draw_fragility(together.squeeze("structure"))

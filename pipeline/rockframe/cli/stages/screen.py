@@ -85,11 +85,12 @@ def show(
     from rockframe.results.screen_tables import (
         members_of,
         overall_rows,
+        pooled_summary,
         screen_rows,
         screen_summary,
     )
 
-    summary = screen_summary(screening)
+    summary, pooled = screen_summary(screening), pooled_summary(screening)
     if as_json:
         console.show_json(
             {
@@ -100,6 +101,7 @@ def show(
                 "left_out": dict(done.left_out),
                 "rejected": [vars(rejection) for rejection in done.rejections],
                 "structures": summary,
+                **({"pooled": pooled} if pooled else {}),
                 "rows": list(screen_rows(screening)),
                 "output": str(output),
                 "table": str(done.table),
@@ -116,6 +118,7 @@ def show(
     _show_ranking(screening)
     _show_azimuths(screening)
     _show_fragility(screening, summary)
+    _show_pooled(screening, pooled)
     _show_rates(screening, summary)
     _show_design(screening, summary)
     _show_notes(screening, done)
@@ -249,6 +252,57 @@ def _show_fragility(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) ->
     for sentence, structures in _better_measures_in_words(summary).items():
         print(f"{', '.join(structures)}: {sentence}.")
     print()
+
+
+def _show_pooled(screening: xr.Dataset, pooled: dict[str, Any]) -> None:
+    """Print the fragility of all free-standing structures together, and which measure is best."""
+    if not pooled:
+        return
+    from rockframe.results.screen_tables import fragility_curve
+
+    columns = (
+        console.column("limit state", "words", once=True),
+        console.column("over", "symbol"),
+        console.column("median>", "median", ".3f"),
+        console.column("", "unit"),
+        console.column("lognormal β>", "lognormal_beta", ".3f"),
+        console.column("ln L>", "log_likelihood", ".1f"),
+        console.column("AIC below PGA's by>", "aic_below_pga", ".1f"),
+        console.column("pseudo R²>", "pseudo_r2", ".2f"),
+        console.column("concordance>", "concordance", ".2f"),
+    )
+    many, form = len(pooled["structures"]), fragility_curve(screening)
+    title = f"One fragility for {many} structures ({form} curves)"
+    console.show_rows(title, columns, pooled["fragility"], group="words")
+    for fit in pooled["fragility"]:
+        if fit["said"]:
+            print(f"{many} structures, {fit['words']}, {fit['symbol']}: {fit['said']}.")
+    print(_gain_in_words(pooled["fragility"]))
+    better = pooled["better_measure"]
+    named = f"the better measure is {better}" if better else "no better measure is named"
+    print(f"Counted by recordings, {named}; {pooled['better_measure_reason']}.")
+    if pooled["restrained"]:
+        print(
+            f"Not among them: {', '.join(pooled['restrained'])}. With tendons or dissipaters, "
+            "rocking depends on more than p PGV/(g tan α)."
+        )
+    print()
+
+
+def _gain_in_words(fits: Sequence[dict[str, Any]]) -> str:
+    """Return how much better p PGV/(g tan α) predicts overturning than PGA, in a sentence."""
+    of_pga, own = (
+        next(fit for fit in fits if fit["measure"] == name) for name in ("pga", "dimensionless_pgv")
+    )
+    if not {of_pga["outcome"], own["outcome"]} <= {"fitted"}:
+        return "p PGV/(g tan α) and PGA cannot be compared: one of them has no curve."
+    gain = own["aic_below_pga"]
+    return (
+        f"Over p PGV/(g tan α), the lognormal β of overturning is {own['lognormal_beta']:.3g}, "
+        f"over PGA {of_pga['lognormal_beta']:.3g}. The AIC of p PGV/(g tan α) is "
+        f"{abs(gain):.3g} {'below' if gain >= 0.0 else 'above'} that of PGA, with all scenarios "
+        "counted as independent."
+    )
 
 
 def _better_measures_in_words(summary: Sequence[dict[str, Any]]) -> dict[str, list[str]]:

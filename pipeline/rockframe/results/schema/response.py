@@ -12,7 +12,7 @@ from rockframe.matching.record_pulses import PulseVerdict
 from rockframe.oscillators.comparison import RIVALS, Validity
 from rockframe.results.schema.declare import FileKind, Variable, optional
 from rockframe.results.schema.records import RECORDS_NC
-from rockframe.risk import FURTHER, MEASURES, Outcome
+from rockframe.risk import FURTHER, MEASURES, POOLED, Outcome
 from rockframe.risk.fragility import QUANTITIES
 from rockframe.rocking import DIMENSIONS
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
@@ -428,7 +428,49 @@ _PEAKS_OF_SCENARIO: Final = (
 #: Further measures of intensity, each a group of its own.
 _FURTHER: Final = tuple(replace(RECORDS_NC[name], source="", group=name) for name in FURTHER)
 #: Unit of each measure of intensity.
-UNITS_OF_MEASURES: Final = {one.name: one.units for one in (*_NUMBERS, *_FURTHER) if one.name in {**MEASURES, **FURTHER}}
+UNITS_OF_MEASURES: Final = {one.name: one.units for one in (*_NUMBERS, *_FURTHER) if one.name in {**MEASURES, **FURTHER}} | dict.fromkeys(POOLED.keys() - MEASURES.keys(), "1")
+#: Fits of fragilities, and the better measure.
+_FITS: Final = (
+    Variable("measure_units", "measure", str, "1", "unit of the measure", choices=tuple(UNITS_OF_MEASURES.values())),
+    Variable("fragility_outcome", "structure limit_state measure", Outcome, "1", "outcome of the fit", "fit.outcome"),
+    Variable("fragility_median", "structure limit_state measure", float, "1", "intensity at which half of the motions reach the limit state, in the unit of the measure", "fit.median"),
+    Variable("fragility_logistic_scale", "structure limit_state measure", float, "1", "scale of the logistic distribution with this standard deviation, sqrt(3) / pi times lognormal_beta", "fit.logistic_scale"),
+    Variable("fragility_lognormal_beta", "structure limit_state measure", float, "1", "standard deviation of the logarithm of the intensity at which the limit state is reached", "fit.lognormal_beta"),
+    Variable("fragility_median_low", "structure limit_state measure", float, "1", "lower bound of the median, 90 % confidence"),
+    Variable("fragility_median_high", "structure limit_state measure", float, "1", "upper bound of the median, 90 % confidence"),
+    Variable("fragility_lognormal_beta_low", "structure limit_state measure", float, "1", "lower bound of lognormal_beta, 90 % confidence"),
+    Variable("fragility_lognormal_beta_high", "structure limit_state measure", float, "1", "upper bound of lognormal_beta, 90 % confidence"),
+    Variable("fragility_intercept", "structure limit_state measure", float, "1", "argument of the distribution (normal or logistic, see fragility_curve) at an intensity of one unit", "fit.intercept"),
+    Variable("fragility_slope", "structure limit_state measure", float, "1", "slope of this argument over the logarithm of the intensity", "fit.slope"),
+    Variable("fragility_pseudo_r2", "structure limit_state measure", float, "1", "McFadden's 1 - ln L / ln L_0", "fit.pseudo_r2"),
+    Variable("fragility_concordance", "structure limit_state measure", float, "1", "share of pairs (one motion reaches the limit state, the other does not) in which the first is stronger", "fit.concordance"),
+    Variable("fragility_brier", "structure limit_state measure", float, "1", "mean squared error of the probability", "fit.brier"),
+    Variable("fragility_lowest", "structure limit_state measure", float, "1", "weakest intensity tried, in the unit of the measure", "fit.lowest"),
+    Variable("fragility_highest", "structure limit_state measure", float, "1", "strongest intensity tried, in the unit of the measure", "fit.highest"),
+    Variable("fragility_safe_to", "structure limit_state measure", float, "1", "strongest intensity that does not reach the limit state (in a member), in the unit of the measure", "fit.safe_to"),
+    Variable("fragility_overturned_from", "structure limit_state measure", float, "1", "weakest intensity that reaches the limit state (in a member), in the unit of the measure", "fit.overturned_from"),
+    Variable("fragility_motions", "structure limit_state measure", np.int64, "1", "independent motions", "fit.motions"),
+    Variable("fragility_observations", "structure limit_state measure", np.int64, "1", "motions times scales", "fit.observations"),
+    Variable("fragility_overturned", "structure limit_state measure", np.int64, "1", "number of observations that reach the limit state (in a member)", "fit.overturned"),
+    Variable("log_likelihood", "structure limit_state measure", float, "1", "largest logarithm of the likelihood"),
+    Variable("fragility_intensity", "measure point", float, "1", "intensity, in the unit of the measure"),
+    Variable("fragility", "structure limit_state measure point", float, "1", "probability of reaching the limit state"),
+    Variable("fragility_low", "structure limit_state measure point", float, "1", "lower bound of fragility, 90 % confidence"),
+    Variable("fragility_high", "structure limit_state measure point", float, "1", "upper bound of fragility, 90 % confidence"),
+)
+_BETTER: Final = (
+    Variable("better_measure", "structure", str, "1", "measure that predicts overturning better"),
+    Variable("better_measure_reason", "structure", str, "1", "reason why a measure is better, or why none is"),
+    Variable("bin_intensity", "structure measure bin", float, "1", "mean intensity of the class, in the unit of the measure"),
+    Variable("bin_share", "structure limit_state measure bin", float, "1", "share of the class that reaches the limit state"),
+)
+#: The same for all free-standing structures together.
+_POOLED: Final = optional("pooled",
+    Variable("pooled", "structure", np.int8, "1", "1 for the structures of the pooled fragility, which are free-standing; 0 for the others"),
+    *(replace(one, name=f"pooled_{one.name}", along=" ".join(f"pooled_{dim}" if dim in ("limit_state", "measure") else dim for dim in one.dims if dim != "structure"), source="", long_name=f"{one.long_name}, of all free-standing structures together") for one in (*_FITS, *_BETTER)),
+    Variable("pooled_measure", "pooled_measure", str, "1", "measure of intensity of the pooled fragility", key=True, choices=tuple(POOLED)),
+    Variable("pooled_limit_state", "pooled_limit_state", str, "1", "limit state of the pooled fragility", key=True),
+)
 
 SCREEN_NC: Final = FileKind(
     "screen", "screen", "Screening of free-standing frames by records",
@@ -465,39 +507,12 @@ SCREEN_NC: Final = FileKind(
             Variable("overall_peak_rotation_ratio_band", "structure quantile", float, "1", "largest |theta| / slenderness over all motions and members, at the reference scale", comment=_OVERTURNED_MEMBER),
             Variable("overall_peak_u_band", "structure quantile", float, "m", "largest |u| over all motions and members, at the reference scale", comment=_OVERTURNED_MEMBER),
         ),
-        Variable("measure_units", "measure", str, "1", "unit of the measure", choices=tuple(UNITS_OF_MEASURES.values())),
-        Variable("fragility_outcome", "structure limit_state measure", Outcome, "1", "outcome of the fit", "fit.outcome"),
-        Variable("fragility_median", "structure limit_state measure", float, "1", "intensity at which half of the motions reach the limit state, in the unit of the measure", "fit.median"),
-        Variable("fragility_logistic_scale", "structure limit_state measure", float, "1", "scale of the logistic distribution with this standard deviation, sqrt(3) / pi times lognormal_beta", "fit.logistic_scale"),
-        Variable("fragility_lognormal_beta", "structure limit_state measure", float, "1", "standard deviation of the logarithm of the intensity at which the limit state is reached", "fit.lognormal_beta"),
-        Variable("fragility_median_low", "structure limit_state measure", float, "1", "lower bound of the median, 90 % confidence"),
-        Variable("fragility_median_high", "structure limit_state measure", float, "1", "upper bound of the median, 90 % confidence"),
-        Variable("fragility_lognormal_beta_low", "structure limit_state measure", float, "1", "lower bound of lognormal_beta, 90 % confidence"),
-        Variable("fragility_lognormal_beta_high", "structure limit_state measure", float, "1", "upper bound of lognormal_beta, 90 % confidence"),
-        Variable("fragility_intercept", "structure limit_state measure", float, "1", "argument of the distribution (normal or logistic, see fragility_curve) at an intensity of one unit", "fit.intercept"),
-        Variable("fragility_slope", "structure limit_state measure", float, "1", "slope of this argument over the logarithm of the intensity", "fit.slope"),
-        Variable("fragility_pseudo_r2", "structure limit_state measure", float, "1", "McFadden's 1 - ln L / ln L_0", "fit.pseudo_r2"),
-        Variable("fragility_concordance", "structure limit_state measure", float, "1", "share of pairs (one motion reaches the limit state, the other does not) in which the first is stronger", "fit.concordance"),
-        Variable("fragility_brier", "structure limit_state measure", float, "1", "mean squared error of the probability", "fit.brier"),
-        Variable("fragility_lowest", "structure limit_state measure", float, "1", "weakest intensity tried, in the unit of the measure", "fit.lowest"),
-        Variable("fragility_highest", "structure limit_state measure", float, "1", "strongest intensity tried, in the unit of the measure", "fit.highest"),
-        Variable("fragility_safe_to", "structure limit_state measure", float, "1", "strongest intensity that does not reach the limit state (in a member), in the unit of the measure", "fit.safe_to"),
-        Variable("fragility_overturned_from", "structure limit_state measure", float, "1", "weakest intensity that reaches the limit state (in a member), in the unit of the measure", "fit.overturned_from"),
-        Variable("fragility_motions", "structure limit_state measure", np.int64, "1", "independent motions", "fit.motions"),
-        Variable("fragility_observations", "structure limit_state measure", np.int64, "1", "motions times scales", "fit.observations"),
-        Variable("fragility_overturned", "structure limit_state measure", np.int64, "1", "number of observations that reach the limit state (in a member)", "fit.overturned"),
-        Variable("log_likelihood", "structure limit_state measure", float, "1", "largest logarithm of the likelihood"),
-        Variable("fragility_intensity", "measure point", float, "1", "intensity, in the unit of the measure"),
-        Variable("fragility", "structure limit_state measure point", float, "1", "probability of reaching the limit state"),
-        Variable("fragility_low", "structure limit_state measure point", float, "1", "lower bound of fragility, 90 % confidence"),
-        Variable("fragility_high", "structure limit_state measure point", float, "1", "upper bound of fragility, 90 % confidence"),
+        *_FITS,
         *optional("fragility curve",
             Variable("fragility_curve", "", str, "1", "form of the fragility curves", choices=("lognormal", "logistic"), comment="files without this variable have logistic curves"),
         ),
-        Variable("better_measure", "structure", str, "1", "measure that predicts overturning better"),
-        Variable("better_measure_reason", "structure", str, "1", "reason why a measure is better, or why none is"),
-        Variable("bin_intensity", "structure measure bin", float, "1", "mean intensity of the class, in the unit of the measure"),
-        Variable("bin_share", "structure limit_state measure bin", float, "1", "share of the class that reaches the limit state"),
+        *_BETTER,
+        *_POOLED,
         *optional("azimuths",
             Variable("recording", "recording", str, "1", "first motion of the recording", key=True),
             Variable("rotd00_peak_rotation_ratio", "recording structure", float, "1", "largest |theta| / slenderness at the reference scale: smallest value over the azimuths", comment="infinite if the structure overturns"),
