@@ -43,7 +43,6 @@ Scenario = Mapping[str, NDArray[Any]]
 #: Positions of record, structure and scale, and the response of that scenario with its nodes.
 KeptHistory = tuple[tuple[int, int, int], Response]
 
-_DIMS: Final = ("record", "structure", "scale")
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
 _PEAKS: Final = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity")

@@ -43,7 +43,8 @@ class Histories(StrEnum):
         >>> Histories.NONE.keep(respond(bent, strong)).time.size
         0
         """
-        if self is Histories.ALL or (self is Histories.SELECTED and _near(response)):
+        near = response.verdict not in _DECIDED or response.peak_rotation_ratio >= NEAR
+        if self is Histories.ALL or (self is Histories.SELECTED and near):
             return response
         none = np.empty(0)
         return replace(
@@ -66,7 +67,3 @@ class Histories(StrEnum):
         if self is Histories.SELECTED:
             return ~np.isin(verdict, _DECIDED) | (ratio >= NEAR)
         return np.full(verdict.shape, self is Histories.ALL)
-
-
-def _near(response: Response) -> bool:
-    return response.verdict not in _DECIDED or response.peak_rotation_ratio >= NEAR

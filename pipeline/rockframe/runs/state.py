@@ -183,15 +183,13 @@ def files_of(outputs: Sequence[str], folder: Path) -> list[str]:
     files: list[str] = []
     for name in outputs:
         if name.endswith("/"):
-            found = sorted(path for path in (folder / name).rglob("*") if _is_visible_file(path))
-            files += [path.relative_to(folder).as_posix() for path in found]
+            found = sorted(path for path in (folder / name).rglob("*") if path.is_file())
+            # Snakemake hides files there
+            visible = (path for path in found if not path.name.startswith("."))
+            files += [path.relative_to(folder).as_posix() for path in visible]
         else:
             files.append(name)
     return files
-
-
-def _is_visible_file(path: Path) -> bool:
-    return path.is_file() and not path.name.startswith(".")  # Snakemake hides files there
 
 
 def take_back_manifest(plan: Plan, folder: Path) -> None:

@@ -398,15 +398,12 @@ def require_printed_peak(
     for token, quantity in ((stated, "peak acceleration"), (time or "0", "time of the peak")):
         if not is_number(token):
             raise bad_number(path, token.encode("latin-1", "replace"), line, quantity)
+    late = Printed.of(time) if time else None
     peak = StatedPeak(
         value=Printed.of(stated),
-        time=_since(Printed.of(time), first) if time else None,
+        time=late and Printed(late.value - first, late.unit),
         units=units,
         line=line,
         signed=signed,
     )
     return require_peak(path, samples, time_step, peak, 0.0)
-
-
-def _since(time: Printed, first: float) -> Printed:
-    return Printed(time.value - first, time.unit)
