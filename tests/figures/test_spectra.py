@@ -13,9 +13,11 @@ from matplotlib.collections import QuadMesh
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
+from rockframe.figures import spectra
 from rockframe.figures.captioned import Captioned
 from rockframe.figures.margins import draw_stability_map
 from rockframe.figures.spectra import (
+    draw_drift_by_size,
     draw_overturning_spectra,
     draw_record_spectrum,
     draw_rocking_spectrum,
@@ -175,3 +177,43 @@ def test_a_slenderness_of_the_figure_is_drawn_once() -> None:
     frame = RockingFrame(height=2.0, width=2.0 * np.tan(np.radians(10.0)), mass_ratio=1.0)
     labels = draw_record_spectrum(shaking(), frame).figure.axes[0].get_legend_handles_labels()[1]
     assert [label.split("°")[0] for label in labels] == ["α = 6", "α = 10", "α = 14", "α = 20"]
+
+
+def test_drift_of_large_columns_depends_on_the_slenderness_alone() -> None:
+    """As theta/alpha vanishes, u'' = -(3/2) cos(alpha) (g sin(alpha) sgn(u) + a_g cos(alpha))."""
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.6 * GRAVITY, T_p=0.5, time=1.0)
+    drifts = [respond(RockingFrame(height=h, width=h / 4.0), pulse).peak_u for h in (200.0, 800.0)]
+    assert drifts[0] == pytest.approx(drifts[1], rel=1e-3)
+    assert drifts[1] > 0.05
+
+
+def test_drift_by_size_is_the_median_over_records_and_scales(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(spectra, "_HEIGHTS", np.array([2.5, 80.0]))
+    monkeypatch.setattr(spectra, "_SCALES", np.array([0.8, 1.0, 1.25]))
+    samples = Pulse(wavelet="symmetric_ricker", a_p=0.4 * GRAVITY, T_p=1.0, time=1.0).acceleration(
+        0.01 * np.arange(300)
+    )
+    records = [
+        Record(record_id=name, acceleration=factor * samples, time_step=0.01)
+        for name, factor in (("one", 1.0), ("two", 1.3))
+    ]
+    drawn = draw_drift_by_size(records, BENT)
+    above, below = drawn.figure.axes
+    labels = [line.get_label() for line in above.get_lines()]
+    assert labels[:4] == ["α = 8°", "α = 9.46°, bent", "α = 11°", "α = 14°"]
+    for k, height in enumerate((2.5, 80.0)):
+        frame = RockingFrame(height=height, width=height * 1.6 / 9.6, mass_ratio=4.0)
+        found = [
+            respond(frame, record.scaled(scale)) for record in records for scale in (0.8, 1.0, 1.25)
+        ]
+        fell = [one.verdict is Verdict.OVERTURNS for one in found]
+        drifts = [np.inf if f else one.peak_u for f, one in zip(fell, found, strict=True)]
+        expected = np.median(drifts) if np.isfinite(np.median(drifts)) else np.nan
+        assert_allclose(np.asarray(above.get_lines()[1].get_ydata())[k], expected)
+        assert_allclose(np.asarray(below.get_lines()[1].get_ydata())[k], np.mean(fell))
+    assert np.mean(np.asarray(below.get_lines()[1].get_ydata())) > 0.0
+    assert "α = 8°: from 80 m on, where at most 10 % overturn, the median is within 0 %" in (
+        drawn.caption
+    )

@@ -34,8 +34,9 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
         "--record",
         action="append",
         metavar="ID",
-        help="only this record; may be repeated for figure 11 (default: all records for figure 11, "
-        "else the record with the largest rotation of the structure without overturning)",
+        help="only this record; may be repeated for figures 11 and drift-by-size (default: all "
+        "records for these, else the record with the largest rotation of the structure without "
+        "overturning)",
     )
     parser.add_argument(
         "--vertical",
@@ -173,6 +174,9 @@ FIGURES: Final[Mapping[str, Drawing]] = {
     ),
     "rocking-spectrum": Drawing(
         "peak rotation and rate over 2 pi / p", "spectra.draw_record_spectrum", "one_record"
+    ),
+    "drift-by-size": Drawing(
+        "median drift over the height of columns", "spectra.draw_drift_by_size", "records"
     ),
     "stability-map": Drawing(
         "verdict over size and scale", "margins.draw_stability_map", "one_record", ("grid",)

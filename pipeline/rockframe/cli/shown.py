@@ -126,6 +126,13 @@ def _largest_rotation(file: RecordsFile, names: list[str], frame: RockingFrame) 
     return best
 
 
+def records(request: FigureRequest) -> Shown:
+    """Return the requested records, by default all, and the structure."""
+    frame = request.frame
+    with request.records() as (path, status), open_records(path) as file:
+        return ([file.read(name) for name in request.chosen(file)], frame), status
+
+
 def responses(request: FigureRequest) -> Shown:
     """Return records, the responses of the structure, and titles."""
     frame = request.frame

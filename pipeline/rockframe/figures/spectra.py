@@ -1,8 +1,9 @@
-"""Overturning spectra of pulses, and rocking spectra of records."""
+"""Overturning spectra of pulses, rocking spectra of records, and drift over the size of columns."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -11,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
 from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled, wavelet_words
@@ -22,10 +23,13 @@ from rockframe.rocking import (
     GroundAcceleration,
     Verdict,
     overturning_spectrum,
+    respond_many,
     rocking_spectrum,
 )
 from rockframe.wavelets.family import RICKERS
 from rockframe.wavelets.pulse import Pulse
+
+Float = NDArray[np.float64]
 
 #: Shades of the map: frame stands, overturns after an impact, overturns without impact.
 _SHADES: Final = ("#ffffff", "#e3e3e3", "#bdbdbd")
@@ -266,3 +270,99 @@ def _draw_rocking(panel: Axes, one: xr.Dataset, name: str, frame: RockingFrame |
             linestyle="-" if own else LINES[i % len(LINES)],
             linewidth=1.2 if own else 0.8,
         )
+
+
+#: Heights of columns [m] and scales of the records of the figure of drifts. Single responses are
+#: irregular, so each record is taken at many scales.
+_HEIGHTS: Final = np.geomspace(2.5, 80.0, 21)
+_SCALES: Final = np.geomspace(0.8, 1.25, 21)
+#: Slendernesses beside that of the structure [degrees].
+_BESIDE: Final = (8.0, 11.0, 14.0)
+#: Largest share that overturns [1] of columns whose median is compared with that of the highest.
+_FEW_FALL: Final = 0.1
+
+
+def draw_drift_by_size(records: Sequence[Record], frame: RockingFrame) -> Captioned:
+    """Draw the median drift of columns, and the share that overturns, over their height.
+
+    There is a curve for the slenderness of a frame, and others for other slendernesses; all have
+    its mass ratio.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        The ground motions, all of which count equally.
+    frame : RockingFrame
+        The frame.
+    """
+    alphas = [frame.slenderness]
+    alphas += [one for one in np.radians(_BESIDE).tolist() if abs(one - frame.slenderness) > _APART]
+    told = []
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 4.0), layout="constrained")
+        panels = figure.subplots(2, 1, sharex=True)
+        for i, alpha in enumerate(sorted(alphas)):
+            drift, fallen = _drifts(records, alpha, frame.mass_ratio)
+            own = alpha == frame.slenderness
+            label = f"α = {math.degrees(alpha):.3g}°" + (f", {frame.name}" if own else "")
+            style = {"color": "black" if own else f"C{i}", "linestyle": "-" if own else LINES[i]}
+            panels[0].plot(
+                _HEIGHTS, np.where(np.isfinite(drift), drift, np.nan), label=label, **style
+            )
+            panels[1].plot(_HEIGHTS, fallen, **style)
+            told.append(_change(alpha, drift, fallen))
+        for panel in panels:
+            panel.axvline(frame.height, color="black", linewidth=0.6)
+            panel.set_ylim(bottom=0.0)
+        panels[0].set_ylabel("median drift  u  [m]")
+        panels[1].set_ylabel("share that overturns")
+        panels[1].set_xscale("log")
+        panels[1].set_xlim(_HEIGHTS[0], _HEIGHTS[-1])
+        panels[1].xaxis.set_major_locator(FixedLocator([2.5, 5.0, 10.0, 20.0, 40.0, 80.0]))
+        panels[1].xaxis.set_major_formatter(FormatStrFormatter("%g"))
+        panels[1].xaxis.set_minor_formatter(NullFormatter())
+        panels[1].set_xlabel("height of the columns [m]")
+        figure.align_ylabels(list(panels))
+        figure.legend(loc="outside lower center", ncols=2, fontsize=7)
+    caption = (
+        f"Median of the largest drift u, and share that overturns, over the height of columns of "
+        f"equal slenderness α and mass ratio γ = {frame.mass_ratio:g}, {len(records)} records at "
+        f"{_SCALES.size} scales from {_SCALES[0]:g} to {_SCALES[-1]:g}, {_HEIGHTS.size} heights "
+        f"from {_HEIGHTS[0]:g} to {_HEIGHTS[-1]:g} m; rectangular columns, restitution by eq "
+        "(43). Structures that overturn count as an infinite drift. Far from overturning, the "
+        "equation of motion of u contains the slenderness but no size. "
+        f"{' '.join(told)} Black: the slenderness of {frame.name}; the line marks its height, "
+        f"{frame.height:g} m."
+    )
+    return Captioned(figure, "Drift over the size of columns", caption)
+
+
+def _drifts(records: Sequence[Record], alpha: float, gamma: float) -> tuple[Float, Float]:
+    """Return the median drift [m] of columns of each height, and the share that overturns."""
+    frames = [
+        RockingFrame(height=height, width=height * math.tan(alpha), mass_ratio=gamma)
+        for height in _HEIGHTS.tolist()
+    ]
+    peaks = respond_many(records, frames, _SCALES)
+    fell = peaks.verdict == Verdict.OVERTURNS
+    rotations = peaks.peak_rotation.swapaxes(0, 1)
+    drift = [
+        np.abs(frame.horizontal_displacement(one))
+        for frame, one in zip(frames, rotations, strict=True)
+    ]
+    median = np.median(np.where(fell.swapaxes(0, 1), np.inf, drift), axis=(1, 2))
+    return median, fell.mean(axis=(0, 2))
+
+
+def _change(alpha: float, drift: Float, fallen: Float) -> str:
+    """Return how much the median drift changes with the height where few overturn."""
+    few = fallen <= _FEW_FALL
+    if not few[-1]:
+        return f"α = {math.degrees(alpha):.3g}°: too many overturn at any height."
+    first = int(np.flatnonzero(~few)[-1]) + 1 if not few.all() else 0
+    apart = float(np.abs(drift[first:] / drift[-1] - 1.0).max())
+    return (
+        f"α = {math.degrees(alpha):.3g}°: from {_HEIGHTS[first]:.3g} m on, where at most "
+        f"{100.0 * _FEW_FALL:.0f} % overturn, the median is within {100.0 * apart:.0f} % of the "
+        f"{drift[-1]:.3g} m at {_HEIGHTS[-1]:g} m."
+    )
