@@ -362,6 +362,7 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
         source_file=one.source_file if same_file else f"{one.source_file} {other.source_file}",
         source_sha256=one.source_sha256 if same_file else "",
         processing=(*one.processing, step),
+        trusted=tuple(dict.fromkeys((*one.trusted, *other.trusted))),
     )
 
 

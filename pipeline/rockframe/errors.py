@@ -1,10 +1,16 @@
-"""Errors that the user can fix. Each is one line: what is wrong, where, and what is allowed."""
+"""Errors that the user can fix. Each is one line: what is wrong, where, and what is allowed.
+
+A file that contradicts itself is such an error, which `settle` raises unless the user trusts one of
+the two statements.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal, TypeVar
 
 #: Longest message of an `InputError` [characters]; the middle of a longer one is left out.
 _LONGEST: Final = 600
@@ -143,3 +149,152 @@ class ServiceError(RockframeError):
 
 class EngineError(RockframeError):
     """The workers cannot be reached, or crash repeatedly."""
+
+
+#: What a user can trust.
+Trusted = Literal[
+    "samples",
+    "values",
+    "sensitivity",
+    "stages",
+    "full-scale",
+    "scale",
+    "waveform",
+    "header",
+    "component",
+    "azimuth",
+]
+#: What each word trusts, and over what.
+TRUSTED: Final[Mapping[str, str]] = {
+    "samples": "the samples that are present, over the number or the duration that a header states",
+    "values": "the values of the samples, over the peak, extremes or mean that a header states",
+    "sensitivity": "the stated sensitivity, over stages, full scales and SCALE",
+    "stages": "the product of the stage gains of a StationXML, over its sensitivity",
+    "full-scale": "the full scale of the sensor in a COSMOS header, over its sensitivity",
+    "scale": "SCALE of a SAC file, over the sensitivity of its StationXML",
+    "waveform": "the time step that stands with the samples, over another in header or StationXML",
+    "header": "the time step of header or StationXML, over the one that stands with the samples",
+    "component": "the direction in the name of the component, over the angles of the header",
+    "azimuth": "the angles of the header, over the direction in the name of the component",
+}
+
+_Value = TypeVar("_Value")
+
+#: Words that are trusted, in order of precedence, and the contradictions settled so far. Readers
+#: state contradictions deep inside their functions, so both are kept for the context of one read.
+_STATE: ContextVar[tuple[tuple[Collection[str], ...], list[str]]] = ContextVar("trust")
+
+
+@contextmanager
+def trusting(*words: Collection[str]) -> Iterator[list[str]]:
+    """Trust these words within a ``with`` block, and collect the contradictions that they settle.
+
+    Parameters
+    ----------
+    words : collections of str
+        Words of `TRUSTED`. Those of an earlier collection take precedence.
+
+    Examples
+    --------
+    >>> with trusting(["samples"]) as settled:
+    ...     settle(Path("a.AT2"), "NPTS 3 in the header, 2 in the file.", {"samples": 2})
+    2
+    >>> settled
+    ['samples: NPTS 3 in the header, 2 in the file.']
+    """
+    settled: list[str] = []
+    before = _STATE.set((words, settled))
+    try:
+        yield settled
+    finally:
+        _STATE.reset(before)
+
+
+@contextmanager
+def noting() -> Iterator[list[str]]:
+    """Collect the contradictions that are settled within a ``with`` block, with the words trusted
+    outside it: those of one record of a file.
+    """
+    words, _ = _STATE.get(((), []))
+    with trusting(*words) as settled:
+        yield settled
+
+
+def settle(
+    path: Path,
+    problem: str,
+    values: Mapping[str, _Value],
+    line: int | None = None,
+    must: str = "",
+) -> _Value:
+    """Return the value of the statement that the user trusts, and note the contradiction.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    problem : str
+        The two statements and their values, as a sentence.
+    values : mapping
+        Value of each statement that can be trusted, by its word in `TRUSTED`.
+    line : int, optional
+        Line number of one of them.
+    must : str
+        Sentence that says what a sound file would state.
+
+    Raises
+    ------
+    InputError
+        If none of the words is trusted, or more than one.
+
+    Examples
+    --------
+    >>> settle(Path("a.AT2"), "NPTS 3 in the header, 2 in the file.", {"samples": 2})
+    Traceback (most recent call last):
+    rockframe.errors.InputError: a.AT2: NPTS 3 in the header, 2 in the file. Settled by --trust ...
+    """
+    words, settled = _STATE.get(((), []))
+    for level in words:
+        named = [word for word in values if word in level]
+        if len(named) > 1:
+            message = f"{problem} {' and '.join(named)} are both trusted. Trust one of them."
+            raise InputError(path, message, line)
+        if named:
+            note = f"{named[0]}: {problem}"
+            if note not in settled:
+                settled.append(note)
+            return values[named[0]]
+    options = " or ".join(f"--trust {word}" for word in values)
+    said = (problem, must, f"Settled by {options}.")
+    raise InputError(path, " ".join(filter(None, said)), line)
+
+
+def parse_words(path: Path, text: str, line: int) -> tuple[str, ...]:
+    """Return the words in a cell of a catalogue, separated by blanks.
+
+    Examples
+    --------
+    >>> parse_words(Path("catalogue.csv"), "samples stages", 2)
+    ('samples', 'stages')
+    """
+    words = tuple(text.split())
+    try:
+        require_words(words)
+    except ParameterError as error:
+        raise InputError(path, str(error), line) from None
+    return words
+
+
+def require_words(words: Collection[str]) -> None:
+    """Raise an error if one of the words is not in `TRUSTED`.
+
+    Examples
+    --------
+    >>> require_words(["sample"])
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid trust 'sample'. Must be one or more of: samples, val...
+    """
+    for word in words:
+        if word not in TRUSTED:
+            known = ", ".join(TRUSTED)
+            raise ParameterError(f"Invalid trust {word!r}. Must be one or more of: {known}.")

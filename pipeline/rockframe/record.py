@@ -141,6 +141,8 @@ class Record(Shown):
         Corners of the filters applied, by the archive (as it states them) and by this package [Hz].
     processing : tuple of str
         Processing steps, in order.
+    trusted : tuple of str
+        Contradictions in the file that the user settled: the trusted word, and both statements.
 
     Raises
     ------
@@ -184,6 +186,7 @@ class Record(Shown):
     filter_low: float = math.nan
     filter_high: float = math.nan
     processing: tuple[str, ...] = ()
+    trusted: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not is_record_id(self.record_id):

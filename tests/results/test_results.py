@@ -314,7 +314,7 @@ def test_something_that_is_no_netcdf_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
 def test_a_flipped_byte_of_the_samples_is_found(tmp_path: Path, share: float) -> None:
     """Noise cannot be compressed, so nearly all of the file is samples in checksummed blocks."""
-    samples = np.random.default_rng(0).normal(size=40_000)
+    samples = np.random.default_rng(0).normal(size=200_000)
     noise = Record(record_id="noise", acceleration=samples, time_step=0.01)
     path = save_records([noise], tmp_path / "records.nc")
     content = bytearray(path.read_bytes())

@@ -109,6 +109,7 @@ def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None
     for label, text in (
         ("file", _of_file(history)),
         ("processing", facts.get("processing", "")),
+        ("trusted", facts.get("trusted", "")),
         ("passport", _of_passport(history["passport"])),
         ("filters", _of_filters(history)),
         (history["status"], history["reason"]),

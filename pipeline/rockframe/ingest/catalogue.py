@@ -9,7 +9,6 @@ import csv
 import io
 import math
 import re
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final, TextIO
 
 from rockframe.cells import decimal, read_rows, write_rows
-from rockframe.errors import InputError
+from rockframe.errors import InputError, parse_words
 from rockframe.ingest.identify import site_of_depth
 from rockframe.ingest.parsing.lines import HEAD, read_head, unreadable
 from rockframe.provenance import read_json, whole_file
@@ -86,6 +85,8 @@ class CatalogueEntry:
     origin_time : str
         Time of the event (ISO 8601, UTC). An entry with this time applies to the records that began
         then, at the station of the entry if it names one.
+    trust : tuple of str
+        Words of `rockframe.errors.TRUSTED`: which of two contradictory statements is right.
 
     Examples
     --------
@@ -109,6 +110,7 @@ class CatalogueEntry:
     archive_pulse_period: float = math.nan
     origin_time: str = ""
     source: str = ""
+    trust: tuple[str, ...] = ()
 
 
 def archive_catalogue(name: str, head: bytes) -> str:
@@ -241,21 +243,9 @@ def _comcat(path: Path, data: bytes) -> _Entries:
     yield str(feature["id"]), entry
 
 
-def quakeml_events(path: Path, data: bytes) -> Any:
-    """Return the events of a QuakeML document, as obspy's; ValueError if it cannot be read."""
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-        raise InputError(path, "XML with a document type is not read. Save it as plain QuakeML.")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        from obspy import read_events
-
-        try:
-            return read_events(io.BytesIO(data), format="QUAKEML")
-        except Exception as error:  # lxml and obspy raise classes of their own
-            raise ValueError(str(error)) from error
-
-
 def _quakeml(path: Path, data: bytes) -> _Entries:
+    from rockframe.ingest.parsing.obspy_reader import quakeml_events  # few folders have one
+
     for event in quakeml_events(path, data):
         origin = event.preferred_origin() or (event.origins or [None])[0]
         size = event.preferred_magnitude() or (event.magnitudes or [None])[0]
@@ -352,6 +342,7 @@ COLUMNS: Final = (
     "source",
 )
 VS30: Final = "vs30_m_s"
+TRUST: Final = "trust"
 #: Fields of an entry, by column; `file` is required, in any order.
 _FIELDS: Final = {
     **{column: column.removesuffix("_km") for column in COLUMNS},
@@ -363,7 +354,10 @@ _FIELDS: Final = {
     "mechanism": "mechanism",
     "lowest_usable_frequency_hz": "lowest_usable_frequency",
     "archive_pulse_period_s": "archive_pulse_period",
+    TRUST: "trust",
 }
+#: Fields of an entry that are no field of a record.
+_NO_FACTS: Final = frozenset(["file", "origin_time", "trust"])
 _TEXTS: Final = ("file", "event", "station", "network", "mechanism", "source")
 #: Bounds of numbers that are not distances; the others are zero or positive.
 _BOUNDS: Final = {"magnitude": (-2.0, 10.0), VS30: (0.0, 10_000.0)}
@@ -465,11 +459,17 @@ def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
     """
     stated = list(entries)
     known = {field for entry in stated for field in stated_facts(entry)}
+    known |= {TRUST for entry in stated if entry.trust}
     columns = [name for name, field in _FIELDS.items() if name in COLUMNS or field in known]
     values = ([getattr(entry, _FIELDS[name]) for name in columns] for entry in stated)
-    rows = ([one.words if isinstance(one, SiteType) else one for one in row] for row in values)
+    rows = ([*map(_cell, row)] for row in values)
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         write_rows(stream, [columns, *rows])
+
+
+def _cell(value: Any) -> Any:
+    words = value.words if isinstance(value, SiteType) else value
+    return " ".join(words) if isinstance(words, tuple) else words
 
 
 def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
@@ -482,7 +482,7 @@ def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
     """
     facts = dict(vars(entry)) if entry else {}
     facts |= {"facts_source": facts.pop("source", "")}
-    facts = {name: value for name, value in facts.items() if name not in {"file", "origin_time"}}
+    facts = {name: value for name, value in facts.items() if name not in _NO_FACTS}
     # compare types too: a magnitude of zero is a number, but equals the unknown site
     return {
         name: one
@@ -574,14 +574,15 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
     numbers = {
         field: _number(path, row, column, line)
         for column, field in _FIELDS.items()
-        if field not in _TEXTS and column != "site"
+        if field not in _TEXTS and column not in ("site", TRUST)
     }
     sites = {"": SiteType.UNKNOWN, **{site.words: site for site in SiteType}}
     site = row.get("site", "").lower().replace(" ", "-")
     if site not in sites:
         known = ", ".join(filter(None, sites))
         raise InputError(path, f"site {site!r}. Must be one of: {known}.", line=line)
-    return CatalogueEntry(**texts, **numbers, site_type=sites[site])  # type: ignore[arg-type]
+    words = parse_words(path, row.get(TRUST, ""), line)
+    return CatalogueEntry(**texts, **numbers, site_type=sites[site], trust=words)  # type: ignore[arg-type]
 
 
 def _number(path: Path, row: dict[str, str], column: str, line: int) -> float:

@@ -113,9 +113,10 @@ def collect_sources(
     sources : sequence of Source
         Files to read.
     """
-    files = [source.path for source in sources if source.is_read]
+    calls = [(one.path, _trusting(one, options)) for one in sources if one.is_read]
+    count = worker_count(workers, [path for path, _ in calls])
     owners: Owners = {}
-    with closing(_outcomes(files, options, worker_count(workers, files), limits)) as outcomes:
+    with closing(_outcomes(calls, count, limits)) as outcomes:
         for source in sources:
             if progress is not None and source.is_read:
                 progress(source.name)
@@ -144,18 +145,24 @@ def sorted_out(
     return records, rejections
 
 
+def _trusting(source: Source, options: ReadOptions) -> ReadOptions:
+    """Return options with what the catalogues beside a file say of its contradictions."""
+    entries = {**source.others, **source.catalogue}
+    words = {name: entry.trust for name, entry in entries.items() if entry.trust}
+    return replace(options, trust_of=words) if words else options
+
+
 def _outcomes(
-    files: Sequence[Path], options: ReadOptions, workers: int, limits: Limits | None
+    calls: Sequence[tuple[Path, ReadOptions]], workers: int, limits: Limits | None
 ) -> Generator[list[list[Reading] | InputOutcome], None, None]:
     """Yield the outcomes of each file, in order."""
     if workers == 0:
-        for path in files:
+        for path, options in calls:
             check()
             yield list(read_outcomes(path, options))
         return
-    calls = [(path, options) for path in files]
     with closing(serve(read_outcomes, calls, workers, limits or Limits())) as served:
-        for path, of_file in zip(files, served, strict=True):
+        for (path, _), of_file in zip(calls, served, strict=True):
             outcomes = list(of_file.values)
             if of_file.failure:
                 rest = f"after {len(outcomes)} members, the rest is unread: " if outcomes else ""

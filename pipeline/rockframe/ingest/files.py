@@ -30,7 +30,7 @@ from rockframe.ingest.containers import (
 )
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import read_head, unreadable
-from rockframe.ingest.registry import Format, identified
+from rockframe.ingest.registry import Format, identified, read_format
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import read_json
@@ -357,13 +357,10 @@ def _read(
     """Return the records of a file or member, and the outcomes of its streams without records."""
     if content.refusal:
         raise InputError(content.where, content.refusal)
-    left_out: list[InputOutcome] = []
     try:
         chosen, source = identified(content.path, content.data, file_format)
-        if chosen.read_streams is None:
-            records = chosen.read(content.path, content.data, options)
-        else:
-            records, left_out = chosen.read_streams(content.path, content.data, options)
+        names = dict.fromkeys(re.split("[:/]", content.name))
+        records, left_out = read_format(chosen, content.path, content.data, options, names)
     except InputError as error:
         raise type(error)(content.where, error.reason, error.line) from None
     readings = [Reading(record, {"source_file": content.name, **source}) for record in records]
@@ -557,7 +554,7 @@ def _outcomes(
         if note := note_of_member(content):
             yield InputOutcome(content.name, note, status="unread")
             return
-        readings, left_out = _read(content, options)
+        readings, left_out = _read(content, _trusting(content.name, options, catalogues))
     except OtherQuantityError as error:
         yield InputOutcome(content.name, error.reason, error.line, "unread")
         return
@@ -578,3 +575,12 @@ def _outcomes(
             for one in readings
         ]
     yield from left_out
+
+
+def _trusting(name: str, options: ReadOptions, catalogues: _Catalogues) -> ReadOptions:
+    """Return options with what the catalogues in an archive trust, below those beside it."""
+    within: dict[str, tuple[str, ...]] = {}
+    for folder, entries in catalogues.items():
+        if folder and name.startswith(folder):
+            within |= {file: entry.trust for file, entry in entries.items() if entry.trust}
+    return replace(options, trust_of={**within, **options.trust_of}) if within else options

@@ -7,11 +7,13 @@ import re
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import dropwhile, takewhile
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, noting
 from rockframe.record import LONGEST_ID, Orientation, Record, SiteType, is_record_id
 
 _VERTICAL: Final = frozenset(["UP", "V", "VER", "VRT", "VERT", "VERTICAL", "Z", "UD"])
@@ -122,7 +124,9 @@ def distinct_records(
     rockframe.errors.InputError: a.V2: channel 'UP' occurs twice.
     """
     ids = record_ids(path, components)
-    records = [read(name, *channel) for name, channel in zip(ids, channels, strict=True)]
+    records = [
+        noted(partial(read, name, *channel)) for name, channel in zip(ids, channels, strict=True)
+    ]
     seen = set()
     for record in records:
         channel = record.component, record.acceleration.tobytes()
@@ -130,6 +134,25 @@ def distinct_records(
             raise InputError(path, f"channel {record.component!r} occurs twice.")
         seen.add(channel)
     return records
+
+
+def noted(read: Callable[[], Record]) -> Record:
+    """Return a record with the contradictions that the user settled while it was read.
+
+    Examples
+    --------
+    >>> noted(lambda: Record(record_id="a", acceleration=[0.0, 1.0], time_step=0.1)).trusted
+    ()
+    """
+    with noting() as settled:
+        record = read()
+    return with_trusted(record, settled)
+
+
+def with_trusted(record: Record, settled: Iterable[str]) -> Record:
+    """Return a record with further settled contradictions, each of them once."""
+    every = tuple(dict.fromkeys((*record.trusted, *settled)))
+    return record if every == record.trusted else replace(record, trusted=every)
 
 
 def with_ending(path: Path, endings: Sequence[str]) -> Path:

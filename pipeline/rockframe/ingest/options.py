@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError, ParameterError, require_words
 from rockframe.ingest.containers import Content
 from rockframe.units import acceleration_factor, plain_units
 
@@ -34,6 +35,11 @@ class ReadOptions:
         Name or number of the column of acceleration in text files.
     streams : str, optional
         Streams of ASDF files: ``processed``, ``raw``, or their label (default: ``processed``).
+    trust : tuple of str
+        Words of `rockframe.errors.TRUSTED`: which of two contradictory statements of a file is
+        right (default: a file that contradicts itself is rejected).
+    trust_of : mapping of str to tuple of str
+        The same words by name of file; they take precedence.
     archived : tuple of Content
         StationXML files in the same archive.
     folder : Path, optional
@@ -42,7 +48,8 @@ class ReadOptions:
     Raises
     ------
     ParameterError
-        If the units are unknown, or if time step or water level are not positive and finite.
+        If the units are unknown, if time step or water level are not positive and finite, or if
+        a trusted word is unknown.
 
     Examples
     --------
@@ -56,10 +63,13 @@ class ReadOptions:
     water_level: float | None = None
     column: str | None = None
     streams: str | None = None
+    trust: tuple[str, ...] = ()
+    trust_of: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     archived: tuple[Content, ...] = ()
     folder: Path | None = None
 
     def __post_init__(self) -> None:
+        require_words(self.trust)
         if self.units is not None:
             object.__setattr__(self, "units", plain_units(self.units))
             acceleration_factor(self.units)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, trusting
 from rockframe.ingest.formats import (
     afad,
     bhrc,
@@ -31,6 +31,7 @@ from rockframe.ingest.formats.cosmos import reader as cosmos
 from rockframe.ingest.formats.csmip import pairs as csmip_pairs
 from rockframe.ingest.formats.csmip import v1 as csmip_v1
 from rockframe.ingest.formats.csmip import v2 as csmip_v2
+from rockframe.ingest.identify import with_trusted
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import decoded, head_lines, is_utf16, unify_line_ends
 from rockframe.outcome import InputOutcome
@@ -191,8 +192,31 @@ def read_bytes(
     'shake'
     """
     chosen, source = identified(Path(path), data, file_format)
-    records = chosen.read(Path(path), data, options)
+    whole = replace(chosen, read_streams=None)  # an error if no stream can be used
+    records, _ = read_format(whole, Path(path), data, options, [Path(path).name])
     return [replace(one, source_file=source_file or Path(path).name, **source) for one in records]
+
+
+def read_format(
+    chosen: Format, path: Path, data: bytes, options: ReadOptions, names: Iterable[str]
+) -> tuple[list[Record], list[InputOutcome]]:
+    """Return the records of a file, and its streams that were left out with the reason.
+
+    Contradictions that the user settles are noted in the records.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names by which a catalogue may state what to trust: of the archive, and of the file.
+    """
+    by_name = [word for name in names for word in options.trust_of.get(name, ())]
+    left_out: list[InputOutcome] = []
+    with trusting(by_name, options.trust) as settled:
+        if chosen.read_streams is None:
+            records = chosen.read(path, data, options)
+        else:
+            records, left_out = chosen.read_streams(path, data, options)
+    return [with_trusted(record, settled) for record in records], left_out
 
 
 def identified(

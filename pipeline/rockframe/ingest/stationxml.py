@@ -12,7 +12,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.containers import Content, printable
 from rockframe.ingest.identify import site_of_depth
 from rockframe.ingest.options import ReadOptions
@@ -50,6 +50,9 @@ class ChannelResponse:
         Name and SHA-256 of the StationXML file.
     counts : float
         Sensitivity [counts s2 m-1].
+    stages_over_counts : float
+        Product of the stage gains over the sensitivity [1], if they contradict each other and the
+        sensitivity is trusted; otherwise 1.
     units : str
         Acceleration units as stated.
     sample_rate : float
@@ -72,6 +75,7 @@ class ChannelResponse:
     source: str
     sha256: str = ""
     counts: float
+    stages_over_counts: float = 1.0
     units: str
     sample_rate: float = math.nan
     orientation: Orientation = Orientation.UNSTATED
@@ -235,12 +239,13 @@ def _channel_response(content: Content, channel: Any, trace: Any) -> ChannelResp
         message = f"sensitivity of {trace.id} to {sensitivity.output_units!r}. Must be to counts."
         raise InputError(file, message)
     counts = value / _metres_per_second_squared(file, trace.id, units)
-    _require_gain(file, trace.id, response, counts)
+    counts, stages_over_counts = _settled_gain(file, trace.id, response, counts)
     orientation, azimuth = stated_direction(channel)
     return ChannelResponse(
         source=content.name,
         sha256=_sha256(content.data),
         counts=counts,
+        stages_over_counts=stages_over_counts,
         units=units,
         sample_rate=float(channel.sample_rate or math.nan),
         orientation=orientation,
@@ -260,23 +265,35 @@ def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
     return _PREFIXES[found["prefix"].lower()]
 
 
-def _require_gain(file: Path, name: str, response: Any, counts: float) -> None:
-    """Reject a sensitivity [counts s2 m-1] that differs from the product of the stage gains."""
+def _stage_gain(file: Path, name: str, response: Any) -> float | None:
+    """Return the product of the stage gains [counts s2 m-1]; None if they are incomplete."""
     stages = response.response_stages
     gains = [stage.stage_gain for stage in stages]
     if not stages or None in gains:  # the gains are incomplete
-        return
+        return None
     stated = str(response.instrument_sensitivity.input_units)
     units = str(stages[0].input_units or stated)
     try:
-        product = math.prod(gains) / _metres_per_second_squared(file, name, units)
+        return float(math.prod(gains)) / _metres_per_second_squared(file, name, units)
     except InputError:
         message = f"first stage of {name} is per {units!r}, its sensitivity per {stated!r}."
         raise InputError(file, f"{message} Both must be accelerations.") from None
-    if not abs(product - counts) <= _SAME_GAIN * counts:
-        message = f"sensitivity of {name} is {counts:.7g} counts per m/s2, but the gains of its "
-        message += f"{len(stages)} stages multiply to {product:.7g}."
-        raise InputError(file, f"{message} Must agree within {_SAME_GAIN:.0%}.")
+
+
+def _settled_gain(file: Path, name: str, response: Any, counts: float) -> tuple[float, float]:
+    """Return the trusted sensitivity [counts s2 m-1], and the stage gains over it [1].
+
+    The latter is 1 unless the two contradict each other.
+    """
+    product = _stage_gain(file, name, response)
+    if product is None or abs(product - counts) <= _SAME_GAIN * counts:
+        return counts, 1.0
+    message = f"sensitivity of {name} is {counts:.7g} counts per m/s2, but the gains of its "
+    message += f"{len(response.response_stages)} stages multiply to {product:.7g}."
+    values = {"sensitivity": (counts, product / counts), "stages": (product, 1.0)}
+    if not (math.isfinite(product) and product > 0.0):
+        del values["stages"]
+    return settle(file, message, values, must=f"Must agree within {_SAME_GAIN:.0%}.")
 
 
 def stated_direction(channel: Any) -> tuple[Orientation, float]:

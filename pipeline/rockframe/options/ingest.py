@@ -18,6 +18,7 @@ from rockframe.options.model import (
     PositiveNumbers,
     Range,
     Sites,
+    Trust,
     Units,
     rule,
     value_error,
@@ -181,6 +182,10 @@ class IngestOptions(Options):
     streams: Annotated[str | None, Field(examples=["raw"])] = None
     """Streams of ASDF files: processed, raw, or their label; by default the processed ones that
     passed the checks of gmprocess."""
+    trust: Annotated[Trust | None, Field(examples=[("samples", "sensitivity")])] = None
+    """Which of two contradictory statements of a file is right: samples, values, sensitivity,
+    stages, full-scale, scale, waveform, header, component or azimuth; by default a file that
+    contradicts itself is rejected, and the reason names the words that settle it."""
     station_xml: Annotated[File | None, Field(examples=["station.xml"])] = None
     """StationXML of miniSEED and SAC files; by default every .xml file beside each file or in its
     archive."""

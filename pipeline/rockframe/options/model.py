@@ -25,7 +25,7 @@ from pydantic.dataclasses import dataclass as pydantic_dataclass
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
-from rockframe.errors import ParameterError, RockframeWarning
+from rockframe.errors import ParameterError, RockframeWarning, Trusted
 from rockframe.units import ACCELERATION_UNITS, plain_units
 
 if TYPE_CHECKING:
@@ -367,6 +367,13 @@ Site = Literal["free-field", "structure", "borehole", "unknown"]
 #: At least one site, none twice; a single site may be stated without a list.
 Sites = Annotated[
     tuple[Site, ...],
+    Field(strict=False, min_length=1),
+    BeforeValidator(lambda stated: (stated,) if isinstance(stated, str) else stated),
+    AfterValidator(_unique),
+]
+#: At least one word for contradictions, none twice; a single word may be stated without a list.
+Trust = Annotated[
+    tuple[Trusted, ...],
     Field(strict=False, min_length=1),
     BeforeValidator(lambda stated: (stated,) if isinstance(stated, str) else stated),
     AfterValidator(_unique),

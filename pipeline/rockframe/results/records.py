@@ -182,6 +182,7 @@ def _row(
         "pgv": peak(integrate(record.acceleration, record.time_step)),
         **RECORDS_NC.filled("record", record),
         "processing": "; ".join(record.processing),
+        "trusted": "; ".join(record.trusted),
     }
     if passport is not None:
         known |= RECORDS_NC.filled("measures", passport.measures)
@@ -196,10 +197,11 @@ def _row(
 
 def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
     """Return the record of these values by variable."""
-    steps = str(values["processing"])
+    steps, trusted = str(values["processing"]), str(values.get("trusted", ""))
     return Record(
         acceleration=samples,
         processing=tuple(steps.split("; ")) if steps else (),
+        trusted=tuple(trusted.split("; ")) if trusted else (),
         **{one.name: one.dtype(values[one.name]) for one in _FIELDS},
     )
 

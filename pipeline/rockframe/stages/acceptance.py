@@ -54,6 +54,8 @@ class Accepted:
         True if the record was corrected here.
     processing : tuple of str
         Processing steps after reading, in order.
+    trusted : tuple of str
+        Contradictions in the file that the user settled.
     passport : Passport
         Results of the checks.
     """
@@ -64,6 +66,7 @@ class Accepted:
     time_step: float
     corrected_here: bool
     processing: tuple[str, ...]
+    trusted: tuple[str, ...]
     passport: Passport
 
 
@@ -147,6 +150,7 @@ class Acceptance:
                         record.time_step,
                         noted.corrected_here,
                         record.processing,
+                        record.trusted,
                         noted.passport,
                     )
                 )

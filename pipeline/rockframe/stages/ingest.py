@@ -234,6 +234,7 @@ def _read_options(options: IngestOptions) -> ReadOptions:
         water_level=options.water_level_db,
         column=options.column,
         streams=options.streams,
+        trust=options.trust or (),
     )
 
 

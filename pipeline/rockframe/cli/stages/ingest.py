@@ -93,11 +93,12 @@ def run_ingest(options: argparse.Namespace) -> int:
         if none and len(rejected) > 1:
             console.show_rejections(rejected)
 
+    stated = chosen(options, IngestOptions)
     with console.progress_names("reading") as progress:
         result = ingest_stage(
             options.paths,
             options.output,
-            chosen(options, IngestOptions),
+            stated,
             filters=chosen(options, Filters),
             progress=progress,
             workers=arguments.reading_workers(options),
@@ -110,6 +111,7 @@ def run_ingest(options: argparse.Namespace) -> int:
         console.show_json({"accepted": accepted, **others, "output": str(options.output)})
     else:
         _show(accepted, options.output)
+        _show_trusted(accepted, stated.trust or ())
         filtered = sum(entry.status == "filtered" for entry in result.entries)
         if filtered:
             table = options.output.with_suffix(TABLE_FORMATS[options.format])
@@ -128,6 +130,7 @@ def _accepted(result: Ingested) -> list[dict[str, Any]]:
             "pgv_m_s": record.passport.measures.peak_velocity,
             "corrected_here": record.corrected_here,
             "processing": list(record.processing),
+            "trusted": list(record.trusted),
             **_passport(record.passport),
         }
         for record in result.accepted
@@ -174,6 +177,16 @@ def _show(accepted: list[dict[str, Any]], output: Path) -> None:
     ]
     many = "s" if len(accepted) > 1 else ""
     console.show_rows(f"{len(accepted)} record{many} in {output}", columns, accepted)
+
+
+def _show_trusted(accepted: list[dict[str, Any]], words: Sequence[str]) -> None:
+    """Print each settled contradiction, and the words of the option that settled none."""
+    notes = [(row["record_id"], note) for row in accepted for note in row["trusted"]]
+    for name, note in notes:
+        print(f"{name}: trusted {note}")
+    unused = [word for word in words if not any(one.startswith(f"{word}:") for _, one in notes)]
+    if unused:
+        print(f"--trust {' '.join(unused)}: no accepted record contradicts itself there")
 
 
 def _passport(passport: Passport | None) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.identify import directed, distances, distinct_records, place_in
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import (
@@ -104,7 +104,9 @@ def _record(
     length = parse_number(path, stated["length"], line, "duration")
     if not rate > 0.0 or abs(length * rate - count) > 1.0:
         message = f"{length:g} s at {rate:g} samples a second stated, but {count} samples."
-        raise InputError(path, message, line=line)
+        if not rate > 0.0:
+            raise InputError(path, message, line=line)
+        settle(path, message, {"samples": count}, line)
     about, quake = (lines[top + k].decode("latin-1") for k in (7, 8))
     place, name = _STATION.match(about), stated["component"]
     (depth,), (size,) = numbers_in(_DEPTH, quake), numbers_in(_MAGNITUDE, quake)

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError
+from rockframe.errors import settle
 from rockframe.ingest.identify import directed, distances, place_in, record_ids, site_of_location
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import (
@@ -89,7 +89,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     length = parse_number(path, found["length"], 13, "duration")
     if abs(samples.size * step - length) > 1.5 * step + 0.5 * Printed.of(found["length"]).unit:
         message = f"{length:g} s stated, but {samples.size} samples at {step:g} s."
-        raise InputError(path, message, line=13)
+        settle(path, message, {"samples": samples.size}, 13)
     ratio = require_printed_peak(
         path, found["peak"], samples, "cm/s2", 13,
         signed=True, time=found["time"], time_step=step,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from rockframe.errors import InputError
-from rockframe.ingest.identify import directed, distances, record_ids
+from rockframe.errors import InputError, settle
+from rockframe.ingest.identify import directed, distances, noted, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import (
@@ -19,7 +20,7 @@ from rockframe.ingest.parsing.lines import (
     plain_text,
     require_sample_count,
 )
-from rockframe.ingest.parsing.samples import Columns, read_columns, require_printed_peak
+from rockframe.ingest.parsing.samples import Columns, read_table, require_printed_peak
 from rockframe.ingest.parsing.timing import even_time_step, parse_utc
 from rockframe.record import Record
 
@@ -68,11 +69,10 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         raise header.invalid(_UNITS, "gal")
     factor = factor_to_si(path, "gal", options, header.lines[_UNITS])
     rows = lines[end:]
-    numbers = read_columns(path, rows, _COLUMNS, _COLUMNS.count * len(rows), end)
-    table = numbers.reshape(len(rows), _COLUMNS.count)
+    table = read_table(path, rows, _COLUMNS, end)
     step = _time_step(header, table[:, 0], rows, end + 1, options)
     return [
-        _record(header, table[:, column], factor, step, name, record_id)
+        noted(partial(_record, header, table[:, column], factor, step, name, record_id))
         for column, (name, record_id) in enumerate(
             zip(_COMPONENTS, record_ids(path, _COMPONENTS), strict=True), 1
         )
@@ -93,10 +93,15 @@ def _time_step(
     line = header.lines["#RecordLength(sec)"]
     require_sample_count(path, f"{length * rate:.0f}", line, times.size)
     step = even_time_step(path, times, lambda: [row[:10] for row in rows], first_line)
-    if not abs(step * rate - 1.0) < 1e-6 or times[0] != 0.0:
-        message = f"{rate:g} samples a second stated, but {step:g} s between those in the file."
+    message = f"{rate:g} samples a second stated, but {step:g} s between those in the file."
+    if not rate > 0.0 or times[0] != 0.0:
         raise InputError(path, message, line=header.lines["#SampleRate(Hz)"])
-    return settle_time_step(path, 1.0 / rate, options, line)
+    if abs(step * rate - 1.0) < 1e-6:
+        step = 1.0 / rate
+    else:
+        steps = {"waveform": step, "header": 1.0 / rate}
+        step = settle(path, message, steps, header.lines["#SampleRate(Hz)"])
+    return settle_time_step(path, step, options, line)
 
 
 def _record(

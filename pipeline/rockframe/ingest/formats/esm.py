@@ -11,7 +11,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError, OtherQuantityError
+from rockframe.errors import InputError, OtherQuantityError, settle
 from rockframe.ingest.identify import directed, record_ids, seed_letter, site_of_depth, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
@@ -178,7 +178,7 @@ def _require_count(header: KeyedHeader, samples: int, step: float) -> None:
             f"DURATION_S {duration:g} in the header, {samples} samples at {step:g} s in the file, "
             f"that is {samples * step:g} s."
         )
-        raise InputError(header.path, message, line=header.lines["DURATION_S"])
+        settle(header.path, message, {"samples": samples}, header.lines["DURATION_S"])
 
 
 def _corner(header: KeyedHeader, key: str) -> float:

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from rockframe.errors import InputError
-from rockframe.ingest.identify import direction, record_ids
+from rockframe.errors import InputError, settle
+from rockframe.ingest.identify import direction, noted, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import (
@@ -146,7 +147,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         raise InputError(path, message, line=components[-1].first_line)
     ids = record_ids(path, [component.name for component in components])
     return [
-        _record(component, record_id, options)
+        noted(partial(_record, component, record_id, options))
         for component, record_id in zip(components, ids, strict=True)
     ]
 
@@ -222,7 +223,10 @@ def _step(component: _Component) -> float:
     last_place = 10.0 ** -len(token.partition(".")[2])
     if not is_number(token) or abs(float(token) - step) > 0.501 * last_place:
         message = f"time step {token} s stated, but {step:g} s in the real header."
-        raise component.error(10, message)
+        if not is_number(token):
+            raise component.error(10, message)
+        steps = {"waveform": float(token), "header": step}
+        return settle(component.path, message, steps, component.first_line + 10)
     return step
 
 
@@ -230,18 +234,22 @@ def _samples(component: _Component, step: float) -> Float:
     """Return the acceleration [mm/s2]; velocity and displacement are only counted."""
     counts = [component.integer(item) for item in _COUNTS]
     points = component.matched(9, _POINTS, "Number of points  5800    Duration 115.98 sec")
-    if int(points["count"]) != counts[0] or counts[0] < 2:
-        message = (
-            f"{points['count']} points stated, but {counts[0]} in item 34 of the integer header. "
-            "Both must be the same, 2 or more."
-        )
-        raise component.error(9, message)
+    message = f"{points['count']} points stated, but {counts[0]} in item 34 of the integer header."
+    must = "Both must be the same, 2 or more."
+    if counts[0] < 2:
+        raise component.error(9, f"{message} {must}")
+    if int(points["count"]) != counts[0]:
+        # The lines of samples, which are counted below, show whether it is item 34.
+        line = component.first_line + 9
+        settle(component.path, message, {"samples": counts[0]}, line, must)
     duration = float(points["duration"]) if is_number(points["duration"]) else math.nan
     # Durations may be one step shorter, and are rounded to 10 ms.
     if not abs(duration - counts[0] * step) <= 1.5 * step + 0.01:
         message = f"{points['duration']} s stated, but {counts[0]} points at {step:g} s."
-        raise component.error(9, message)
+        settle(component.path, message, {"samples": counts[0]}, component.first_line + 9)
     rows = [-(-max(count, 0) // _COLUMNS.count) for count in counts]
+    if not any(counts[1:]):
+        rows[0] = len(component.body)  # only one series, of which the samples are counted below
     if len(component.body) != sum(rows):
         message = (
             f"{sum(rows)} lines of samples stated (of {counts[0]}, {counts[1]} and {counts[2]} "
@@ -267,7 +275,8 @@ def _direction(component: _Component) -> tuple[Orientation, float]:
             f"component {component.name!r} is {azimuth:g} degrees, but {stated} in item "
             f"{_DIRECTION} of the integer header."
         )
-        raise component.error(12, message)
+        angles = {"component": azimuth, "azimuth": float(stated)}
+        azimuth = settle(component.path, message, angles, component.first_line + 12)
     return orientation, azimuth
 
 

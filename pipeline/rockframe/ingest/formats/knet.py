@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.identify import directed, distances, record_ids, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
@@ -157,12 +157,12 @@ def _scale(header: KeyedHeader) -> float:
 
 def _require_count(header: KeyedHeader, samples: int, rate: int) -> None:
     duration = header.number("Duration Time(s)")
+    if samples < 2:
+        raise header.invalid("Duration Time(s)", "2 samples or more")
     if samples != round(duration * rate):
         message = f"{duration:g} s at {rate} Hz stated, that is {round(duration * rate)} samples,"
         message += f" but {samples} in the file."
-        raise InputError(header.path, message, header.lines["Duration Time(s)"])
-    if samples < 2:
-        raise header.invalid("Duration Time(s)", "2 samples or more")
+        settle(header.path, message, {"samples": samples}, header.lines["Duration Time(s)"])
 
 
 def _require_columns(path: Path, body: bytes) -> None:

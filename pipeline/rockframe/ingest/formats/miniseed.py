@@ -9,13 +9,14 @@ from __future__ import annotations
 import struct
 import warnings
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from rockframe.errors import InputError
-from rockframe.ingest.identify import record_ids, with_ending
+from rockframe.errors import InputError, settle
+from rockframe.ingest.identify import noted, record_ids, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import are_finite
@@ -87,7 +88,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     _require_whole(path, traces)
     ids = record_ids(with_ending(path, _ENDINGS), [trace.id for trace in traces])
     return [
-        record_of_counts(path, trace, record_id, options, notes)
+        noted(partial(record_of_counts, path, trace, record_id, options, notes))
         for trace, record_id in zip(traces, ids, strict=True)
     ]
 
@@ -171,12 +172,15 @@ def record_of_counts(
     rate = float(stats.sampling_rate)
     if abs(rate - instrument.sample_rate) > _SAME_RATE * rate:
         message = f"{rate:g} samples a second in the file, {instrument.sample_rate:g} in"
-        raise InputError(path, f"{message} {instrument.source}.")
+        rates = {"waveform": rate, "header": instrument.sample_rate}
+        rate = settle(path, f"{message} {instrument.source}.", rates)
+        trace = trace.copy()
+        trace.stats.sampling_rate = rate
     acceleration, step = _converted(path, trace, counts, instrument, options.water_level)
     return Record(
         record_id=record_id,
         acceleration=acceleration,
-        time_step=settle_time_step(path, float(stats.delta), options),
+        time_step=settle_time_step(path, float(trace.stats.delta), options),
         uncorrected=True,
         component=stats.channel,
         orientation=instrument.orientation,
@@ -249,7 +253,7 @@ def _response_removed(
     for warning in caught:
         if issubclass(warning.category, UserWarning | RuntimeWarning):
             raise _no_response(path, trace, str(warning.message))
-    return np.asarray(piece.data, dtype=np.float64)
+    return np.asarray(piece.data, dtype=np.float64) * instrument.stages_over_counts
 
 
 def _no_response(path: Path, trace: Any, words: str) -> InputError:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError, OtherQuantityError
+from rockframe.errors import InputError, OtherQuantityError, settle
 from rockframe.ingest.identify import directed, record_ids, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
@@ -113,7 +113,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     samples = parse_numbers(path, rows_below(text, last), last + 1)
     if samples.size != count:
         message = f"NPTS {count} in the header, {samples.size} samples in the file."
-        raise InputError(path, message, last)
+        if samples.size < 2:
+            raise InputError(path, message, last)
+        settle(path, message, {"samples": samples.size}, last)
     peak_ratio = _peak_ratio(path, header, samples)
     low, high = filter_corners(header)
     title = read_title(header[1]) if last > 1 else Title()

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from rockframe.errors import InputError, OtherQuantityError
+from rockframe.errors import InputError, OtherQuantityError, settle
 from rockframe.ingest.identify import direction, record_ids, seed_letter, with_ending
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
@@ -155,7 +155,10 @@ def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[s
         raise InputError(path, message) from error
     if abs(scale - found.counts) > _SAME_SCALE * found.counts:
         message = f"SCALE {scale:.7g}, but {found.counts:.7g} counts per m/s2 in {found.source}."
-        raise InputError(path, message)
+        scales = {"scale": scale, "sensitivity": found.counts} if scale > 0.0 else {}
+        found = replace(
+            found, counts=settle(path, message, scales or {"sensitivity": found.counts})
+        )
     factor_to_si(path, "m/s2", options)
     return 1.0 / found.counts, {**found.facts, "processing": (found.division,)}
 
@@ -202,7 +205,9 @@ def _binary(path: Path, data: bytes, order: str) -> _Sac:
     present = (len(data) - _HEADER_BYTES) / 4
     if count != present:
         message = f"NPTS {count} in the header, {present:g} samples in the file."
-        raise InputError(path, message)
+        if present < 2 or present % 1.0:
+            raise InputError(path, message)
+        count = settle(path, message, {"samples": int(present)})
     return _Sac(floats, integers, names, _doubles(data, order, count, _HEADER_BYTES))
 
 
@@ -223,7 +228,7 @@ def _alphanumeric(path: Path, data: bytes) -> _Sac:
     samples = parse_numbers(path, body, _HEADER_LINES + 1)
     if integers[_COUNT] != samples.size:
         message = f"NPTS {integers[_COUNT]} in the header, {samples.size} samples in the file."
-        raise InputError(path, message, line=16)
+        settle(path, message, {"samples": samples.size}, 16)
     return _Sac(np.array(floats), integers, names, samples)
 
 
@@ -252,7 +257,7 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
         stated = file.stated(place)
         if not math.isnan(stated) and abs(stated - found) > slack * max(size, abs(stated)):
             message = f"{name} {stated:.7g} in the header, {found:.7g} in the samples."
-            raise InputError(path, message)
+            settle(path, message, {"values": None})
 
 
 def _require_end(path: Path, file: _Sac) -> None:
@@ -262,7 +267,7 @@ def _require_end(path: Path, file: _Sac) -> None:
     found = begin + (file.samples.size - 1) * step
     if abs(end - found) > 1.5 * step:
         message = f"E {end:g} s in the header, but {file.samples.size} samples at {step:g} s from"
-        raise InputError(path, f"{message} {begin:g} s end at {found:g} s.")
+        settle(path, f"{message} {begin:g} s end at {found:g} s.", {"samples": None})
 
 
 def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, float]:
@@ -277,7 +282,8 @@ def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, flo
     stated = orientation is not Orientation.UNSTATED
     if stated and (orientation.upright != upright or askew > _ASKEW):
         message = f"component {component!r}, but CMPINC {incidence:g} and CMPAZ {azimuth:g}."
-        raise InputError(path, message)
+        if settle(path, message, {"component": True, "azimuth": False}):
+            return orientation, named
     if upright:
         return Orientation.DOWNWARD if incidence else Orientation.VERTICAL, math.nan
     # An azimuth beyond 360 stays as stated, for the warning in the passport.

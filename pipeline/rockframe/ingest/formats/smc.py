@@ -17,7 +17,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.errors import InputError, OtherQuantityError
+from rockframe.errors import InputError, OtherQuantityError, settle
 from rockframe.ingest.identify import direction, record_ids, site_of_smc
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
@@ -202,6 +202,8 @@ def _pairs(
     # The count is the number of pairs or, in some files, the number of values.
     count = _count(header) if _count(header) == present else 2 * _count(header)
     numbers = read_columns(header.path, rows, columns, count, line)
+    if numbers.size % 2:
+        raise InputError(header.path, f"{numbers.size} values of pairs. Must be even.", line)
     text = b"".join(row.rstrip() for row in rows)
     printed = [text[k : k + columns.width] for k in range(0, len(text), 2 * columns.width)]
     try:
@@ -246,7 +248,8 @@ def _record(
         and (stated_azimuth - azimuth) % 360.0 != 0.0
     ):
         message = f"component {component} stated, but azimuth {stated_azimuth} in the integer"
-        raise InputError(header.path, f"{message} header.", 6)
+        angles = {"component": azimuth, "azimuth": float(stated_azimuth)}
+        azimuth = settle(header.path, f"{message} header.", angles, 6)
     event = _EVENT.fullmatch(header.text[3])
     return Record(
         record_id=record_ids(header.path, [component])[0],

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.identify import directed, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si
 from rockframe.ingest.parsing import Float
@@ -163,8 +163,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         line = layout.first_line + layout.body.count(b"\n") + 1 - len(end)
         require_whole_end(path, b"\n".join(end), line, 1 if is_series else layout.columns)
     _require_count(path, layout, len(table))
-    step = _time_step(path, layout, columns.time, table, options)
-    _require_step(path, layout, step)
+    step = _agreed_step(path, layout, _time_step(path, layout, columns.time, table, options))
     ids = record_ids(path, [*columns.accelerations.values()])
     return [
         Record(
@@ -262,7 +261,7 @@ def _require_count(path: Path, layout: _Layout, rows: int) -> None:
         stated = _STATED_COUNT.search(comment)
         if stated and int(stated[1]) != rows:
             message = f"npts {stated[1]} in the comment, {rows} rows in the file."
-            raise InputError(path, message, line)
+            settle(path, message, {"samples": rows}, line)
 
 
 def _require_units(path: Path, layout: _Layout, factor: float, taken: str) -> None:
@@ -273,12 +272,17 @@ def _require_units(path: Path, layout: _Layout, factor: float, taken: str) -> No
             raise InputError(path, message, line=line)
 
 
-def _require_step(path: Path, layout: _Layout, step: float) -> None:
+def _agreed_step(path: Path, layout: _Layout, step: float) -> float:
+    """Return the time step [s] of the samples, or of a comment that the user trusts."""
     for line, comment in enumerate(layout.comments, 1):
         stated = _STATED_STEP.search(comment.strip())
         if stated and not math.isclose(float(stated["step"]), step, rel_tol=_SAME_STEP):
             message = f"dt {stated['step']} s in the comment, time step {step:g} s of the samples."
-            raise InputError(path, message, line)
+            steps = {"waveform": step, "header": float(stated["step"])}
+            return settle(
+                path, message, steps if steps["header"] > 0.0 else {"waveform": step}, line
+            )
+    return step
 
 
 def _time_step(

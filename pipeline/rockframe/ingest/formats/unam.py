@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from rockframe.errors import InputError
-from rockframe.ingest.identify import directed, distances, place_in, record_ids
+from rockframe.errors import InputError, settle
+from rockframe.ingest.identify import directed, distances, noted, place_in, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import (
     KeyedHeader,
@@ -20,7 +21,7 @@ from rockframe.ingest.parsing.lines import (
     plain_text,
     require_sample_count,
 )
-from rockframe.ingest.parsing.samples import Columns, read_columns, require_printed_peak
+from rockframe.ingest.parsing.samples import Columns, read_table, require_printed_peak
 from rockframe.record import Record
 
 DESCRIPTION = "UNAM (Mexico), standard format 2.0, columns in gal"
@@ -79,10 +80,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         raise header.invalid(_FORMAT, f"{len(names)}F10.4")
     factor = factor_to_si(path, "gal", options, header.lines[_UNITS])
     rows = lines[rules[1] + 1 :]
-    columns = Columns(len(names), 10)
-    table = read_columns(path, rows, columns, columns.count * len(rows), rules[1] + 1)
+    table = read_table(path, rows, Columns(len(names), 10), rules[1] + 1)
     return [
-        _record(header, table[k :: len(names)] * 1.0, k, factor, record_id, options)
+        noted(partial(_record, header, table[:, k] * 1.0, k, factor, record_id, options))
         for k, record_id in enumerate(record_ids(path, names))
     ]
 
@@ -101,14 +101,20 @@ def _record(
         for key in (_STEP, _RATE, _COUNT, _LENGTH, _PEAK, _PEAK_AT)
     }
     lines = header.lines
+    line = lines[_RATE]
     require_sample_count(path, stated[_COUNT], lines[_COUNT], gal.size)
     step, rate, length, at = (
         parse_number(path, stated[key], lines[key], key)
         for key in (_STEP, _RATE, _LENGTH, _PEAK_AT)
     )
-    if abs(step * rate - 1.0) > 1e-3 or abs(length - gal.size * step) > 1.5 * step + 0.005:
-        message = f"{rate:g} samples a second and {length:g} s stated, but {gal.size} samples at "
-        raise InputError(path, f"{message}{step:g} s.", line=lines[_RATE])
+    if not (step > 0.0 and rate > 0.0):
+        raise InputError(path, f"{rate:g} samples a second, {step:g} s. Must be positive.", line)
+    message = f"{rate:g} samples a second and {length:g} s stated, but {gal.size} samples at "
+    message += f"{step:g} s."
+    if abs(step * rate - 1.0) > 1e-3:
+        step = settle(path, message, {"waveform": step, "header": 1.0 / rate}, line)
+    if abs(length - gal.size * step) > 1.5 * step + 0.005:
+        settle(path, message, {"samples": gal.size}, line)
     ratio = require_printed_peak(
         path, stated[_PEAK], gal, f"gal {name}", lines[_PEAK],
         signed=True, time=f"{(at - 1.0) * step:.4f}", time_step=step,

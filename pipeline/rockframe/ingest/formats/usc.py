@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.identify import directed, record_ids, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import (
@@ -108,8 +108,10 @@ def _caltech(path: Path, lines: list[bytes], words: list[str], options: ReadOpti
     samples = read_columns(path, rows, columns, count, line)
     step = parse_number(path, heading["step"], line, "interval")
     spaced = re.match(r"AT EQUALLY-SPACED INTERVALS OF\s+([\d.]+)", words[16])
-    if parse_number(path, spaced[1] if spaced else "", 17, "interval") != step:
-        raise InputError(path, f"interval {step:g} s, but another in line 17.", line=line)
+    other = parse_number(path, spaced[1] if spaced else "", 17, "interval")
+    if other != step:
+        message = f"interval {step:g} s, but {other:g} s in line 17."
+        step = settle(path, message, {"waveform": step, "header": other}, line)
     ratio = require_printed_peak(
         path, peak["peak"], samples, "cm/s2", 18, time=peak["time"], time_step=step
     )

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from rockframe.cells import decimal
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.parsing import Float
 
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
@@ -336,7 +336,7 @@ class KeyedHeader:
             raise self.invalid(key, "a whole number of 2 or more")
         if int(stated) != found:
             message = f"{key} {stated} in the header, {found} {what} in the file."
-            raise InputError(self.path, message, self.lines[key])
+            settle(self.path, message, {"samples": found}, self.lines[key])
 
     def invalid(self, key: str, must: str) -> InputError:
         """Return the error for an invalid value."""
@@ -390,10 +390,12 @@ def require_sample_count(path: Path, token: str, line: int, found: int) -> int:
     Traceback (most recent call last):
     rockframe.errors.InputError: a.dat:3: 12 samples stated, 11 in the file. Both must be the sa...
     """
-    if not re.fullmatch(r"\s*\d{1,9}\s*", token, re.ASCII) or int(token) != found or found < 2:
-        message = f"{token.strip()[:20]} samples stated, {found} in the file. "
-        message += "Both must be the same, 2 or more."
-        raise InputError(path, message, line=line)
+    message = f"{token.strip()[:20]} samples stated, {found} in the file."
+    must = "Both must be the same, 2 or more."
+    if not re.fullmatch(r"\s*\d{1,9}\s*", token, re.ASCII) or found < 2:
+        raise InputError(path, f"{message} {must}", line=line)
+    if int(token) != found:
+        return settle(path, message, {"samples": found}, line, must)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Read bytes with a reader of obspy, and turn its exceptions into an InputError."""
+"""Read bytes with the readers of obspy, and turn their exceptions into an InputError."""
 
 from __future__ import annotations
 
@@ -69,6 +69,20 @@ def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
         if issubclass(warning.category, UserWarning):
             raise _failed(path, obspy_name, str(warning.message))
     return stream
+
+
+def quakeml_events(path: Path, data: bytes) -> Any:
+    """Return the events of a QuakeML document, as obspy's; ValueError if it cannot be read."""
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+        raise InputError(path, "XML with a document type is not read. Save it as plain QuakeML.")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from obspy import read_events
+
+        try:
+            return read_events(BytesIO(data), format="QUAKEML")
+        except Exception as error:  # lxml and obspy raise classes of their own
+            raise ValueError(str(error)) from error
 
 
 def _failed(path: Path, obspy_name: str, words: str) -> InputError:

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import are_finite, bad_number, is_number
 
@@ -75,6 +75,7 @@ def read_columns(path: Path, rows: list[bytes], columns: Columns, count: int, li
     array([ 1.000000e-05, -1.234567e+00])
     """
     rows = require_layout(path, rows, columns, count, line)
+    count = _present(rows, columns)  # not the stated one, if the user trusts the samples
     text = b"".join(rows)
     if count and not columns.integers and len(text) == count * columns.width:
         decimals = _decimals(np.frombuffer(text, dtype=np.uint8).reshape(count, columns.width))
@@ -190,13 +191,43 @@ def require_layout(
     for number, row in enumerate(rows[:-1], line + 1):
         if len(row) != width:
             raise _bad_width(path, row, columns, number)
-    present = columns.count * max(len(rows) - 1, 0) - (-len(last) // columns.width)
+    present = _present(rows, columns)
     if present != count:
         message = f"{count} samples stated, {present} in the file."
-        raise InputError(path, message, line)
+        if present < 2:
+            raise InputError(path, message, line)
+        settle(path, message, {"samples": present}, line)
     if len(last) % columns.width or len(last) > columns.line_width:
         raise _bad_width(path, last, columns, line + len(rows))
     return rows
+
+
+def read_table(path: Path, rows: list[bytes], columns: Columns, line: int) -> Float:
+    """Return the samples of several channels, shape (rows, channels): each line has one of each.
+
+    Parameters are those of `read_columns`.
+
+    Raises
+    ------
+    InputError
+        If a line is incomplete, or if a column is not a number.
+
+    Examples
+    --------
+    >>> read_table(Path("CANA1709.191"), [b"  1.5 -2.5", b"  0.5  0.5"], Columns(2, 5), 108)
+    array([[ 1.5, -2.5],
+           [ 0.5,  0.5]])
+    """
+    count, present = columns.count * len(rows), _present([row.rstrip() for row in rows], columns)
+    if present != count:
+        raise InputError(path, f"{present} samples. Must be {count} in {len(rows)} lines.", line)
+    return read_columns(path, rows, columns, count, line).reshape(len(rows), columns.count)
+
+
+def _present(rows: Sequence[bytes], columns: Columns) -> int:
+    """Return the number of columns in lines of which all but the last are full."""
+    last = len(rows[-1]) if rows else 0
+    return columns.count * max(len(rows) - 1, 0) - (-last // columns.width)
 
 
 def _bad_width(path: Path, row: bytes, columns: Columns, line: int) -> InputError:
@@ -333,7 +364,7 @@ def require_peak(
     1.0
     >>> require_peak(Path("a.V2"), np.array([0.1, -0.5]), 0.01, peak, 0.1)
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.V2:8: peak -0.3 g stated, but -0.5 g in the file.
+    rockframe.errors.InputError: a.V2:8: peak -0.3 g stated, but -0.5 g in the file. Settled by ...
     """
     sizes = np.abs(samples)
     where = int(sizes.argmax())
@@ -347,11 +378,12 @@ def require_peak(
     if not right.size:
         found = f"{samples[where]:.10g} {stated.units} in the file"
         message = f"peak {value:.10g} {stated.units} stated, but {found}."
-        raise InputError(path, message, stated.line)
+        ratio = float(samples[where]) / value if value else math.nan
+        return settle(path, message, {"values": ratio if signed else abs(ratio)}, stated.line)
     late = np.abs(peaks * time_step - stated.time.value) if stated.time else np.zeros(1)
     if stated.time and late.min() > time_step * (1.0 + _SINGLE) + stated.time.unit:
         message = f"peak stated at {stated.time.value:.10g} s, but at {where * time_step:.10g} s"
-        raise InputError(path, f"{message} in the file.", stated.line)
+        settle(path, f"{message} in the file.", {"values": None}, stated.line)
     agreeing = samples[peaks[right]]
     ratio = float(agreeing[np.abs(agreeing).argmax()]) / value if value else math.nan
     return ratio if signed else abs(ratio)
@@ -393,7 +425,7 @@ def require_printed_peak(
     --------
     >>> require_printed_peak(Path("a.ASC"), "0.31", np.array([0.1, -0.4]), "cm/s2", 38)
     Traceback (most recent call last):
-    rockframe.errors.InputError: a.ASC:38: peak 0.31 cm/s2 stated, but -0.4 cm/s2 in the file.
+    rockframe.errors.InputError: a.ASC:38: peak 0.31 cm/s2 stated, but -0.4 cm/s2 in the file. S...
     """
     for token, quantity in ((stated, "peak acceleration"), (time or "0", "time of the peak")):
         if not is_number(token):

@@ -17,17 +17,25 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from rockframe.cells import decimal
-from rockframe.errors import InputError, OtherQuantityError
+from rockframe.errors import InputError, OtherQuantityError, settle
 from rockframe.ingest.containers import Content, printable
 from rockframe.ingest.formats import miniseed
 from rockframe.ingest.formats.asdf.workspace import Trace, Workspace, opened, traces_in
-from rockframe.ingest.identify import directed, distances, record_ids, seed_letter, site_of_depth
+from rockframe.ingest.identify import (
+    directed,
+    distances,
+    noted,
+    record_ids,
+    seed_letter,
+    site_of_depth,
+)
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import are_finite, is_number
 from rockframe.ingest.stationxml import channels_in, stated_direction
@@ -152,7 +160,7 @@ def _read_stream(
             message = f"{channels.count(channel)} traces of channel {channel!r}, so it has gaps."
             raise InputError(workspace.path, f"{message} Only continuous records are read.")
     passed = _passed(workspace, traces)
-    records = [_record(workspace, trace, options) for trace in passed]
+    records = [noted(partial(_record, workspace, trace, options)) for trace in passed]
     return _with_peaks(workspace, passed, records)
 
 
@@ -236,7 +244,9 @@ def _waveform(workspace: Workspace, trace: Trace) -> Any:
         if not abs(_seconds(stated) - found) <= _WHOLE_SECOND:
             message = f"{trace.name} of {samples.size} samples at {rate:g} Hz from "
             message += f"{_utc(begins)} to {_utc(ends)}, but {stated} in its name."
-            raise InputError(workspace.path, message)
+            if math.isnan(_seconds(stated)):
+                raise InputError(workspace.path, message)
+            settle(workspace.path, message, {"samples": None})
     header = {
         "network": trace.network,
         "station": trace.station,
@@ -338,7 +348,8 @@ def _direction(path: Path, trace: Trace, channel: Any) -> dict[str, Any]:
     askew = abs((azimuth - named["azimuth"] + 90.0) % 180.0 - 90.0)
     if askew > _ASKEW:
         message = f"channel {trace.channel!r}, but azimuth {azimuth:g} in its StationXML."
-        raise InputError(path, message)
+        angles = {"component": float(named["azimuth"]), "azimuth": azimuth}
+        azimuth = settle(path, message, angles)
     return {"component": trace.channel, "orientation": orientation, "azimuth": azimuth}
 
 

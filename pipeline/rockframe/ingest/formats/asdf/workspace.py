@@ -14,8 +14,9 @@ from typing import Any, Final
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.catalogue import quakeml_events, read_entries
+from rockframe.ingest.catalogue import read_entries
 from rockframe.ingest.containers import printable
+from rockframe.ingest.parsing.obspy_reader import quakeml_events
 
 #: What netCDF's library raises on corrupted HDF5.
 _DAMAGE: Final = (OSError, RuntimeError, ValueError, LookupError, AttributeError, TypeError)

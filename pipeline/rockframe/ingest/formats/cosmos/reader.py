@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.errors import InputError, OtherQuantityError
+from rockframe.errors import InputError, OtherQuantityError, settle
 from rockframe.ingest.formats.cosmos import sections
 from rockframe.ingest.formats.cosmos.sections import TOP, Channel, split_channels
 from rockframe.ingest.identify import distinct_records, site_of_cosmos
@@ -87,7 +87,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         message = f"quantity {code} ({name}) in item {sections.QUANTITY} of the integer header. "
         message += f"Must be {_ACCELERATION} (acceleration)."
         raise OtherQuantityError(path, message, found[0].first_line)
-    for one in found:
+    for one in (one for one in found if one.integer(sections.QUANTITY) != _ACCELERATION):
         require_layout(path, one.rows, one.layout.columns, _samples(one), one.sample_line)
     names = [_component(one) for one in channels]
     return distinct_records(path, names, [(one,) for one in channels], partial(_record, options))
@@ -169,7 +169,7 @@ def _factor_of_counts(channel: Channel) -> tuple[float, tuple[str, ...]]:
         message = f"gain {gain:g} in item {_GAIN} of the real header. Must be positive."
         raise InputError(channel.path, message, channel.real_line)
     _require_recorder(channel, count)
-    _require_sensor(channel, sensitivity)
+    sensitivity = _sensor(channel, sensitivity)
     said = "gain unstated, taken as 1" if math.isnan(gain) else f"gain {gain:g}"
     amplified = 1.0 if math.isnan(gain) else gain
     done = f"counts converted with {count:g} uV a count, {sensitivity:g} V/g, {said}"
@@ -198,15 +198,20 @@ def _require_recorder(channel: Channel, count: float) -> None:
         length, span = min(spans.items(), key=lambda one: abs(one[1] - stated))
         message = f"{count:g} uV a count in item {_VOLTS} of the real header make {span:g} V with "
         message += f"{length} bits, but a full scale of {stated:g} V in item {_RECORDER_SCALE}."
-        raise InputError(channel.path, message, channel.real_line)
+        # The full scale does not say whether it counts one sign or both, so it cannot be trusted.
+        settle(channel.path, message, {"sensitivity": count}, channel.real_line)
 
 
-def _require_sensor(channel: Channel, sensitivity: float) -> None:
+def _sensor(channel: Channel, sensitivity: float) -> float:
+    """Return the sensitivity of the sensor [V/g], after comparing it with the full scales."""
     output, scale = channel.number(_SENSOR_OUTPUT), channel.number(_SENSOR_SCALE)
     if output > 0.0 and scale > 0.0 and not _agree(sensitivity * scale, output):
         message = f"{sensitivity:g} V/g in item {_SENSITIVITY} of the real header and {scale:g} g "
         message += f"in item {_SENSOR_SCALE} make {sensitivity * scale:g} V, but {output:g} V in "
-        raise InputError(channel.path, f"{message}item {_SENSOR_OUTPUT}.", channel.real_line)
+        values = {"sensitivity": sensitivity, "full-scale": output / scale}
+        message += f"item {_SENSOR_OUTPUT}."
+        return settle(channel.path, message, values, channel.real_line)
+    return sensitivity
 
 
 def _agree(found: float, stated: float) -> bool:
@@ -220,7 +225,8 @@ def _time_step(channel: Channel, stage: int) -> float:
         if processed and abs(1e-3 * processed.value - raw.value) > 1e-3 * processed.unit + raw.unit:
             message = f"time step {raw.value:g} s in item {_RAW_STEP} of the real header, but "
             message += f"{processed.value:g} ms in item {_STEP}."
-            raise InputError(channel.path, message, channel.real_line)
+            steps = {"waveform": raw.value, "header": 1e-3 * processed.value}
+            return settle(channel.path, message, steps, channel.real_line)
         return raw.value
     if processed is None:
         message = f"no time step [ms] in item {_STEP} of the real header."
@@ -234,7 +240,7 @@ def _require_length(channel: Channel, length: float, step: float) -> None:
     if stated is not None and abs(stated.value - length) > 2.0 * step + stated.unit:
         message = f"length {stated.value:g} s in item {_LENGTH} of the real header, but "
         message += f"{length:g} s of samples in the file."
-        raise InputError(channel.path, message, channel.real_line)
+        settle(channel.path, message, {"samples": None}, channel.real_line)
 
 
 def _resolution(channel: Channel, samples: Float) -> float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.identify import direction, upright_sense
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import bad_number, is_number
@@ -490,7 +490,10 @@ def parse_direction(channel: Channel, component: str) -> tuple[Orientation, floa
         sense = None if (stated - azimuth) % 360.0 != 0.0 else orientation
     if sense is None:
         message = f"component {component} stated, but {stated} in item {_AZIMUTH} of the integer"
-        raise InputError(channel.path, f"{message} header.", channel.first_line + 8)
+        angles = {"component": (orientation, azimuth)}
+        if orientation is Orientation.HORIZONTAL and stated is not None and 0 <= stated <= 360:
+            angles["azimuth"] = orientation, stated % 360.0
+        return settle(channel.path, f"{message} header.", angles, channel.first_line + 8)
     return sense, azimuth
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.identify import direction, site_of_location, site_of_station, upright_sense
 from rockframe.ingest.parsing.lines import header_lines, is_number
 from rockframe.ingest.parsing.samples import Columns, Printed, header_item
@@ -163,7 +163,11 @@ class Header:
             sense = None
         if sense is None:
             message = f"channel {self.component!r}, but {stated} in item {_DIRECTION} of the "
-            raise self.error(self.volume.name, f"{message}integer header.")
+            message += "integer header."
+            angles = {"component": (orientation, azimuth)}
+            if stated <= 360:
+                angles["azimuth"] = Orientation.HORIZONTAL, stated % 360.0
+            return settle(self.path, message, angles, self.line(self.volume.name))
         return sense, azimuth
 
     def facts(self) -> dict[str, Any]:
@@ -195,20 +199,21 @@ class Header:
         token = stated["length"] if stated else ""
         if is_number(token) and abs(float(token) - length) > 2.0 * step + 0.001:
             message = f"record length {token} s stated, but {length:g} s of samples."
-            raise self.error(index, message)
+            settle(self.path, message, {"samples": None}, self.line(index))
 
     def require_counts(
-        self, count: int, others: dict[str, int], items: Sequence[int], line: int
+        self, count: int, others: dict[str, int], items: Sequence[int], line: int, present: int
     ) -> None:
         """Reject a header that states different numbers of samples.
 
-        The items of the integer header state them too; 0 and -999 mean not filled in.
+        The items of the integer header state them too; 0 and -999 mean not filled in. `present` is
+        the number of samples in the file.
         """
         stated = {f"item {item} of the integer header": self.item(item) or 0 for item in items}
         for place, other in {**others, **stated}.items():
             if other != count and (place in others or other > 0):
                 message = f"{count} samples stated, but {other} in {place}."
-                raise InputError(self.path, message, line)
+                settle(self.path, message, {"samples": present}, line)
         if count < 2:
             raise InputError(self.path, f"{count} samples stated. Must be 2 or more.", line)
 

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.formats.csmip.header import Header, Volume, read_header, require_channels
 from rockframe.ingest.identify import distances, distinct_records, place_in, site_of_station
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
@@ -131,7 +131,7 @@ def _record(options: ReadOptions, record_id: str, header: Header, rows: list[byt
     factor = factor_to_si(path, "g", options, header.line(11))
     times, tenths = _pairs(header, rows)
     stated = header.found[10]
-    header.require_counts(times.size, {}, (28,), line)
+    header.require_counts(times.size, {}, (28,), line, times.size)
     require_sample_count(path, stated["count"], line, times.size)
     step, samples, note = even_samples(
         path, times, tenths, header.line(_VOLUME.lines), options.time_step
@@ -139,7 +139,7 @@ def _record(options: ReadOptions, record_id: str, header: Header, rows: list[byt
     mean_step = float(times[-1] - times[0]) / (times.size - 1)
     if abs(float(stated["length"]) - float(times[-1])) > 1.5 * mean_step + 0.001:
         message = f"length {stated['length']} s stated, but the last time is {times[-1]:g} s."
-        raise InputError(path, message, line)
+        settle(path, message, {"samples": None}, line)
     ratio = _peak_ratio(header, times, tenths, mean_step)
     header.require_length(10, float(times[-1]) + mean_step, mean_step)
     orientation, azimuth = header.direction()
@@ -171,7 +171,10 @@ def _pairs(header: Header, rows: list[bytes]) -> tuple[Float, Float]:
     if rows and all(row[:1] == b" " for row in rows) and len(rows[0]) % _COLUMNS.width == 1:
         rows = [row[1:] for row in rows]
     count = count_columns(rows, _COLUMNS)
-    numbers = read_columns(header.path, rows, _COLUMNS, count + count % 2, line)
+    if count % 2:
+        message = f"{count} values of times and accelerations. Must be an even number."
+        raise InputError(header.path, message, line)
+    numbers = read_columns(header.path, rows, _COLUMNS, count, line)
     return numbers[::2], numbers[1::2]
 
 
@@ -187,7 +190,8 @@ def _peak_ratio(header: Header, times: Float, tenths: Float, step: float) -> flo
         unit = 10.0 ** -len(rms["rms"].partition(".")[2])
         if abs(found - float(rms["rms"])) > _SAME_RMS * found + unit:
             stated = f"root mean square {rms['rms']} {rms['units']} stated"
-            raise header.error(12, f"{stated}, {found:.4g} in the file.")
+            message = f"{stated}, {found:.4g} in the file."
+            settle(header.path, message, {"values": None}, header.line(12))
     peak = _PEAK.search(header.lines[11])
     if not peak:
         return math.nan
@@ -197,7 +201,7 @@ def _peak_ratio(header: Header, times: Float, tenths: Float, step: float) -> flo
     late = min(float(np.abs(where - first - time).min()) for first in (0.0, _trigger(header)))
     if late > step + 0.002:
         message = f"peak stated at {time:g} s, but at {where[0]:g} s in the file."
-        raise InputError(header.path, message, line=line)
+        settle(header.path, message, {"values": None}, line)
     return require_printed_peak(header.path, peak["peak"], 0.1 * tenths, "g", line, signed=True)
 
 

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.formats.csmip.header import (
     CHANNEL,
     CHANNEL_EXAMPLE,
@@ -28,6 +28,7 @@ from rockframe.ingest.parsing.samples import (
     Columns,
     Printed,
     StatedPeak,
+    count_columns,
     read_columns,
     require_peak,
 )
@@ -143,12 +144,12 @@ def _record(options: ReadOptions, record_id: str, header: Header, rows: list[byt
     if samples["units"].lower() != "g":
         raise InputError(path, f"acceleration units {samples['units']!r}. Must be g.", line)
     factor = factor_to_si(path, "g", options, line)
-    count, rate = _count_and_rate(header)
     columns = Columns(int(samples["columns"]), int(samples["width"]))
+    count, rate = _count_and_rate(header, count_columns(rows, columns))
     facts = header.facts()
     step = settle_time_step(path, 1.0 / rate, options, line)
-    header.require_length(_POINTS_LINE, count * step, step)
     in_g = read_columns(path, rows, columns, count, line)
+    header.require_length(_POINTS_LINE, in_g.size * step, step)
     ratios = [
         require_peak(path, in_g, step, peak, 10.0 ** -int(samples["places"]))
         for peak in _peaks(header)
@@ -176,16 +177,16 @@ def _peaks(header: Header) -> list[StatedPeak]:
     ]
 
 
-def _count_and_rate(header: Header) -> tuple[int, float]:
+def _count_and_rate(header: Header, present: int) -> tuple[int, float]:
     """Return number of samples and sampling rate [Hz], after comparing all statements."""
     points, samples = header.found[_POINTS_LINE], header.found[_SAMPLES_LINE]
     count, line = int(samples["count"]), header.line(_SAMPLES_LINE)
-    header.require_counts(count, {"'No. of Points'": int(points["count"])}, _COUNTS, line)
+    header.require_counts(count, {"'No. of Points'": int(points["count"])}, _COUNTS, line, present)
     before, rate = (_rate(header, index) for index in (_POINTS_LINE, _SAMPLES_LINE))
     if before != rate:
         place = f"line {header.line(_POINTS_LINE)}"
         message = f"{rate:g} samples a second stated, but {before:g} in {place}."
-        raise InputError(header.path, message, line)
+        rate = settle(header.path, message, {"waveform": rate, "header": before}, line)
     return count, rate
 
 

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.errors import InputError, OtherQuantityError
+from rockframe.errors import InputError, OtherQuantityError, settle
 from rockframe.ingest.formats.csmip.header import (
     CHANNEL,
     CHANNEL_EXAMPLE,
@@ -32,6 +32,7 @@ from rockframe.ingest.parsing.samples import (
     Columns,
     Printed,
     StatedPeak,
+    count_columns,
     read_columns,
     require_layout,
     require_peak,
@@ -210,8 +211,8 @@ def _record(options: ReadOptions, record_id: str, header: Header, blocks: list[_
     factor = factor_to_si(path, "cm/s2", options, block.line)
     _require_counts(header, blocks)
     step = settle_time_step(path, _time_step(header, blocks), options, block.line)
-    header.require_length(11, block.count * step, step)
     samples = read_columns(path, block.rows, block.columns, block.count, block.line)
+    header.require_length(11, samples.size * step, step)
     places = int(block.heading["places"] or 3)
     peak_ratio = require_peak(path, samples, step, _peak(header), 10.0**-places)
     event = _EVENT.match(header.lines[2])
@@ -259,7 +260,8 @@ def _require_counts(header: Header, blocks: list[_Block]) -> None:
     place = f"line {header.line(_POINTS_LINE)}"
     stated = {place: int(header.found[_POINTS_LINE]["count"])}
     stated |= {f"the {block.heading['quantity'].lower()} block": block.count for block in others}
-    header.require_counts(first.count, stated, _COUNTS, first.line)
+    present = count_columns(first.rows, first.columns)
+    header.require_counts(first.count, stated, _COUNTS, first.line, present)
     for block in others:
         require_layout(header.path, block.rows, block.columns, block.count, block.line)
 
@@ -279,7 +281,8 @@ def _time_step(header: Header, blocks: list[_Block]) -> float:
     for place, other in stated.items():
         if abs(other.value - step.value) > 0.5 * step.unit + 1e-9:
             message = f"interval {step.value:g} s stated, but {other.value:g} s in {place}."
-            raise InputError(header.path, message, line)
+            steps = {"waveform": step.value, "header": other.value}
+            return settle(header.path, message, steps, line)
     # Three decimals are too few for 1/240 s; the seven digits of the real header almost suffice.
     same = not item or math.isclose(item.value, step.value, rel_tol=1e-6)
     return step.value if same or not item else item.value
