@@ -22,6 +22,7 @@ from tests.benchmarks.size import sized
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.results.records import open_records
+from rockframe.results.versions import Uncertain, VersionSources
 from rockframe.rocking import (
     BANDS,
     EnsembleResponse,
@@ -38,7 +39,6 @@ from rockframe.rocking.assessments import share_interval
 from rockframe.rocking.margins.ensemble import quantiles
 from rockframe.stages.common import horizontal
 from rockframe.stages.ingest import ingest_stage
-from rockframe.stages.versions import Uncertain, VersionSources
 from rockframe.study.structures import bundled_records, read_structures
 
 #: Multiples of the bundled motions: with 6 records and 5 structures, 60 pairs.

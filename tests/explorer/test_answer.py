@@ -15,9 +15,9 @@ from rockframe.explorer.answer import Motion, Settings, _places, answer, margin,
 from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
+from rockframe.results.versions import Uncertain
 from rockframe.rocking import as_ground, ensemble_responses, with_envelope
 from rockframe.signals.processing import AsRead, BandPass, correct
-from rockframe.stages.versions import Uncertain
 
 BENT = {
     "height": "9.6",

@@ -27,10 +27,10 @@ from rockframe.results.records import write_records
 from rockframe.results.run import read_run
 from rockframe.results.tables.rows import OVERVIEW, response_columns, spread_verdict
 from rockframe.results.tables.table import response_rows, table_rows
+from rockframe.results.versions import VersionSources
 from rockframe.rocking import VERDICT_RULE, SpreadVerdict, Verdict
 from rockframe.stages.pulse import pulse_stage
 from rockframe.stages.respond import respond_stage
-from rockframe.stages.versions import VersionSources
 from rockframe.study.structures import SHIPPED_STRUCTURES
 from rockframe.web import tone
 

@@ -25,9 +25,9 @@ from rockframe.cli.main import main
 from rockframe.figures.margins import draw_scales
 from rockframe.results.records import open_records
 from rockframe.results.tables.table import response_rows
+from rockframe.results.versions import VersionSources
 from rockframe.rocking import as_ground, ensemble_responses
 from rockframe.stages.respond import choose_structures, scaled_rows
-from rockframe.stages.versions import VersionSources
 from rockframe.study.structures import SHIPPED_STRUCTURES
 
 STRUCTURES = """

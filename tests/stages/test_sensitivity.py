@@ -17,8 +17,8 @@ from rockframe.cli.main import main
 from rockframe.figures.sensitivity import draw_sensitivity
 from rockframe.results.records import open_records, write_records
 from rockframe.results.tables.sensitivity import sensitivity_rows, sensitivity_words
+from rockframe.results.versions import VersionSources
 from rockframe.rocking import correlation_by_chance, ensemble_responses, spreads_of
-from rockframe.stages.versions import VersionSources
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.web import bars_svg
 

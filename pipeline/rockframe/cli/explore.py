@@ -97,11 +97,11 @@ def _motions(options: argparse.Namespace) -> list[Motion]:
     from rockframe.explorer.answer import PULSE_SEARCH, Motion
     from rockframe.options.respond import Ensemble
     from rockframe.results.records import open_records
+    from rockframe.results.versions import VersionSources
     from rockframe.rocking.response import as_ground
     from rockframe.stages.common import horizontal
     from rockframe.stages.pulse import usable
     from rockframe.stages.respond import with_vertical
-    from rockframe.stages.versions import VersionSources
 
     with arguments.stated_records(options) as (given, _), open_records(given) as file:
         names, everything = set(horizontal(file)), list(file)

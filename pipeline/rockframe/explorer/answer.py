@@ -19,6 +19,7 @@ from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import Ensemble
 from rockframe.parts import inertia_ratio_of
 from rockframe.record import Record
+from rockframe.results.versions import Uncertain
 from rockframe.rocking import (
     GroundAcceleration,
     Response,
@@ -29,7 +30,6 @@ from rockframe.rocking import (
     with_envelope,
     with_margins,
 )
-from rockframe.stages.versions import Uncertain
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 from rockframe.web import strip_svg, tone

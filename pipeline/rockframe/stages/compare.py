@@ -21,6 +21,7 @@ from rockframe.record import Record
 from rockframe.results.pulses import read_metadata
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import furthest_pairs, read_histories, write_comparison
+from rockframe.results.versions import Uncertain, VersionSources
 from rockframe.results.writing import input_hash
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.stages.common import (
@@ -35,7 +36,6 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
-from rockframe.stages.versions import Uncertain, VersionSources
 from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 

@@ -22,6 +22,7 @@ from rockframe.results.pulses import pulses_with_hashes
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import write_responses
 from rockframe.results.tables.rows import Row, ensemble_cells, spread_verdict
+from rockframe.results.versions import Uncertain, VersionSources
 from rockframe.results.writing import input_hash
 from rockframe.rocking import (
     EnsembleResponse,
@@ -52,7 +53,6 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
-from rockframe.stages.versions import Uncertain, VersionSources
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets.pulse import Pulse
 

@@ -29,6 +29,7 @@ from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 from rockframe.results.pulses import RecordMetadata
 from rockframe.results.records import RecordsFile
+from rockframe.results.versions import Uncertain, VersionSources
 from rockframe.risk import spectral
 from rockframe.rocking import GroundAcceleration, refuse_flight, require_motion
 from rockframe.signals.measures import (
@@ -40,7 +41,6 @@ from rockframe.signals.measures import (
 from rockframe.signals.processing import integrate, peak
 from rockframe.stages.common import filtered_by, horizontal
 from rockframe.stages.respond import with_vertical
-from rockframe.stages.versions import Uncertain, VersionSources
 
 Float = NDArray[np.float64]
 

@@ -27,6 +27,7 @@ from rockframe.oscillators.comparison import Rivals, bridge_members, compare
 from rockframe.oscillators.response import respond_oscillator
 from rockframe.outcome import InputOutcome
 from rockframe.results.records import RecordsFile, open_records, write_records
+from rockframe.results.versions import Uncertain, VersionSources
 from rockframe.rivals import IsolatedDeck
 from rockframe.rocking import (
     BANDS,
@@ -46,7 +47,6 @@ from rockframe.signals.processing import AsRead, BandPass
 from rockframe.stages.common import horizontal
 from rockframe.stages.ingest import rotated
 from rockframe.stages.respond import with_vertical
-from rockframe.stages.versions import Uncertain, VersionSources
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 NAMES = ["Ridgecrest2019-CCC-090", "Ridgecrest2019-CCC-360"]
