@@ -26,7 +26,7 @@ FLOORS = (
     {"signals"},
     {"outcome"},
     {"ingest", "fetch", "components", "matching", "rocking", "risk"},
-    {"oscillators", "web"},
+    {"oscillators", "selection", "web"},
     {"results"},
     {"figures", "report", "paper"},
     {"stages"},

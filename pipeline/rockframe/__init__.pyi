@@ -30,6 +30,7 @@ from .options.ingest import FetchOptions as FetchOptions
 from .options.ingest import Filters as Filters
 from .options.ingest import IngestOptions as IngestOptions
 from .options.ingest import PassportLimits as PassportLimits
+from .options.ingest import SelectOptions as SelectOptions
 from .options.pulse import PulseOptions as PulseOptions
 from .options.respond import DesignOptions as DesignOptions
 from .options.respond import Ensemble as Ensemble
@@ -114,6 +115,7 @@ from .stages.pulse import pulse_stage as pulse_stage
 from .stages.report import verify_run as verify_run
 from .stages.respond import respond_stage as respond_stage
 from .stages.screen import screen_stage as screen_stage
+from .stages.select import select_stage as select_stage
 from .stages.spectrum import rocking_spectrum_stage as rocking_spectrum_stage
 from .stages.spectrum import spectrum_stage as spectrum_stage
 from .stages.table import fetch_stage as fetch_stage

@@ -21,6 +21,7 @@ from rockframe.figures.spectra import (
     draw_overturning_spectra,
     draw_record_spectrum,
     draw_rocking_spectrum,
+    draw_selection,
 )
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
@@ -32,6 +33,7 @@ from rockframe.rocking import (
     respond,
     rocking_spectrum,
 )
+from rockframe.selection.target import TargetSpectrum
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -217,3 +219,20 @@ def test_drift_by_size_is_the_median_over_records_and_scales(
     assert "α = 8°: from 80 m on, where at most 10 % overturn, the median is within 0 %" in (
         drawn.caption
     )
+
+
+def test_selected_spectra_are_drawn_with_their_median_and_the_target() -> None:
+    """Two motions a factor e above and below the target: the median is the target, and one standard
+    deviation of the two is sqrt(2) in ln Sa.
+    """
+    period, mean = np.array([0.2, 1.0, 2.0]), np.log(np.array([6.0, 3.0, 1.0]))
+    target = TargetSpectrum(period, mean, np.diag([0.25, 0.0, 0.25]), "mine.csv", 1.0, 1.0)
+    drawn = draw_selection(target, np.stack([mean - 1.0, mean + 1.0]))
+    (panel,) = drawn.figure.axes
+    curves = [np.asarray(line.get_ydata()) for line in panel.get_lines()]
+    medians = [curve for curve in curves if curve.shape == mean.shape][-2:]
+    assert_allclose(medians, np.exp([mean, mean]) / GRAVITY)
+    spreads = {np.round(np.log(curve * GRAVITY) - mean, 6)[0] for curve in curves[2:6]}
+    assert spreads == {-1.414214, 1.414214, -0.5, 0.5}
+    assert drawn.caption.startswith("Pseudo-spectral acceleration, 5 % damped, of 2 scaled motions")
+    assert "mine.csv. The dotted line marks 1 s" in drawn.caption

@@ -45,6 +45,7 @@ margins = "none"
 _COMMANDS = """
 formats
 ingest {record} --output records.nc
+select records.nc --target target.csv --motions 1 --output selected.nc
 pulse records.nc --surrogates 0 --output pulses.nc
 respond records.nc --structure bridge-bent --ensemble-members 16 --output response.nc
 screen records.nc --structure bridge-bent --margins none --output screen.nc
@@ -83,6 +84,7 @@ def shapes(home: Path) -> dict[str, list[str]]:
     """Return the paths and types that each command prints; run in an empty folder."""
     record = bundled_records() / "Ridgecrest2019-CLC.V1"
     (home / "bridge.toml").write_text(_BRIDGE)
+    (home / "target.csv").write_text("period_s,sa_g\n0.5,0.6\n1,0.3\n2,0.1\n")
     (home / "small.toml").write_text(_STUDY.format(record=record))
     found: dict[str, set[str]] = {}
     for line in _COMMANDS.strip().splitlines():

@@ -16,9 +16,11 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.ingest import sources_of
 from rockframe.provenance import sha256_of
+from rockframe.results.records import read_records
 from rockframe.results.tables.entries import rows_of
 from rockframe.runs.plan import make_plan
 from rockframe.study.study import read_study
+from rockframe.units import GRAVITY
 
 #: The end of a ZIP archive that states a wrong position of its list of members.
 DAMAGED_ZIP = b"hello" * 20 + b"PK\5\6" + bytes([0, 0, 0, 0, 1, 0, 1, 0, 46, 0, 0, 0, 255, 255])
@@ -209,3 +211,21 @@ def test_structures_that_an_output_would_replace_are_kept(
     (tmp_path / "structures.toml").write_text(f"[[{structures}")
     assert run(study, tmp_path, "--replace") == 2
     assert "structures.toml: is an input of this command" in capsys.readouterr().err
+
+
+def test_a_study_takes_the_list_of_selected_records(tmp_path: Path) -> None:
+    """The records of the run are those of the list, each times its factor; the list is an input."""
+    study = make_study(tmp_path, 3)
+    selection = tmp_path / "chosen" / "selected.csv"
+    selection.parent.mkdir()
+    selection.write_text("record_id,scale,pga_g\nmotion-1,2.0,\nmotion-2,0.5,\n", encoding="utf-8")
+    text = FEW.replace('units = "g"', 'units = "g"\nselection = "chosen/selected.csv"')
+    study.write_text(text, encoding="utf-8")
+    assert "selected.csv" in listed(study)
+    assert run(study, tmp_path / "run", "--plan") == 0
+    assert main(["step", str(tmp_path / "run"), "ingest"]) == 0
+    peaks = {record.record_id: record.pga for record in read_records(tmp_path / "run/records.nc")}
+    assert peaks == pytest.approx({"motion-1": 0.70 * GRAVITY, "motion-2": 0.2 * GRAVITY}, rel=1e-3)
+    selection.write_text("record_id,scale\nmotion-1,none\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"selected\.csv:2: scale 'none'\. Must be a number above"):
+        listed(study)

@@ -84,6 +84,13 @@ def test_cav_grows_with_the_amplitude_and_does_not_depend_on_the_sign() -> None:
     assert checked(shake()).measures.cumulative_absolute_velocity == pytest.approx(found / 2)
 
 
+def test_measures_of_a_scaled_motion_are_those_of_its_samples() -> None:
+    """All of them, so that no new measure is forgotten."""
+    samples = hum() + shake()
+    found = checked(samples).measures.scaled(0.3)
+    assert vars(found) == pytest.approx(vars(checked(0.3 * samples).measures), nan_ok=True)
+
+
 @pytest.mark.parametrize(("end", "expected"), [(0.95, 36.0), (0.75, 28.0)])
 def test_significant_duration_of_constant_shaking(end: float, expected: float) -> None:
     begin, finish = significant_duration(np.ones(4001), STEP, 0.05, end)

@@ -37,6 +37,7 @@ _VERBS: Final = {
     "verify": ("results", "verify the files of a run against its manifest"),
     "fetch": ("stages.ingest", "download and verify records of an event from an FDSN data centre"),
     "ingest": ("stages.ingest", "read and check record files, and write records.nc"),
+    "select": ("stages.select", "select and scale records whose spectra match a target"),
     **{one.name: (one.command, one.summary) for one in STAGES.values() if one.command},
     "table": ("results", "write the table of records, pulses and responses"),
     "draw": ("results", "draw the results of stages: records with their responses, and curves"),

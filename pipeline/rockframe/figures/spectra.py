@@ -26,6 +26,8 @@ from rockframe.rocking import (
     respond_many,
     rocking_spectrum,
 )
+from rockframe.selection.target import TargetSpectrum
+from rockframe.units import GRAVITY
 from rockframe.wavelets.family import RICKERS
 from rockframe.wavelets.pulse import Pulse
 
@@ -366,3 +368,49 @@ def _change(alpha: float, drift: Float, fallen: Float) -> str:
         f"{100.0 * _FEW_FALL:.0f} % overturn, the median is within {100.0 * apart:.0f} % of the "
         f"{drift[-1]:.3g} m at {_HEIGHTS[-1]:g} m."
     )
+
+
+def draw_selection(target: TargetSpectrum, log_sa: NDArray[np.float64]) -> Captioned:
+    """Draw the spectra of selected motions, their median and 16 and 84 % values, and the target.
+
+    Parameters
+    ----------
+    target : TargetSpectrum
+        The target.
+    log_sa : array, shape (motions, periods)
+        Natural logarithm of the spectra of the scaled motions in m s-2.
+    """
+    spread = log_sa.std(axis=0, ddof=1 if len(log_sa) > 1 else 0)
+    both = [(log_sa.mean(axis=0), spread, "C0", "selected")]
+    if target.deviation is not None:
+        both.append((target.log_sa, target.deviation, "black", "target"))
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 3.2), layout="constrained")
+        panel = figure.subplots()
+        each = np.exp(log_sa) / GRAVITY
+        panel.loglog(target.period, each.T, color="0.75", linewidth=0.5)
+        panel.lines[0].set_label("motions")
+        for mean, deviation, color, name in both:
+            for sign in (-1.0, 1.0):
+                edge = np.exp(mean + sign * deviation) / GRAVITY
+                label = f"{name}, 16 and 84 %" if sign < 0.0 else None
+                panel.plot(target.period, edge, "--", color=color, linewidth=0.9, label=label)
+        aim, median = (np.exp(x) / GRAVITY for x in (target.log_sa, log_sa.mean(axis=0)))
+        panel.plot(target.period, aim, color="black", linewidth=1.6, label="target, median")
+        panel.plot(target.period, median, color="C0", linewidth=1.2, label="selected, median")
+        if target.conditioning_period:
+            panel.axvline(target.conditioning_period, color="0.6", linewidth=0.8, linestyle=":")
+        panel.set_xlabel("period [s]")
+        panel.set_ylabel("Sa, 5 % damped [g]")
+        panel.set_xlim(target.period[0], target.period[-1])
+        figure.legend(loc="outside lower center", ncols=2, fontsize=7)
+    caption = (
+        f"Pseudo-spectral acceleration, 5 % damped, of {len(log_sa)} scaled motions at "
+        f"{target.period.size} periods, their median and their 16 and 84 % values (one standard "
+        f"deviation of ln Sa below and above the mean), and the target: {target.words}."
+    )
+    if target.deviation is None:
+        caption += " The target has no spread."
+    if target.conditioning_period:
+        caption += f" The dotted line marks {target.conditioning_period:g} s, where it is given."
+    return Captioned(figure, "Spectra of the selected motions", caption)

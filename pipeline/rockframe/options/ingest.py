@@ -1,4 +1,4 @@
-"""Options of reading and downloading record files, filters, and limits of the passport."""
+"""Options of reading, downloading and selecting records, filters, and limits of the passport."""
 
 from __future__ import annotations
 
@@ -13,13 +13,16 @@ from rockframe.options.model import (
     Azimuth,
     Bounds,
     File,
+    Finite,
     Options,
     Positive,
     PositiveNumbers,
     Range,
+    Seed,
     Sites,
     Trust,
     Units,
+    require_one_site,
     rule,
     value_error,
 )
@@ -33,6 +36,15 @@ _Limit = Annotated[float, Field(ge=0.0)]
 _AT_LEAST: Final = frozenset(
     ["signal_to_noise", "usable_period_longest", "significant_duration", "arias_intensity"]
 )
+
+
+def _factors(bounds: tuple[float, float]) -> tuple[float, float]:
+    """Require two positive factors; equal ones scale all motions alike."""
+    low, high = bounds
+    if not 0.0 < low <= high < math.inf:
+        must = "Must be two positive numbers, the smaller one first"
+        raise value_error(f"[{low:g}, {high:g}]. {must}")
+    return bounds
 
 
 class PassportLimits(Options):
@@ -197,6 +209,9 @@ class IngestOptions(Options):
     record from its noise before the event and from its displacement, and the upper one is 40."""
     uncorrected: bool = False
     """Treat every record as uncorrected; by default text and AT2 files count as corrected."""
+    selection: Annotated[File | None, Field(examples=["selected.csv"])] = None
+    """CSV of record_id and scale, as `rockframe select` writes it: only these records, each scaled
+    by its factor."""
     catalogue: Annotated[File | None, Field(examples=["catalogue.csv"])] = None
     """CSV of event, station, magnitude and distance of each file; by default catalogue.csv of each
     folder."""
@@ -289,6 +304,87 @@ class Filters(Options):
             if not low <= value <= high:
                 return f"{name} {value:g}. Must be from {low:g} to {high:g}"
         return ""
+
+
+class SelectOptions(Options):
+    """The selection of motions whose response spectra match a target.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> SelectOptions(target=Path("target.csv"), scale_bounds=(4.0, 0.25))
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: scale_bounds [4, 0.25]. Must be two positive numbers, the \
+smaller one first.
+    """
+
+    target: File
+    """Target spectrum, 5 % damped: CSV of period_s, sa_g (the median) or mean_ln_sa_g, and
+    optionally sigma_ln_sa, the standard deviation of ln Sa; or uniform hazard spectra of OpenQuake
+    (hazard_uhs)."""
+    motions: Annotated[int, Field(ge=1, le=1000)] = 11
+    """Number of motions to select; ASCE 7 requires 11 or more."""
+    periods_s: PositiveNumbers | None = None
+    """Periods that are compared [s]; by default those of the target."""
+    conditioning_period_s: Positive | None = None
+    """Period of a conditional spectrum [s]; the target then contains the mean and the standard
+    deviation of a ground-motion model."""
+    conditioning_sa_g: Positive | None = None
+    """Spectral acceleration at that period [g]; all motions are scaled to it."""
+    scale_bounds: Annotated[tuple[float, float], Field(strict=False), AfterValidator(_factors)] = (
+        0.25,
+        4.0,
+    )
+    """Smallest and largest factor on a motion."""
+    scale_period_s: Positive | None = None
+    """Scale all motions to the target at this period [s]; by default by least squares of ln Sa over
+    the periods."""
+    scale_pgv_m_s: Positive | None = None
+    """Scale all motions to this peak ground velocity [m/s], which decides rocking more than
+    accelerations do."""
+    most_per_station: Annotated[int, Field(ge=1)] = 1
+    """Largest number of motions of one station."""
+    most_per_event: Annotated[int, Field(ge=1)] | None = None
+    """Largest number of motions of one earthquake; by default any."""
+    pulse_like: bool | None = None
+    """Only records whose pulse passes the test against noise (true), or only the others (false)."""
+    hazard_probability: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
+    """Probability of exceedance of the uniform hazard spectrum, in a file of several."""
+    hazard_site: Annotated[tuple[Finite, Finite], Field(strict=False)] | None = None
+    """Longitude and latitude of the site in a file of several [degree]: the nearest site is
+    used, if it is within hazard_site_within_km."""
+    hazard_site_within_km: Positive = 10.0
+    """Largest distance of the used site from the stated place [km]."""
+    hazard_site_id: str | None = None
+    """Name of the site in a file of several, instead of its longitude and latitude."""
+    seed: Seed = 0
+    """Random seed of the spectra that are simulated from the target."""
+
+    @model_validator(mode="after")
+    def _one_scaling(self) -> Self:
+        """Require one way of scaling, and a complete condition."""
+        condition = (self.conditioning_period_s, self.conditioning_sa_g)
+        if (condition[0] is None) != (condition[1] is None):
+            raise rule(
+                "Of conditioning_period_s and conditioning_sa_g only one is stated. State both"
+            )
+        ways = {
+            "conditioning_period_s": condition[0],
+            "scale_period_s": self.scale_period_s,
+            "scale_pgv_m_s": self.scale_pgv_m_s,
+        }
+        both = [name for name, value in ways.items() if value is not None]
+        if len(both) > 1:
+            raise rule(f"{both[0]} and {both[1]} both stated: each scales the motions. State one")
+        require_one_site(self.hazard_site, self.hazard_site_id)
+        return self
+
+    @property
+    def condition(self) -> tuple[float, float] | None:
+        """Period [s] and acceleration [m s-2] of a conditional spectrum; None without one."""
+        if self.conditioning_period_s is None or self.conditioning_sa_g is None:
+            return None
+        return self.conditioning_period_s, self.conditioning_sa_g * GRAVITY
 
 
 #: Codes with the wild cards of the FDSN services; ``--`` is the blank location.

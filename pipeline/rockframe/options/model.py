@@ -113,6 +113,18 @@ def value_error(message: str) -> PydanticCustomError:
     return PydanticCustomError(VALUE, "{message}", {"message": message})
 
 
+def require_one_site(place: tuple[float, float] | None, name: str | None) -> None:
+    """Reject a site of a hazard file that is stated twice, or with invalid coordinates."""
+    if place is None:
+        return
+    longitude, latitude = place
+    if name is not None:
+        raise rule("hazard_site and hazard_site_id both stated. State only one of them")
+    if not (-180.0 <= longitude <= 360.0 and -90.0 <= latitude <= 90.0):
+        message = f"hazard_site {longitude:g} {latitude:g}. Must be longitude, then latitude"
+        raise rule(message)
+
+
 def explain(error: ErrorDetails, named: Callable[[str], str]) -> str:
     """Return one line with the invalid value and what is allowed; `named` translates names."""
     kind = error["type"]

@@ -23,6 +23,7 @@ from rockframe.options.model import (
     Seed,
     Shapes,
     Texts,
+    require_one_site,
     rule,
     value_error,
     warn_beyond_turn,
@@ -287,14 +288,7 @@ class ScreenOptions(Options):
         for name in ("hazard_site", "hazard_site_id", "hazard_curve"):
             if self.hazard is None and getattr(self, name) is not None:
                 raise rule(f"{name} without hazard. State the file of hazard curves")
-        if self.hazard_site is None:
-            return self
-        longitude, latitude = self.hazard_site
-        if self.hazard_site_id is not None:
-            raise rule("hazard_site and hazard_site_id both stated. State only one of them")
-        if not (-180.0 <= longitude <= 360.0 and -90.0 <= latitude <= 90.0):
-            message = f"hazard_site {longitude:g} {latitude:g}. Must be longitude, then latitude"
-            raise rule(message)
+        require_one_site(self.hazard_site, self.hazard_site_id)
         return self
 
     def scenario_ensemble(self) -> Ensemble | None:

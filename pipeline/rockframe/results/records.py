@@ -6,6 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -85,12 +86,6 @@ def write_records(
     """
     inputs, periods = dict(input_sha256), tuple(spectral_periods)
 
-    def complete(columns: Mapping[str, list[Any]]) -> Mapping[str, list[Any]]:
-        for of in ("source", "instrument"):
-            held = zip(columns[f"{of}_file"], columns[f"{of}_sha256"], strict=True)
-            inputs.update({n: digest for n, digest in held if digest and n not in input_sha256})
-        return columns
-
     def measures(columns: Mapping[str, list[Any]], written: Growing) -> Mapping[str, Any]:
         if "passport" not in columns:
             return {}
@@ -102,12 +97,69 @@ def write_records(
         RECORDS_NC,
         (_row(*one, periods=periods) for one in records),
         path,
-        complete,
+        partial(_with_sources, inputs),
         further=measures,
         input_sha256=inputs,
         parameters=parameters,
     )
     return inputs, made
+
+
+def _with_sources(
+    inputs: dict[str, str], columns: Mapping[str, list[Any]]
+) -> Mapping[str, list[Any]]:
+    """Add the hashes of the files of the records to those of the inputs; return the columns."""
+    for of in ("source", "instrument"):
+        for name, digest in zip(columns[f"{of}_file"], columns[f"{of}_sha256"], strict=True):
+            if digest:
+                inputs.setdefault(name, digest)
+    return columns
+
+
+def write_scaled(
+    source: RecordsFile,
+    factors: Mapping[str, float],
+    path: Path,
+    *,
+    input_sha256: Mapping[str, str],
+    parameters: Mapping[str, Any],
+    left_out: Mapping[str, str] | None = None,
+) -> xr.Dataset:
+    """Write some records of a file, each times a factor, in their order; return what was written,
+    without the samples.
+
+    Measures that depend on the amplitude are scaled; the verdict of the passport is that of the
+    record as it was recorded.
+
+    Parameters
+    ----------
+    source : RecordsFile
+        The open file of the records.
+    factors : mapping of str to float
+        Factor of each record by its identifier.
+    path, input_sha256, parameters
+        As for `write_records`.
+    left_out : mapping of str to str, optional
+        Reasons for the other records, by identifier.
+
+    Raises
+    ------
+    ParameterError
+        If the file has no record with one of the identifiers.
+    InputError
+        If a record is corrupted, or the file cannot be written.
+    """
+    inputs = dict(input_sha256)
+    return write_rows(
+        RECORDS_NC,
+        (source.scaled_row(name, factor) for name, factor in factors.items()),
+        path,
+        partial(_with_sources, inputs),
+        further=lambda _columns, _written: source.common,
+        input_sha256=inputs,
+        parameters=parameters,
+        left_out=left_out,
+    )
 
 
 def _motions(values: Mapping[str, Sequence[Any]]) -> dict[Hashable, list[int]]:
@@ -211,6 +263,9 @@ _FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
 #: RotD50 and RotD100 of PGA and PGV, and the azimuth of the largest acceleration.
 _ROTD: Final = ("pga_rotd50", "pga_rotd100", "pgv_rotd50", "pgv_rotd100", "azimuth_rotd100")
 _ROTD_OF_SPECTRA: Final = ("spectral_acceleration_rotd50", "spectral_acceleration_rotd100")
+#: Units of quantities that grow with the amplitude of a motion, and variables that do otherwise.
+_OF_MOTION: Final = ("m s-2", "m s-1", "m")
+_POWERS: Final = {"vs30": 0, "arias_intensity": 2}
 #: Allowed relative difference between the peaks of samples and the stated peaks: samples may have
 #: single precision.
 _PEAK_TOLERANCE: Final = 1e-5
@@ -351,6 +406,40 @@ class RecordsFile:
             return AsRead(samples, BandPass(self.corner(name).frequency, high))
         except ParameterError as error:
             raise InputError(self.path, f"record {name!r}: {error}") from None
+
+    def scaled_row(self, name: str, factor: float) -> Row:
+        """Return the series of a record and its other values, by variable, times a factor.
+
+        Raises
+        ------
+        ParameterError
+            If the file has no such record.
+        InputError
+            If the record is corrupted.
+        """
+        record = self.read(name).scaled(factor)
+        series = {"acceleration": record.acceleration}
+        row = self._rows[name]
+        if "acceleration_as_read" in self._series:
+            with damage_named(self.path, RECORDS):
+                as_read = self._series["acceleration_as_read"][self._samples_of[row]].values
+            series["acceleration_as_read"] = factor * as_read
+        values = {
+            str(key): one.values[row]
+            for key, one in self._values_of.variables.items()
+            if one.dims[:1] == ("record",)
+        }
+        for one in RECORDS_NC.variables:
+            power = _POWERS.get(one.name, int(one.units in _OF_MOTION))
+            if power and one.name in values:
+                values[one.name] = values[one.name] * factor**power
+        return series, {**values, "processing": "; ".join(record.processing)}
+
+    @property
+    def common(self) -> dict[str, Any]:
+        """Values of the variables that do not belong to single records, such as periods."""
+        values = self._values_of.variables.items()
+        return {str(key): one.values for key, one in values if "record" not in one.dims}
 
     def read(self, name: str) -> Record:
         """Read the record with this name.

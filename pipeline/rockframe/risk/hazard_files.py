@@ -1,11 +1,11 @@
-"""Read hazard curves: two columns, and the files of OpenQuake and of the USGS."""
+"""Read hazard curves: two columns, files of OpenQuake and of the USGS; and uniform spectra."""
 
 from __future__ import annotations
 
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 from rockframe.cells import decimal, read_rows
 from rockframe.errors import InputError
 from rockframe.risk.hazard import HazardCurve
-from rockframe.risk.measures import COLUMNS, MEASURES, Measure, measure_of_column, spectral
+from rockframe.risk.measures import (
+    COLUMNS,
+    MEASURES,
+    Measure,
+    measure_of_column,
+    period_of,
+    spectral,
+)
+from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
 
@@ -71,6 +79,10 @@ _FROM_FIELDS: Final = "; they need hazard_curves_from_gmfs = true in its job"
 #: Kind and measure in the first line of a hazard curve of OpenQuake.
 _KIND: Final = re.compile(r"kind=['\"]([^'\"]+)")
 _IMT_OF: Final = re.compile(r"imt=['\"]([^'\"]+)")
+#: Columns of a uniform hazard spectrum: probability of exceedance, and measure.
+_ORDINATE: Final = re.compile(r"(\d[\d.]*)~(\S+)")
+#: Relative difference of probabilities that are equal: the columns print six decimals.
+_SAME_PROBABILITY: Final = 1e-4
 
 
 @dataclass(frozen=True)
@@ -95,6 +107,25 @@ class Site:
     place: tuple[float, float] | None = None
     name: str = ""
     within: float = NEAR
+
+
+@dataclass(frozen=True, eq=False)
+class UniformSpectrum:
+    """A uniform hazard spectrum: every ordinate has the same probability of exceedance.
+
+    Parameters
+    ----------
+    period : array, shape (periods,)
+        Periods, increasing and above 0 [s].
+    sa : array, shape (periods,)
+        Pseudo-spectral acceleration, 5 % damped [m s-2].
+    words : str
+        The spectrum in words: its probability and its site.
+    """
+
+    period: Float
+    sa: Float
+    words: str
 
 
 def hazard_file(path: Path, kind: str | None = None) -> Path:
@@ -197,16 +228,104 @@ def read_hazard(
     """
     path = hazard_file(Path(path), kind)
     wanted = site if isinstance(site, Site) else Site(site)
-    lines = _lines(path)
-    comment = " ".join(lines[0][1]) if lines and lines[0][1][0].startswith("#") else ""
-    lines = lines[1:] if comment else lines
-    header = [name.strip() for name in lines[0][1]] if lines else []
+    lines, header, comment = table_of(path)
     _refuse_other_files(path, lines, header)
     if "lon" in header and "lat" in header:
         return _curve(path, *_at_site(path, lines, header, comment, wanted))
     if wanted.place is not None or wanted.name:
         raise InputError(path, "has no sites to choose from. Do not state a site for it.")
     return _curve(path, _of_two_columns(path, lines, header))
+
+
+def has_uniform_spectra(path: Path) -> bool:
+    """Return True if a file has the columns of uniform hazard spectra of OpenQuake.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read as a table.
+    """
+    return any(map(_ORDINATE.fullmatch, table_of(path)[1]))
+
+
+def read_uniform_spectrum(
+    path: Path, site: Site | None = None, probability: float | None = None
+) -> UniformSpectrum:
+    r"""Read a uniform hazard spectrum of OpenQuake (hazard_uhs). PGA is not part of the spectrum.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    site : Site, optional
+        The site to read; not needed if the file has one site.
+    probability : float, optional
+        Probability of exceedance in the years that the file states; not needed if the file has
+        spectra of one probability.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has no such site or probability, or invalid numbers.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "hazard_uhs-mean_1.csv")
+    ...     _ = path.write_text("#,\"investigation_time=50.0\"\nlon,lat,0.1~SA(0.5)\n0,0,0.2\n")
+    ...     read_uniform_spectrum(path).words
+    '10 % in 50 years, the only site, at 0 0'
+    """
+    lines, header, comment = table_of(path)
+    columns: dict[float, dict[float, int]] = {}
+    for index, name in enumerate(header):
+        stated = _ORDINATE.fullmatch(name)
+        if stated:
+            period = period_of(_measure_of(path, stated[2], lines[0][0]).name)
+            columns.setdefault(float(stated[1]), {})[period] = index
+    found = _with_probability(path, columns, probability)
+    years = _investigation_time(path, comment, line=max(1, lines[0][0] - 1))
+    (line, row), called = _nearest(path, lines, header, site or Site())
+    places = {period: index for period, index in sorted(columns[found].items()) if period > 0.0}
+    values = np.array([_cell(path, row, i, header[i], line) for i in places.values()])
+    for index, value in zip(places.values(), values, strict=True):
+        if not value > 0.0:
+            raise InputError(path, f"{header[index]} {value:g}. Must be above 0.", line=line)
+    if not values.size:
+        raise InputError(path, f"no SA(T) of probability {found:g}. Must be one or more.", line)
+    words = f"{100.0 * found:g} % in {years:g} years, {called}"
+    return UniformSpectrum(np.array([*places]), values * GRAVITY, words)
+
+
+def _with_probability(
+    path: Path, columns: Mapping[float, object], probability: float | None
+) -> float:
+    """Return the probability of the file that is equal to the stated one, or its only one."""
+    same = [p for p in columns if probability and abs(p / probability - 1.0) < _SAME_PROBABILITY]
+    if probability is None:
+        same = list(columns)
+    if len(same) != 1:
+        known = ", ".join(f"{one:g}" for one in columns)
+        stated = (
+            "several probabilities" if probability is None else f"no probability {probability:g}"
+        )
+        raise InputError(path, f"has {stated}. State one of {known} with --hazard-probability.")
+    return same[0]
+
+
+def table_of(path: Path) -> tuple[Lines, list[str], str]:
+    """Return the lines of a file from its heading on, the heading, and OpenQuake's comment.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read as a table.
+    """
+    lines = _lines(path)
+    comment = " ".join(lines[0][1]) if lines and lines[0][1][0].startswith("#") else ""
+    lines = lines[1:] if comment else lines
+    return lines, [name.strip() for name in lines[0][1]] if lines else [], comment
 
 
 def _refuse_other_files(path: Path, lines: Lines, header: Sequence[str]) -> None:

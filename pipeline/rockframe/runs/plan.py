@@ -393,6 +393,10 @@ def _validate_inputs(study: Study) -> None:
         read_limits(files["records", "limits"])
     if ("records", "catalogue") in files:
         read_catalogue(files["records", "catalogue"])
+    if ("records", "selection") in files:
+        from rockframe.stages.select import read_selection  # it imports scipy too
+
+        read_selection(files["records", "selection"])
     if ("screen", "hazard") in files:
         # They import scipy, which is slow and only needed here.
         from rockframe.risk import read_hazard

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -368,5 +369,14 @@ def _longest_run(flags: NDArray[np.bool_]) -> int:
 
 def _filtered(upper: list[float], lower: list[float], step: float, ground: Float) -> Float:
     """Return the output of a linear system under piecewise linear ground acceleration."""
+    above, below = _discrete(tuple(upper), tuple(lower), step)
+    return np.asarray(scipy.signal.lfilter(above, below, ground))
+
+
+@lru_cache(maxsize=1024)  # records share time steps, and this takes longer than the filter
+def _discrete(
+    upper: tuple[float, ...], lower: tuple[float, ...], step: float
+) -> tuple[Float, Float]:
+    """Return the coefficients of a linear system at discrete times."""
     above, below, _ = scipy.signal.cont2discrete((upper, lower), step, method="foh")
-    return np.asarray(scipy.signal.lfilter(above.ravel(), below, ground))
+    return above.ravel(), below

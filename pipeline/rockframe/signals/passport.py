@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Final
 
@@ -91,6 +91,17 @@ class Check:
         return f"{self.name} {self.value:.4g}{unit}. Must be {bound} {self.limit:.4g}{unit}."
 
 
+#: Measures that grow with the amplitude of a motion.
+_LINEAR: Final = (
+    "peak_acceleration",
+    "peak_velocity",
+    "end_velocity",
+    "end_displacement",
+    "noise_level",
+    "cumulative_absolute_velocity",
+)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Measures:
     """Measured quantities of a record. Quantities that cannot be measured are NaN.
@@ -150,6 +161,11 @@ class Measures:
     stated_peak: float
     usable_period_shortest: float
     usable_period_longest: float
+
+    def scaled(self, factor: float) -> Measures:
+        """Return the measures of the motion times a factor."""
+        linear = {name: factor * getattr(self, name) for name in _LINEAR}
+        return replace(self, arias_intensity=factor**2 * self.arias_intensity, **linear)
 
     @property
     def significant_duration(self) -> float:

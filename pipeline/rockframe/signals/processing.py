@@ -150,6 +150,10 @@ class AsRead:
     samples: Float
     band: BandPass
 
+    def scaled(self, factor: float) -> AsRead:
+        """Return the samples times a factor, with the same band."""
+        return AsRead(factor * self.samples, self.band)
+
     def corrected(self, time_step: float, factor: float) -> Float:
         """Return what `correct` returns with another lower corner [m s-2].
 

@@ -109,6 +109,8 @@ class Acceptance:
         True to raise an error at the first rejection.
     listed : callable, optional
         Called with the rows of the written table.
+    factors : mapping of str to float, optional
+        Records to accept, by identifier, with the factor on each; by default all, as recorded.
     """
 
     def __init__(
@@ -118,11 +120,13 @@ class Acceptance:
         *,
         strict: bool,
         listed: Callable[[Sequence[InputOutcome]], None] | None,
+        factors: Mapping[str, float] | None = None,
     ) -> None:
         self._table = table
         self._filters = filters
         self._strict = strict
         self._listed = listed
+        self._factors = factors
         self.accepted: list[Accepted] = []
         self.outcomes: list[InputOutcome] = []
 
@@ -135,11 +139,15 @@ class Acceptance:
         ------
         InputError
             If a record or file is rejected and the options are strict, or if none is accepted.
+        ParameterError
+            If a record of the selection is not accepted.
         """
         for record, outcome, as_read in inspected:
             if self._strict and outcome.status == "rejected":
                 raise InputError(outcome.file, outcome.reason, outcome.line)
             noted = outcome if record is None else _filtered(record, outcome, self._filters)
+            if record is not None and self._factors is not None:
+                record, noted, as_read = _scaled(record, noted, as_read, self._factors)
             self.outcomes.append(noted)
             if record is not None and noted.status == "accepted" and noted.passport is not None:
                 self.accepted.append(
@@ -156,6 +164,7 @@ class Acceptance:
                 )
                 yield record, noted.passport, as_read
         self._require_some()
+        self._require_selected()
 
     def _require_some(self) -> None:
         """Raise an error if no record was accepted, after writing the table.
@@ -178,6 +187,16 @@ class Acceptance:
         counted = ", ".join(f"{count} {what}" for what, count in more.items() if count)
         said = first.reason + (f" ({counted}.)" if counted else "")
         raise InputError(first.file, said, first.line)
+
+    def _require_selected(self) -> None:
+        """Raise an error if a record of the selection was not accepted."""
+        for name in {*(self._factors or ())} - {one.record_id for one in self.accepted}:
+            reasons = [one.reason for one in self.outcomes if one.record_id == name]
+            why = (
+                f"was not accepted: {reasons[0].rstrip('.')}" if reasons else "is not in the files"
+            )
+            what = "Change files and filters, or remove it from the selection."
+            raise ParameterError(f"record {name!r} of the selection {why}. {what}")
 
     def publish(self) -> tuple[InputOutcome, ...]:
         """Write the table, sorted by status, and return its rows."""
@@ -327,6 +346,23 @@ def _filtered(record: Record, outcome: InputOutcome, filters: Filters) -> InputO
         pgv_m_s=measures.peak_velocity,
     )
     return replace(outcome, status="filtered", reason=f"{refusal}.") if refusal else outcome
+
+
+def _scaled(
+    record: Record, outcome: InputOutcome, as_read: AsRead | None, factors: Mapping[str, float]
+) -> tuple[Record, InputOutcome, AsRead | None]:
+    """Return an accepted record times its factor, or the outcome of one that is not selected.
+
+    Its checks remain those of the record as it was recorded.
+    """
+    if outcome.status != "accepted" or outcome.passport is None:
+        return record, outcome, as_read
+    if record.record_id not in factors:
+        return record, replace(outcome, status="filtered", reason="not in the selection."), as_read
+    factor = factors[record.record_id]
+    measured = replace(outcome.passport, measures=outcome.passport.measures.scaled(factor))
+    unfiltered = None if as_read is None else as_read.scaled(factor)
+    return record.scaled(factor), replace(outcome, passport=measured), unfiltered
 
 
 def _inspected(

@@ -180,3 +180,17 @@ def filtered_by(filters: Filters, numbers: Mapping[str, float], site: str) -> st
         pga_g=numbers["pga"] / GRAVITY,
         pgv_m_s=numbers["pgv"],
     )
+
+
+def filtered_by_pulse(wanted: bool | None, known: bool | None) -> str:
+    """Return the reason why a record is filtered out by the test of its pulse, or "".
+
+    Examples
+    --------
+    >>> filtered_by_pulse(True, None)
+    'pulse_like unknown. Must be yes'
+    """
+    if wanted is None or known is wanted:
+        return ""
+    words = "unknown" if known is None else "yes" if known else "no"
+    return f"pulse_like {words}. Must be {'yes' if wanted else 'no'}"

@@ -180,12 +180,16 @@ def ingest_stage(
     catalogue, azimuths = options.catalogue, options.azimuths
     sources = sources_of(paths, read_catalogue(catalogue) if catalogue else None, outputs)
     catalogues = _catalogues(sources, catalogue)
-    _refuse(outputs, sources, catalogues.values())
+    stated = catalogues
+    if options.selection is not None:
+        stated = {**catalogues, options.selection.name: options.selection}
+    _refuse(outputs, sources, stated.values())
     checks = _limits(options)
     filters = filters or Filters()
-    accepting = partial(Acceptance, outputs[1], strict=options.strict, listed=listed)
-    # Filters of peaks are applied after the rotation, because a pair needs both of its records.
-    acceptance = accepting(Filters() if azimuths else filters)
+    first = partial(Acceptance, outputs[1], strict=options.strict, listed=listed)
+    accepting = partial(first, factors=_factors(options.selection))
+    # Filters of peaks and the selection are applied after the rotation: a pair needs both records.
+    acceptance = first(Filters()) if azimuths else accepting(filters)
     parameters = options.stated() | {"filters": filters.bounds(), "passport": checks.stated()}
     with (
         closing(
@@ -198,7 +202,7 @@ def ingest_stage(
         inputs, made = write_records(
             acceptance.passed(inspected(readings, options, checks)),
             place,
-            input_sha256={name: sha256_of(path) for name, path in catalogues.items()},
+            input_sha256={name: sha256_of(path) for name, path in stated.items()},
             parameters=parameters,
             spectral_periods=options.spectral_periods_s or (),
         )
@@ -216,6 +220,15 @@ def ingest_stage(
     rows = acceptance.publish()
     rejections = tuple(row for row in rows if row.status == "rejected")
     return Ingested(tuple(acceptance.accepted), rejections, rows, inputs, made)
+
+
+def _factors(selection: Path | None) -> dict[str, float] | None:
+    """Return the factors of a selection by record; None without a selection."""
+    if selection is None:
+        return None
+    from rockframe.stages.select import read_selection  # few runs state a selection
+
+    return read_selection(selection)
 
 
 def _limits(options: IngestOptions) -> PassportLimits:

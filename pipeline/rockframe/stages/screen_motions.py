@@ -39,7 +39,7 @@ from rockframe.signals.measures import (
     spectral_acceleration,
 )
 from rockframe.signals.processing import integrate, peak
-from rockframe.stages.common import filtered_by, horizontal
+from rockframe.stages.common import filtered_by, filtered_by_pulse, horizontal
 from rockframe.stages.respond import with_vertical
 
 Float = NDArray[np.float64]
@@ -206,11 +206,7 @@ class Motions:
             if bounds is not None and not bounds[0] <= value <= bounds[1]:
                 known = "unknown" if math.isnan(value) else f"{value:g}"
                 return f"{name} {known}. Must be from {bounds[0]:g} to {bounds[1]:g}"
-        wanted = self._options.pulse_like
-        if wanted is not None and pulse_like is not wanted:
-            known = "unknown" if pulse_like is None else "yes" if pulse_like else "no"
-            return f"pulse_like {known}. Must be {'yes' if wanted else 'no'}"
-        return ""
+        return filtered_by_pulse(self._options.pulse_like, pulse_like)
 
     def read(self, motion: Motion) -> Record | GroundAcceleration:
         """Read a motion.

@@ -1,0 +1,135 @@
+"""rockframe select: select and scale records whose response spectra match a target."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rockframe.cli import arguments, console
+from rockframe.cli.options import add_options, chosen, file_to_write, path
+from rockframe.options.ingest import Filters, IngestOptions, SelectOptions
+from rockframe.provenance import refuse_obstacles
+
+if TYPE_CHECKING:
+    from rockframe.stages.select import Selection
+
+
+def add_select(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments: records, target, factors, constraints, and the files to write."""
+    parser.add_argument(
+        "records",
+        type=path,
+        nargs="+",
+        help="output of `rockframe ingest`, or record files and folders",
+    )
+    arguments.add_output(parser)
+    parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
+    parser.add_argument(
+        "--figure",
+        type=file_to_write(".png", ".pdf", ".svg"),
+        metavar="FILE",
+        help="draw the spectra against the target: .png, .pdf or .svg",
+    )
+    add_options(parser, SelectOptions)
+    add_options(parser, Filters, title=arguments.FILTERS)
+    arguments.add_reading(parser)
+
+
+def run_select(options: argparse.Namespace) -> int:
+    """Run the stage, draw the figure if requested, and print the selection."""
+    from rockframe.stages.select import select_stage
+
+    wanted = chosen(options, SelectOptions)
+    if options.figure is not None:
+        refuse_obstacles([options.figure, options.figure.with_suffix(".caption.txt")])
+    given = arguments.records_file(
+        options.records, chosen(options, IngestOptions), arguments.reading_workers(options)
+    )
+    bar = console.progress_bar("computing spectra")
+    with given as (records, status), bar as progress:
+        found = select_stage(
+            records,
+            options.output,
+            wanted,
+            pulses_path=options.pulses,
+            filters=chosen(options, Filters),
+            progress=progress,
+        )
+    files = [options.output, *found.tables]
+    if options.figure is not None:
+        files.append(_draw(found, options.figure))
+    if options.json:
+        _show_json(found, files)
+    else:
+        _show(found, files)
+    return status
+
+
+def _draw(found: Selection, file: Path) -> Path:
+    from rockframe.figures.captioned import save_captioned
+    from rockframe.figures.spectra import draw_selection
+
+    save_captioned(draw_selection(found.target, found.log_sa), file)
+    return file
+
+
+def _show_json(found: Selection, files: list[Path]) -> None:
+    console.show_json(
+        {
+            "target": found.target.words,
+            "records": found.records,
+            "candidates": found.candidates,
+            "left_out": dict(found.left_out),
+            "motions": found.motions,
+            "verticals": [row for row in found.rows if row["vertical_of"]],
+            "periods": found.periods(),
+            "files": [str(file) for file in files],
+        }
+    )
+
+
+def _show(found: Selection, files: list[Path]) -> None:
+    columns = [
+        console.column("record", "record_id"),
+        console.column("event", "event"),
+        console.column("station", "station"),
+        console.column("M>", "magnitude", ".1f"),
+        console.column("Repi [km]>", "epicentral_distance_km", ".0f"),
+        console.column("factor>", "scale", ".3f"),
+        console.column("PGA [g]>", "pga_g", ".3f"),
+        console.column("PGV [m/s]>", "pgv_m_s", ".3f"),
+        console.column("misfit>", "misfit", ".2f"),
+    ]
+    console.show_rows(
+        f"{len(found.motions)} motions for {found.target.words}", columns, found.motions
+    )
+    spread = found.target.deviation is not None
+    columns = [
+        console.column("period [s]>", "period_s", ".3g"),
+        console.column("target Sa [g]>", "target_sa_g", ".4f"),
+        console.column("median Sa [g]>", "median_sa_g", ".4f"),
+        console.column("difference [%]>", "median_difference", "+.1f", 100.0),
+        *([console.column("target σ>", "target_sigma_ln_sa", ".3f")] if spread else []),
+        console.column("σ of ln Sa>", "sigma_ln_sa", ".3f"),
+    ]
+    rows = found.periods()
+    console.show_rows("Spectra of the selected motions", columns, rows)
+    worst = max(rows, key=lambda row: abs(row["median_difference"]))
+    said = f"Largest difference of the median: {100.0 * worst['median_difference']:+.1f} % at "
+    said += f"{worst['period_s']:.3g} s."
+    if spread:
+        apart = max(rows, key=lambda row: abs(row["sigma_ln_sa"] - row["target_sigma_ln_sa"]))
+        away = apart["sigma_ln_sa"] - apart["target_sigma_ln_sa"]
+        said += f" Of the standard deviation: {away:+.3f} at {apart['period_s']:.3g} s."
+    print(said)
+    removed = Counter(reason.split(" ")[0] for reason in found.left_out.values())
+    out = ", ".join(f"{count} by {name}" for name, count in removed.most_common())
+    print(
+        f"{found.candidates} of {found.records} horizontal records were candidates"
+        f"{out and ' (left out: '}{out}{out and ')'}. The misfit is the root mean square of "
+        "ln(Sa/target) over the periods."
+    )
+    for file in files:
+        print(file)

@@ -1,0 +1,1 @@
+"""Selection of scaled motions whose response spectra match a target."""
