@@ -151,12 +151,13 @@ def test_motions_of_one_event_can_be_limited(tmp_path: Path) -> None:
 def test_filters_are_those_of_ingest_and_screen(tmp_path: Path) -> None:
     stored(site(8), tmp_path)
     found = selected(tmp_path, Filters(magnitude=(5.2, 5.4)))
-    assert [row["record_id"] for row in found.motions] == ["s02", "s03"] or found.candidates == 3
+    assert found.candidates == 3
+    assert {row["record_id"] for row in found.motions} < {"s02", "s03", "s04"}
     assert found.left_out["s07"] == "magnitude 5.7. Must be from 5.2 to 5.4"
 
 
 def test_a_selection_that_cannot_reach_its_number_says_why(tmp_path: Path) -> None:
-    """Of 8 sines, magnitudes leave out 5; a factor of at most 1.5 on 0.5 m/s2 leaves out more."""
+    """Five of 8 sines have other magnitudes; no factor up to 4 gives a PGV of 1 km/s."""
     stored(site(8), tmp_path)
     with pytest.raises(ParameterError) as error:
         selected(tmp_path, Filters(magnitude=(5.2, 5.4)), motions=5)

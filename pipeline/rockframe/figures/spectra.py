@@ -12,10 +12,22 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, FormatStrFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import (
+    FixedLocator,
+    FormatStrFormatter,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+)
 from numpy.typing import NDArray
 
-from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled, wavelet_words
+from rockframe.figures.captioned import (
+    LINES,
+    PRINT_WIDTH,
+    Captioned,
+    styled,
+    wavelet_words,
+)
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.results.response import rocking_spectrum_dataset, spectrum_dataset
@@ -403,6 +415,10 @@ def draw_selection(target: TargetSpectrum, log_sa: NDArray[np.float64]) -> Capti
         panel.set_xlabel("period [s]")
         panel.set_ylabel("Sa, 5 % damped [g]")
         panel.set_xlim(target.period[0], target.period[-1])
+        for axis in (panel.xaxis, panel.yaxis):
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FormatStrFormatter("%g"))
+            axis.set_minor_formatter(NullFormatter())
         figure.legend(loc="outside lower center", ncols=2, fontsize=7)
     caption = (
         f"Pseudo-spectral acceleration, 5 % damped, of {len(log_sa)} scaled motions at "
