@@ -42,6 +42,14 @@ def test_ingest_imports_no_computation(home: Path) -> None:
     assert len(own) <= 82
 
 
+def test_a_filter_needs_no_package_of_filters(bundled_records: Path, tmp_path: Path) -> None:
+    """This file is uncorrected: the package's own loop filters it."""
+    record = bundled_records / "Ridgecrest2019-CCC.V1"
+    modules, own = imported("ingest", record, "--output", tmp_path / "records.nc")
+    assert "rockframe.signals.loops" in own
+    assert not modules & (OTHERS - {"numba"})
+
+
 def test_a_run_with_nothing_to_do_imports_no_stage(home: Path) -> None:
     modules, own = imported("run", home / "small.toml", "--output", home / "run")
     others = {"distributed", "scipy", "rockframe.stages", "rockframe.engines"}

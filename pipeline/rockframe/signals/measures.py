@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
-import scipy  # its submodules load when they are first used, which takes half a second
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
@@ -25,6 +23,8 @@ _COMPARABLE: Final = 0.5
 #: Least number of steps per period of the oscillator. The relative error of the peak, interpolated
 #: between steps, is then below 5e-5.
 _STEPS: Final = 20
+#: Terms of a series in the phase per step, at most 2 pi / 20: the next one is below 1e-20.
+_TERMS: Final = 16
 #: Least number of steps between samples, because the slope of the ground jumps at each sample.
 _PARTS: Final = 4
 #: Periods of the Housner intensity [s]. With five times as many, the intensities of the bundled
@@ -217,10 +217,9 @@ def oscillator_response(
     rest = math.ceil(period / time_step)
     at = np.arange((ground.size + rest - 1) * parts + 1) / parts
     finer = np.interp(at, np.arange(ground.size), ground, right=0.0)
-    omega, step = 2.0 * math.pi / period, time_step / parts
-    lower = [1.0, 2.0 * damping * omega, omega**2]
-    x, v = (_filtered(upper, lower, step, finer) for upper in ([-(omega**2)], [-(omega**2), 0.0]))
-    return np.concatenate((x, step * v))
+    angle = 2.0 * math.pi * (time_step / parts) / period
+    x, v = _oscillation(angle, damping, finer)
+    return np.concatenate((x, angle * v))
 
 
 def oscillator_peak(response: Float) -> float:
@@ -367,16 +366,28 @@ def _longest_run(flags: NDArray[np.bool_]) -> int:
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
-def _filtered(upper: list[float], lower: list[float], step: float, ground: Float) -> Float:
-    """Return the output of a linear system under piecewise linear ground acceleration."""
-    above, below = _discrete(tuple(upper), tuple(lower), step)
-    return np.asarray(scipy.signal.lfilter(above, below, ground))
+def _oscillation(angle: float, damping: float, ground: Float) -> Float:
+    """Return w^2 x and its derivative by the phase w t, under piecewise linear ground acceleration.
 
+    Parameters
+    ----------
+    angle : float
+        Phase w h of the free oscillation per step h [rad], at most 2 pi / `_STEPS`.
+    damping : float
+        Share of critical damping [1].
+    ground : array, shape (samples,)
+        Ground acceleration at each step [m s-2]; it rises from zero in the step before the first.
+    """
+    from rockframe.signals.loops import through_oscillator  # compiles, and few commands need it
 
-@lru_cache(maxsize=1024)  # records share time steps, and this takes longer than the filter
-def _discrete(
-    upper: tuple[float, ...], lower: tuple[float, ...], step: float
-) -> tuple[Float, Float]:
-    """Return the coefficients of a linear system at discrete times."""
-    above, below, _ = scipy.signal.cont2discrete((upper, lower), step, method="foh")
-    return above.ravel(), below
+    system = angle * np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
+    # sums over k of system^k / (k + j)!, for j = 0 (free motion), 1 (constant ground), 2 (slope)
+    powers = [np.eye(2)]
+    for _ in range(_TERMS):
+        powers.append(powers[-1] @ system)
+    free, constant, slope = (
+        np.sum([power / math.factorial(k + j) for k, power in enumerate(powers)], axis=0)
+        for j in range(3)
+    )
+    after, both = (-angle * of[:, 1] for of in (slope, constant))
+    return through_oscillator(free, both - after, after, ground)

@@ -6,9 +6,8 @@ import math
 from typing import Final
 
 import numpy as np
-import scipy  # its submodules load when they are first used, which takes half a second
 
-from rockframe.signals.processing import Float
+from rockframe.signals.processing import Float, level, taper
 
 #: Length of the first window, whose level is used to detect the onset of the motion [s].
 _LISTEN: Final = 2.0
@@ -248,9 +247,9 @@ def periodogram(window: Float, time_step: float, tapered: float = _TAPER) -> tup
     >>> print(f"{frequencies[power.argmax()]:g} Hz")
     0.5 Hz
     """
-    level = scipy.signal.detrend(window, type="linear")
-    taper = scipy.signal.windows.tukey(window.size, tapered)
-    power: Float = np.abs(np.fft.rfft(level * taper)) ** 2 * time_step / np.square(taper).sum()
+    ends = taper(window.size, tapered)
+    lines = np.fft.rfft(level(window) * ends)
+    power: Float = np.abs(lines) ** 2 * time_step / np.square(ends).sum()
     return np.asarray(np.fft.rfftfreq(window.size, time_step), dtype=np.float64), power
 
 

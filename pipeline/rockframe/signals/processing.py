@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import scipy  # its submodules load when they are first used, which takes half a second
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
@@ -182,14 +181,36 @@ class AsRead:
 
 
 def _tapered(series: Float) -> Float:
-    level = _level(series)
-    return np.asarray(level * scipy.signal.windows.tukey(level.size, 2.0 * TAPER))
+    return np.asarray(level(series) * taper(series.size, 2.0 * TAPER))
 
 
-def _level(series: Float) -> Float:
+def taper(size: int, share: float) -> Float:
+    """Return a window of ones whose ends are tapered (cosine), together over this share of it.
+
+    Examples
+    --------
+    >>> taper(9, 0.5).round(3).tolist()
+    [0.0, 0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.0]
+    """
+    if size < 2:
+        return np.ones(size)
+    place = 2.0 * np.arange(size) / share / (size - 1)
+    width = math.floor(share * (size - 1) / 2.0) + 1
+    window = np.ones(size)
+    window[:width] = 0.5 * (1.0 + np.cos(np.pi * (place[:width] - 1.0)))
+    window[-width:] = 0.5 * (1.0 + np.cos(np.pi * (1.0 - 2.0 / share + place[-width:])))
+    return window
+
+
+def level(series: Float) -> Float:
     """Subtract the least-squares line.
 
     The closed form gives the same bits on every processor; a library of linear algebra does not.
+
+    Examples
+    --------
+    >>> level(np.array([1.0, 2.0, 3.0])).tolist()
+    [0.0, 0.0, 0.0]
     """
     place = np.arange(series.size) - 0.5 * (series.size - 1)
     slope = (place * series).sum() / np.square(place).sum()
@@ -197,7 +218,7 @@ def _level(series: Float) -> Float:
 
 
 def _butterworth(low: float, high: float) -> Float:
-    """Return second-order sections of a band-pass, shape (_ORDER, 6), as `scipy.signal.sosfilt`.
+    """Return second-order sections of a band-pass, shape (_ORDER, 6), as in SciPy.
 
     The poles are computed in extended precision and then rounded, so that the last bits of a
     filtered record are the same on every processor. Those of scipy.signal.butter are not, and a
@@ -228,12 +249,13 @@ def _butterworth(low: float, high: float) -> Float:
 
 def _both_ways(sections: Float, series: Float) -> Float:
     """Filter a series forwards and backwards; a constant before its start leaves no transient."""
+    from rockframe.signals.loops import (
+        through_sections,
+    )  # compiles, and not all records are filtered
+
     for _ in range(2):
-        state = np.zeros((len(sections), 2))
-        state[0] = -sections[0, 0] * series[0]
-        filtered, _ = scipy.signal.sosfilt(sections, series, zi=state)
-        series = filtered[::-1]
-    return np.asarray(series)
+        series = through_sections(sections, series)[::-1]
+    return series
 
 
 def integrate(series: Float, time_step: float) -> Float:
