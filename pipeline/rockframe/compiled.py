@@ -6,17 +6,17 @@ import hashlib
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, update_wrapper
 from pathlib import Path
+from threading import RLock
 from typing import Any, Final, TypeVar, cast
-
-import numba
-from numba.core.caching import FunctionCache
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 #: Files whose compiled functions call each other; a file elsewhere calls only its own.
 _KERNELS: Final = sorted((Path(__file__).parent / "rocking" / "kernels").glob("*.py"))
+#: Held while a function is made.
+_MAKING: Final = RLock()
 
 
 @cache
@@ -59,16 +59,59 @@ def _compile(function: F, *, forceinline: bool) -> F:
         # of the time
         "_nrt": not forceinline,
     }
-    dispatcher = numba.njit(**options)(function)
-    with suppress(RuntimeError):  # no folder to cache in: a read-only installation
-        dispatcher._cache = _Cache(function)  # noqa: SLF001  the attribute of numba's own cache
-    return cast("F", dispatcher)
+    return cast("F", _Compiled(function, options))
+
+
+class _Compiled:
+    """A function that numba compiles. The first call imports numba, which many commands need not.
+
+    Other compiled functions call the function that numba made.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        self._function, self._options = function, options
+        self._dispatcher: Any = None
+        update_wrapper(self, function)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return (self._dispatcher or self.made())(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return a public attribute of the function that numba made, such as `py_func`."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self.made(), name)
+
+    def made(self) -> Any:
+        """Return the function that numba makes, with its cache."""
+        with _MAKING:  # threads may call a function at once, and it would be compiled twice
+            if self._dispatcher is None:
+                made = _prepared_numba().njit(**self._options)(self._function)
+                with suppress(RuntimeError):  # no folder to cache in: a read-only installation
+                    made._cache = _Cache(self._function)  # noqa: SLF001  numba's own attribute
+                self._dispatcher = made
+            return self._dispatcher
+
+
+@cache
+def _prepared_numba() -> Any:
+    """Import numba, and let compiled functions call each other."""
+    import numba
+    from numba.extending import typeof_impl
+
+    @typeof_impl.register(_Compiled)
+    def _(value: _Compiled, _context: object) -> Any:
+        return numba.typeof(value.made())  # type: ignore[no-untyped-call]
+
+    return numba
 
 
 class _Cache:
     """Numba's cache on disk. After a full disk or a corrupted file, functions compile again."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
+        from numba.core.caching import FunctionCache
+
         self._files = cast("Any", FunctionCache)(function)
 
     def __getattr__(self, name: str) -> Any:

@@ -239,8 +239,6 @@ def _plan_faults(folder: Path) -> list[str]:
 
 def _recomputed(options: argparse.Namespace, faults: list[str]) -> list[str]:
     """Recompute results if this is requested and all files are correct; append new faults."""
-    from rockframe.runs.performing import recompute
-
     if options.recompute is None:
         return []
     if not re.fullmatch("0*[1-9][0-9]{0,8}", options.recompute):
@@ -248,6 +246,8 @@ def _recomputed(options: argparse.Namespace, faults: list[str]) -> list[str]:
         raise ParameterError(message)
     if faults:
         return []
+    from rockframe.runs.performing import recompute  # imports all stages
+
     done, found = recompute(options.folder, int(options.recompute))
     faults += found
     return done

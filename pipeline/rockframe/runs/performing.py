@@ -30,9 +30,7 @@ from rockframe.runs.plan import KEPT, Plan, Step, computing_steps, waves
 from rockframe.runs.state import finish, read_plan, remove_partials, stamp
 from rockframe.stages.acceptance import Ingested
 from rockframe.stages.common import Batch
-from rockframe.stages.figures import figures_stage
 from rockframe.stages.ingest import ingest_stage
-from rockframe.stages.report import report_stage, require_whole
 from rockframe.stages.table import merge_stage, table_stage
 
 
@@ -287,6 +285,8 @@ def _table(work: Work) -> None:
 
 
 def _draw(work: Work) -> None:
+    from rockframe.stages.figures import figures_stage  # workers that compute draw nothing
+
     figures_stage(work.inputs, work.output, FigureOptions(**work.step.options))
 
 
@@ -295,7 +295,15 @@ def _manifest(work: Work) -> None:
 
 
 def _report(work: Work) -> None:
+    from rockframe.stages.report import report_stage
+
     report_stage(work.folder, work.output, ReportOptions(**work.step.options))
+
+
+def _verify(work: Work) -> None:
+    from rockframe.stages.report import require_whole
+
+    require_whole(work.folder)
 
 
 #: Functions of the steps around the stages that compute: they read, merge, show and check.
@@ -306,7 +314,7 @@ _AROUND: Final[dict[str, Callable[..., Any]]] = {
     "draw": _draw,
     "manifest": _manifest,
     "report": _report,
-    "verify": lambda work: require_whole(work.folder),
+    "verify": _verify,
 }
 
 

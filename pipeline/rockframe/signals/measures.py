@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
+from rockframe.signals.loops import through_oscillator
 from rockframe.signals.processing import Float, integrate, peak
 from rockframe.units import GRAVITY
 
@@ -378,8 +379,6 @@ def _oscillation(angle: float, damping: float, ground: Float) -> Float:
     ground : array, shape (samples,)
         Ground acceleration at each step [m s-2]; it rises from zero in the step before the first.
     """
-    from rockframe.signals.loops import through_oscillator  # compiles, and few commands need it
-
     system = angle * np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
     # sums over k of system^k / (k + j)!, for j = 0 (free motion), 1 (constant ground), 2 (slope)
     powers = [np.eye(2)]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
+from rockframe.signals.loops import through_sections
 
 Float = NDArray[np.float64]
 
@@ -249,10 +250,6 @@ def _butterworth(low: float, high: float) -> Float:
 
 def _both_ways(sections: Float, series: Float) -> Float:
     """Filter a series forwards and backwards; a constant before its start leaves no transient."""
-    from rockframe.signals.loops import (
-        through_sections,
-    )  # compiles, and not all records are filtered
-
     for _ in range(2):
         series = through_sections(sections, series)[::-1]
     return series

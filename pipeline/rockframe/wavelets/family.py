@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
+from rockframe.wavelets.loops import fill
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -267,8 +268,6 @@ def spectra_of_lines(line: float | Float, count: int, half_cycles: float | Float
 
 def _spectra(nu: Float, gamma: float | Float, turned: Complex) -> Complex:
     """Return the spectra along the axis before last; `turned` is exp(i pi gamma nu)."""
-    from rockframe.wavelets.loops import fill  # imports numba, which most uses do not need
-
     *points, count = nu.shape
     found = np.empty((*points, 2, count), dtype=np.complex128)
     numbers = np.full(points, gamma, dtype=np.float64).ravel()
