@@ -90,9 +90,10 @@ def test_kernels_know_no_datasets() -> None:
 
 
 def test_no_folder_is_wide() -> None:
+    """Each format has a file of its own, so the folder of formats is as wide as their list."""
     folders = Counter(path.parent for path in MODULES if path.name != "__init__.py")
     wide = {folder.name for folder, count in folders.items() if count > WIDEST}
-    assert wide <= {"ingest"}
+    assert wide <= {"formats"}
 
 
 def test_only_results_knows_netcdf() -> None:
