@@ -13,9 +13,10 @@ import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path, PureWindowsPath
-from typing import Any, Final
+from typing import Any, Final, Self
 
 from rockframe.errors import InputError
 from rockframe.interruption import check, undoing
@@ -28,6 +29,8 @@ _SETTLED: Final = 3_000_000_000
 _FULL: Final = 65536
 #: Message for a file that was changed after it was written.
 DAMAGED: Final = "is corrupted"
+#: Message for a file that was removed.
+MISSING: Final = "missing"
 #: File that completes a run.
 MANIFEST: Final = "manifest.json"
 #: Hidden file in a folder of figures, with the hashes of the files from which each was drawn.
@@ -155,6 +158,60 @@ def versions() -> dict[str, str]:
     True
     """
     return {name: _version(name) for name in _DISTRIBUTIONS}
+
+
+def key_of(*parts: Any) -> str:
+    """Return a hash of everything that kept work depends on.
+
+    Parameters
+    ----------
+    *parts : JSON value
+        Its inputs and options. The source code and the versions of packages are included, so that
+        the manifest states those that computed a file.
+
+    Examples
+    --------
+    >>> key_of({"scales": [1.0]}) == key_of({"scales": [1.0]}) != key_of({"scales": [2.0]})
+    True
+    """
+    text = json.dumps([source_code_hash(), versions(), *parts], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """The stamp of finished work, by which a later run recognises it: its key and its files.
+
+    Parameters
+    ----------
+    key : str
+        Hash of everything that the work depended on.
+    outputs : mapping of str to str
+        SHA-256 of each file, by its name in the folder.
+    """
+
+    key: str
+    outputs: Mapping[str, str]
+
+    @classmethod
+    def of(cls, key: str, names: Iterable[str], folder: Path) -> Self:
+        """Return the stamp of files in a folder.
+
+        Raises
+        ------
+        InputError
+            If a file is missing.
+        """
+        return cls(key, {name: sha256_of(folder / name) for name in names})
+
+    def faults(self, folder: Path) -> Iterator[tuple[Path, str]]:
+        """Yield each file that is not as it was, and `MISSING` or `DAMAGED`."""
+        for name, stated in self.outputs.items():
+            path = folder / name
+            if not path.is_file():
+                yield path, MISSING
+            elif sha256_of(path) != stated:
+                yield path, DAMAGED
 
 
 def processor() -> str:

@@ -411,11 +411,11 @@ def test_upgrade_of_a_library_makes_everything_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Otherwise the manifest would state library versions that did not make the files."""
-    from rockframe.runs import plan
+    from rockframe import provenance
 
     study = read_study(make_study(tmp_path))
     before = make_plan(study, tmp_path / "run").keys
     assert make_plan(study, tmp_path / "run").keys == before
-    monkeypatch.setattr(plan, "versions", lambda: {"numpy": "99.0"})
+    monkeypatch.setattr(provenance, "versions", lambda: {"numpy": "99.0"})
     after = make_plan(study, tmp_path / "run").keys
     assert all(after[name] != before[name] for name in before)

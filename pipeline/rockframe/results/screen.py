@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import re
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine, map_batches
 from rockframe.errors import InputError, ParameterError
-from rockframe.provenance import source_code_hash, versions, whole_file
+from rockframe.provenance import key_of, whole_file
 from rockframe.results.reading import opened, positions
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import SCREEN_NC
@@ -318,9 +317,8 @@ class Batches:
     """
 
     def __init__(self, output: Path, origin: Mapping[str, Any]) -> None:
-        text = json.dumps([source_code_hash(), versions(), dict(origin)], sort_keys=True)
-        key = hashlib.sha256(text.encode()).hexdigest()[:_KEY_LENGTH]
         self._output = output
+        key = key_of(dict(origin))[:_KEY_LENGTH]
         self.folder = output.parent / f".{output.stem}-{key}.batches"
 
     def keep(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> None:

@@ -19,11 +19,11 @@ from rockframe.options import STAGES, STRUCTURES, Stage
 from rockframe.options.model import Options
 from rockframe.provenance import (
     MANIFEST,
+    key_of,
     refuse_obstacles,
     refuse_overwriting,
     sha256_of,
     source_code_hash,
-    versions,
 )
 from rockframe.study.study import Study, structures_text
 from rockframe.study.toml import read_limits
@@ -86,11 +86,12 @@ class Step:
         known : mapping of str to str
             For each input, the key of the step that writes it, or the hash of the file.
         *others : str
-            Hashes of the source code, of the versions of libraries, and of files outside the run.
+            Hashes of files outside the run.
         """
         options = _without_folders(self.options)
-        parts = [self.stage, options, self.batch, [known[name] for name in self.inputs], others]
-        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+        return key_of(
+            self.stage, options, self.batch, [known[name] for name in self.inputs], others
+        )
 
 
 def _without_folders(stated: Any) -> Any:
@@ -343,13 +344,11 @@ def make_plan(study: Study, folder: Path) -> Plan:
         files[STRUCTURES] = structures_text(study)
     known = {name: _digest(text) for name, text in files.items()}
     keys: dict[str, str] = {}
-    # versions of libraries are in the keys, so that the manifest states those that computed a file
-    code = (source_code_hash(), _digest(json.dumps(versions(), sort_keys=True)))
     for step in steps:
         outside = [file.sha256 for file in _external_inputs(step, inputs)]
         if step.stage == "manifest":
             outside = [_digest(json.dumps(study.parameters(), sort_keys=True))]
-        keys[step.name] = _unbatched(step, steps).key(known, *code, *outside)
+        keys[step.name] = _unbatched(step, steps).key(known, *outside)
         known |= dict.fromkeys(step.outputs, keys[step.name])
     own = (study.path, study.structures)  # one file, if the study has structures of its own
     hashes = {path: sha256_of(path) for path in dict.fromkeys(own)}

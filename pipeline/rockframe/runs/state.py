@@ -20,6 +20,8 @@ from rockframe.provenance import (
     DAMAGED,
     DRAWN,
     MANIFEST,
+    MISSING,
+    Stamp,
     is_sealed,
     is_within,
     read_json,
@@ -34,22 +36,6 @@ _STAMPS: Final = f"{KEPT}/steps"
 _OF_ALL: Final = frozenset(["manifest", "verify"])
 #: File that Snakemake writes into an output folder.
 _MARK: Final = ".snakemake_timestamp"
-
-
-@dataclass(frozen=True)
-class Stamp:
-    """The stamp of a finished step: its key and the hashes of its outputs.
-
-    Parameters
-    ----------
-    key : str
-        Hash of everything that the step depended on.
-    outputs : mapping of str to str
-        SHA-256 of each file that the step wrote.
-    """
-
-    key: str
-    outputs: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -117,12 +103,9 @@ def _state(step: Step, stamp: Stamp | None, key: str, folder: Path) -> StepState
         return StepState(step, "outdated")
     if any(name not in stamp.outputs for name in step.outputs if not name.endswith("/")):
         return StepState(step, "to do")  # a corrupted stamp
-    for name, stated in stamp.outputs.items():
-        path = folder / name
-        if not path.is_file():
-            return StepState(step, "damaged" if not step.temporary else "to do", f"{path}: missing")
-        if sha256_of(path) != stated:
-            return StepState(step, "damaged", f"{path}: {DAMAGED}")
+    for path, what in stamp.faults(folder):
+        gone = step.temporary and what == MISSING
+        return StepState(step, "to do" if gone else "damaged", f"{path}: {what}")
     return StepState(step, "done")
 
 
@@ -144,7 +127,7 @@ def damaged(folder: Path, files: Mapping[str, str]) -> dict[Path, str]:
     found: dict[Path, str] = {}
     for path, text in ((folder / name, text) for name, text in files.items()):
         if not path.is_file():
-            found[path] = "missing"
+            found[path] = MISSING
         elif _content(path) != text.encode():
             found[path] = DAMAGED
     for path in (*sorted((folder / _STAMPS).glob("[!.]*.json")), folder / MANIFEST):
@@ -174,8 +157,7 @@ def stamp(step: Step, key: str, folder: Path) -> None:
     InputError
         If an output is missing, or the stamp cannot be written.
     """
-    outputs = {name: sha256_of(folder / name) for name in files_of(step.outputs, folder)}
-    _write(folder, step.name, Stamp(key, outputs))
+    _write(folder, step.name, Stamp.of(key, files_of(step.outputs, folder), folder))
 
 
 def files_of(outputs: Sequence[str], folder: Path) -> list[str]:

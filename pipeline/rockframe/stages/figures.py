@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -20,14 +18,14 @@ from rockframe.options import STAGES, loaded
 from rockframe.options.model import FigureOptions
 from rockframe.provenance import (
     DRAWN,
+    Stamp,
     is_sealed,
+    key_of,
     read_json,
     refuse_obstacles,
     replaced_folder,
     sealed,
     sha256_of,
-    source_code_hash,
-    versions,
 )
 from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import kind_of
@@ -92,14 +90,15 @@ def figures_stage(
     kept: dict[str, dict[str, Any]] = {}
     with replaced_folder(output) as partial:
         for group, files_of in _groups(given).items():
-            key = _key_of(files_of, most)
+            key = key_of([sha256_of(file) for file in files_of], most)
             if not _keep(known.get(group, {}), key, output, partial):
                 if group == "response":
                     shows = _draw_most_rotated(given, partial, most, progress)
                 else:
                     shows = draw_curves({group: given[group]}, partial, most)
                 pairs = [list(pair) for pair in shows.items()]  # in their order
-                known[group] = {"key": key, "shows": pairs, "sha256": _hashes(shows, partial)}
+                made = Stamp.of(key, _files_of(shows, partial), partial)
+                known[group] = {"key": key, "shows": pairs, "sha256": made.outputs}
             kept[group] = known[group]
             drawn |= dict(kept[group]["shows"])
         (partial / DRAWN).write_bytes(sealed(kept))
@@ -115,17 +114,10 @@ def _groups(given: Mapping[str, Path]) -> dict[str, list[Path]]:
     return records | {kind: [given[kind]] for kind in curves}
 
 
-def _key_of(files: Iterable[Path], most: int) -> str:
-    """Return a hash of everything that the figures of files depend on."""
-    code = source_code_hash(), versions()
-    parts = [*map(sha256_of, files), most, *code]
-    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
-
-
-def _hashes(drawn: Iterable[str], folder: Path) -> dict[str, str]:
-    """Return the hash of each figure and of its caption, by its path in the folder."""
+def _files_of(drawn: Iterable[str], folder: Path) -> list[str]:
+    """Return each figure, and its caption if it has one, by its path in the folder."""
     files = [path for name in drawn for path in (Path(name), caption_path(Path(name)))]
-    return {one.as_posix(): sha256_of(folder / one) for one in files if (folder / one).is_file()}
+    return [one.as_posix() for one in files if (folder / one).is_file()]
 
 
 def _read_drawn(folder: Path) -> dict[str, dict[str, Any]]:
@@ -143,7 +135,7 @@ def _keep(known: Mapping[str, Any], key: str, before: Path, folder: Path) -> boo
     bool
         False if they must be drawn.
     """
-    if known.get("key") != key or _hashes(dict(known["shows"]), before) != known["sha256"]:
+    if known.get("key") != key or any(Stamp(key, known["sha256"]).faults(before)):
         return False
     for name in known["sha256"]:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
