@@ -206,11 +206,11 @@ class Stamp:
 
     def faults(self, folder: Path) -> Iterator[tuple[Path, str]]:
         """Yield each file that is not as it was, and `MISSING` or `DAMAGED`."""
-        for name, stated in self.outputs.items():
+        for name, sha256 in self.outputs.items():
             path = folder / name
             if not path.is_file():
                 yield path, MISSING
-            elif sha256_of(path) != stated:
+            elif sha256_of(path) != sha256:
                 yield path, DAMAGED
 
 

@@ -95,8 +95,8 @@ def run_table1(options: argparse.Namespace) -> int:
         names = list(dict.fromkeys(row["record_id"] for row in rows))
         with console.progress_bar("drawing") as progress:
             draw_records(rows, files, partial / "figures", names, progress)
-        stated = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
-        count = _finish(options, partial, computed.ingested, stated)
+        models = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
+        count = _finish(options, partial, computed.ingested, models)
     if options.json:
         console.show_json(
             {
@@ -169,11 +169,11 @@ def _tables(options: argparse.Namespace, name: str) -> dict[str, Any]:
     from rockframe.study.study import shipped_tables
 
     tables = dict(shipped_tables(name))
-    stated = {
+    overlaid = {
         one: chosen(options, type(tables[one]), **tables[one].model_dump(exclude_unset=True))
         for one in ("records", "pulse", "respond")
     }
-    return tables | stated
+    return tables | overlaid
 
 
 def _computed(options: argparse.Namespace, tables: Mapping[str, Any], folder: Path) -> Computed:
@@ -329,8 +329,8 @@ def run_paper(options: argparse.Namespace) -> int:
         rows = list(table_rows_of(*made))
         claims = all_claims() + record_claims(rows, pulse_rows(made[1]))
         _write_page(claims, _draw_all(partial, options.grid), rows, partial)
-        stated = {"records": IngestOptions, "pulse": PulseOptions}
-        _finish(options, partial, ingested, stated)
+        models = {"records": IngestOptions, "pulse": PulseOptions}
+        _finish(options, partial, ingested, models)
     if options.json:
         console.show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
     else:

@@ -83,7 +83,7 @@ class Stage:
         """True if the stage reads the records."""
         return RECORDS_FILE in self.inputs
 
-    def files(self, names: Sequence[str], stated: Mapping[str, Any]) -> tuple[str, ...]:
+    def files(self, names: Sequence[str], options: Mapping[str, Any]) -> tuple[str, ...]:
         """Return those of the inputs or outputs that the options ask for.
 
         Examples
@@ -91,7 +91,7 @@ class Stage:
         >>> STAGES["respond"].files(STAGES["respond"].inputs, {"pulses": False})
         ('records.nc', 'structures.toml')
         """
-        return tuple(n for n in names if n not in self.asked or stated[self.asked[n]])
+        return tuple(n for n in names if n not in self.asked or options[self.asked[n]])
 
 
 _DECLARED: Final = (

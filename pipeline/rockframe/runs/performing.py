@@ -268,12 +268,12 @@ def _compute(stage: Stage, work: Work, **watched: Any) -> Any:
 
 
 def _ingest(work: Work, progress: Callable[[str], None] | None = None) -> Ingested:
-    stated = work.step.options
+    options = work.step.options
     return ingest_stage(
-        [Path(path) for path in stated["paths"]],
+        [Path(path) for path in options["paths"]],
         work.output,
-        IngestOptions(**stated["records"]),
-        filters=Filters(**stated["filters"]),
+        IngestOptions(**options["records"]),
+        filters=Filters(**options["filters"]),
         workers=work.workers,
         progress=progress,
     )

@@ -94,13 +94,14 @@ class Step:
         )
 
 
-def _without_folders(stated: Any) -> Any:
+def _without_folders(options: Any) -> Any:
     """Return options with files outside the run reduced to their names."""
-    if isinstance(stated, Mapping):
-        return {key: _without_folders(value) for key, value in stated.items()}
-    if isinstance(stated, list | tuple):
-        return [_without_folders(value) for value in stated]
-    return Path(stated).name if isinstance(stated, str) and Path(stated).is_absolute() else stated
+    if isinstance(options, Mapping):
+        return {key: _without_folders(value) for key, value in options.items()}
+    if isinstance(options, list | tuple):
+        return [_without_folders(value) for value in options]
+    is_file = isinstance(options, str) and Path(options).is_absolute()
+    return Path(options).name if is_file else options
 
 
 def waves(steps: Sequence[Step]) -> list[list[Step]]:
@@ -200,13 +201,14 @@ def _ingest(tables: Mapping[str, Any], records: Sequence[Path]) -> Step:
     )
 
 
-def _steps(stage: Stage, stated: dict[str, Any], batches: int) -> list[Step]:
+def _steps(stage: Stage, options: dict[str, Any], batches: int) -> list[Step]:
     """Return the steps of a stage: one on all records, or batches followed by a merge."""
-    inputs, outputs = (stage.files(names, stated) for names in (stage.inputs, stage.outputs))
+    inputs, outputs = (stage.files(names, options) for names in (stage.inputs, stage.outputs))
     # that a file is read is no option of the function
-    options = {key: v for key, v in stated.items() if key not in map(stage.asked.get, stage.inputs)}
+    files = set(map(stage.asked.get, stage.inputs))
     whole = Step(
-        *(stage.name, stage.name, inputs, outputs, options),
+        *(stage.name, stage.name, inputs, outputs),
+        options={key: value for key, value in options.items() if key not in files},
         memory=stage.memory,
         minutes=stage.minutes,
     )
@@ -352,9 +354,9 @@ def make_plan(study: Study, folder: Path) -> Plan:
         known |= dict.fromkeys(step.outputs, keys[step.name])
     own = (study.path, study.structures)  # one file, if the study has structures of its own
     hashes = {path: sha256_of(path) for path in dict.fromkeys(own)}
-    stated = tuple(Input(path.name, path, hashes[path]) for path in own)
+    study_files = tuple(Input(path.name, path, hashes[path]) for path in own)
     source = source_code_hash()
-    plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source, stated)
+    plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source, study_files)
     _refuse_inputs(plan, study, folder)
     return plan
 
@@ -363,8 +365,8 @@ def _external_inputs(step: Step, inputs: Sequence[Input]) -> list[Input]:
     """Return the files outside the run that a step reads."""
     if step.stage == "ingest":
         return list(inputs)
-    stated = {value for value in step.options.values() if isinstance(value, str)}
-    return [file for file in inputs if str(file.path) in stated]
+    values = [value for value in step.options.values() if isinstance(value, str)]
+    return [file for file in inputs if str(file.path) in values]
 
 
 def _unbatched(step: Step, steps: Sequence[Step]) -> Step:

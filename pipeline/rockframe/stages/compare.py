@@ -99,8 +99,8 @@ def compare_stage(
     paths, output, structures_path = [*map(Path, given)], Path(output), Path(structures_path)
     refuse_overwriting([output], [*paths, structures_path])
     entries, of_file = read_bridges(structures_path)
-    stated = options or of_file
-    compared = _compared(structures_path, entries, stated, against, structure)
+    common = options or of_file
+    compared = _compared(structures_path, entries, common, against, structure)
     filters = filters or Filters()
     filtered, left_out = _filtered(paths, filters), dict[str, str]()
     with ExitStack() as stack:
@@ -110,7 +110,7 @@ def compare_stage(
         if not names:
             name, reason = next(iter(filtered.items()))
             raise ParameterError(f"no record is left to compare; {name!r}: {reason}.")
-        tasks = Counted(_tasks(files, chosen, tuple(compared), stated.ensemble), len(names))
+        tasks = Counted(_tasks(files, chosen, tuple(compared), common.ensemble), len(names))
         answers = map_batches(_answer, tasks, engine=engine)
         made = write_comparison(
             accepted(answers, names, WHOLE, left_out, progress),
@@ -118,7 +118,7 @@ def compare_stage(
             output,
             input_sha256=input_hash(*paths, structures_path),
             parameters={"against": list(compared[0].models)[1:], "structure": structure}
-            | {"ensemble": stated.ensemble.stated(), "filters": filters.bounds()},
+            | {"ensemble": common.ensemble.stated(), "filters": filters.bounds()},
             left_out=ChainMap(left_out, filtered),
         )
     written(made)
@@ -128,7 +128,7 @@ def compare_stage(
 def _compared(
     path: Path,
     entries: Sequence[StructureEntry],
-    stated: CompareEntry,
+    common: CompareEntry,
     against: Collection[str] | None,
     structure: str | None,
 ) -> list[Rivals]:
@@ -140,7 +140,7 @@ def _compared(
         if structure not in (None, entry.name):
             continue
         try:
-            found.append(_rivals_of(entry, stated, against or stated.against or ()))
+            found.append(_rivals_of(entry, common, against or common.against or ()))
             _require_same_rivals(found)
         except ParameterError as error:
             line = line_of(read_text(path), ("structure", i))
@@ -201,11 +201,11 @@ def _answer(task: _Task) -> tuple[str, list[list[Compared]] | None, str]:
     return task.name, found, ""
 
 
-def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[str]) -> Rivals:
+def _rivals_of(entry: StructureEntry, common: CompareEntry, against: Collection[str]) -> Rivals:
     """Return the requested alternatives of a structure; by default all that are stated."""
     whole = entry.whole()
-    tendon, dissipater = whole.tendon or stated.restrained, whole.dissipater or stated.hybrid
-    free, isolated = replace(whole, tendon=None, dissipater=None), entry.isolated or stated.isolated
+    tendon, dissipater = whole.tendon or common.restrained, whole.dissipater or common.hybrid
+    free, isolated = replace(whole, tendon=None, dissipater=None), entry.isolated or common.isolated
     made: dict[str, Callable[[], RockingFrame | IsolatedDeck | FixedFrame | None]] = {
         "restrained": lambda: entry.on_pivots(replace(free, tendon=tendon)) if tendon else None,
         "hybrid": lambda: (
@@ -214,7 +214,7 @@ def _rivals_of(entry: StructureEntry, stated: CompareEntry, against: Collection[
             else None
         ),
         "isolated": lambda: None if isolated is None else isolated.made(),
-        "fixed": lambda: _fixed(free, entry, entry.fixed or stated.fixed),
+        "fixed": lambda: _fixed(free, entry, entry.fixed or common.fixed),
     }
     if dissipater is not None and tendon is None and (not against or "hybrid" in against):
         raise ParameterError(
@@ -249,9 +249,9 @@ def _require_same_rivals(compared: Sequence[Rivals]) -> None:
 
 
 def _fixed(
-    frame: RockingFrame, entry: StructureEntry, stated: FixedEntry | None
+    frame: RockingFrame, entry: StructureEntry, fixed: FixedEntry | None
 ) -> FixedFrame | None:
-    if stated is None:
+    if fixed is None:
         return None
     circular = entry.section == "circular"
     needed = f"stated for the stiffness and mass of the fixed bridge of {frame.name!r}"
@@ -265,7 +265,7 @@ def _fixed(
                 f"{key} {getattr(entry, key)!r} of {frame.name!r}. Must be absent: columns of the "
                 "fixed bridge are solid and prismatic."
             )
-    return stated.of_columns(
+    return fixed.of_columns(
         height=entry.height_m,
         width=entry.width_m,
         depth=None if circular else entry.depth_m,

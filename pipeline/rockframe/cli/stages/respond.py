@@ -97,20 +97,20 @@ def run_respond(options: argparse.Namespace) -> int:
     from rockframe.results.tables.summary import first_columns, summary_rows, tables_of
     from rockframe.results.tables.table import response_rows
 
-    stated = chosen(options, RespondOptions)
+    wanted = chosen(options, RespondOptions)
     pairs = {"forces": ("record_id", "structure"), "scales": ("record_id", "structure")}
     arguments.refuse_tables(options, first_columns(*_RESPONSES) | pairs, _RESPONSES[0])
     if options.sensitivity:
-        _require_spreads(stated.ensemble)
-    scales = _stated_scales(options, stated)
-    response, rejections = _respond(options, stated)
-    scaled, more = _respond_at_scales(options, stated, scales) if scales else ([], ())
+        _require_spreads(wanted.ensemble)
+    scales = _stated_scales(options, wanted)
+    response, rejections = _respond(options, wanted)
+    scaled, more = _respond_at_scales(options, wanted, scales) if scales else ([], ())
     rejections += tuple(one for one in more if one not in rejections)
     rows = list(response_rows(response))
     summary = summary_rows(rows, recordings_of(options.records))
     tables = {
         **tables_of(rows, summary, _RESPONSES[0]),
-        **({"forces": list(force_rows(response))} if stated.forces else {}),
+        **({"forces": list(force_rows(response))} if wanted.forces else {}),
         **({"scales": scaled} if scaled else {}),
     }
     made = arguments.write_tables(options, tables, _RESPONSES[0])
@@ -130,8 +130,8 @@ def run_respond(options: argparse.Namespace) -> int:
         console.show_json(said | matrices(rows, options.matrix))
     else:
         _show_responses(options, rows, summary, made)
-        if stated.forces:
-            _show_forces(response, str(options.output), stated)
+        if wanted.forces:
+            _show_forces(response, str(options.output), wanted)
         if options.sensitivity:
             _show_sensitivity(response, str(options.output))
         _show_scales(scaled)
@@ -141,7 +141,7 @@ def run_respond(options: argparse.Namespace) -> int:
 
 
 def _respond(
-    options: argparse.Namespace, stated: RespondOptions
+    options: argparse.Namespace, wanted: RespondOptions
 ) -> tuple[xr.Dataset, tuple[InputOutcome, ...]]:
     """Run the stage; return what it wrote, and the rejected records."""
     from rockframe.stages.respond import respond_stage
@@ -151,7 +151,7 @@ def _respond(
         rejections = respond_stage(
             options.records,
             options.output,
-            stated,
+            wanted,
             structures_path=arguments.chosen_structures(options),
             pulses_path=options.pulses,
             batch=arguments.chosen_batch(options),
@@ -238,7 +238,7 @@ def _require_spreads(ensemble: Ensemble) -> None:
         raise ParameterError(f"--sensitivity without an ensemble: {lack}. State another one.")
 
 
-def _show_forces(response: xr.Dataset, output: str, stated: RespondOptions) -> None:
+def _show_forces(response: xr.Dataset, output: str, wanted: RespondOptions) -> None:
     """Print the forces at the joints, and their meaning."""
     from rockframe.results.tables.forces import (
         NO_VERTICAL,
@@ -252,10 +252,10 @@ def _show_forces(response: xr.Dataset, output: str, stated: RespondOptions) -> N
         each = ({**row, "pair": (row["record_id"], row["structure"])} for row in rows)
         console.show_rows(f"Forces in {output}", force_columns(rows), each, group="pair")
         said = forces_in_words(rows)
-        print(console.filled(said if stated.vertical else f"{said} {NO_VERTICAL}"))
+        print(console.filled(said if wanted.vertical else f"{said} {NO_VERTICAL}"))
 
 
-def _stated_scales(options: argparse.Namespace, stated: RespondOptions) -> tuple[float, ...]:
+def _stated_scales(options: argparse.Namespace, wanted: RespondOptions) -> tuple[float, ...]:
     """Return the scales of the command line; none if they are not stated.
 
     Raises
@@ -268,7 +268,7 @@ def _stated_scales(options: argparse.Namespace, stated: RespondOptions) -> tuple
 
     if options.record and not options.scales:
         raise ParameterError("--record without --scales. State scales, such as 0.95:1.05:21.")
-    if options.figures and not (stated.forces or options.scales):
+    if options.figures and not (wanted.forces or options.scales):
         needs = "--forces or --scales: there is nothing to draw"
         raise ParameterError(f"--figures without {needs}. State one of them.")
     if not options.scales:
@@ -280,7 +280,7 @@ def _stated_scales(options: argparse.Namespace, stated: RespondOptions) -> tuple
 
 
 def _respond_at_scales(
-    options: argparse.Namespace, stated: RespondOptions, scales: Sequence[float]
+    options: argparse.Namespace, wanted: RespondOptions, scales: Sequence[float]
 ) -> tuple[list[Row], tuple[InputOutcome, ...]]:
     """Respond to each record, or to those stated, at several scales."""
     from rockframe.stages.respond import scaled_rows
@@ -289,7 +289,7 @@ def _respond_at_scales(
         return scaled_rows(
             options.records,
             scales,
-            stated,
+            wanted,
             structures_path=arguments.chosen_structures(options),
             records=options.record or (),
             progress=progress,
@@ -425,9 +425,9 @@ def run_spectrum(options: argparse.Namespace) -> None:
 def _spectrum_of_pulses(options: argparse.Namespace) -> None:
     from rockframe.stages.spectrum import spectrum_stage
 
-    stated, engine = chosen(options, SpectrumOptions), arguments.chosen_engine(options)
+    wanted, engine = chosen(options, SpectrumOptions), arguments.chosen_engine(options)
     written: list[xr.Dataset] = []
-    spectrum_stage(options.output, stated, engine=engine, written=written.append)
+    spectrum_stage(options.output, wanted, engine=engine, written=written.append)
     (dataset,) = written
     lines = _curves(dataset)
     flat = [{key: one for key, one in line.items() if key != "intervals"} for line in lines]
@@ -480,9 +480,9 @@ def _spectrum_of_records(options: argparse.Namespace) -> None:
     from rockframe.stages.spectrum import rocking_spectrum_stage
 
     output: Path = options.output
-    stated, engine = chosen(options, RockingSpectrumOptions), arguments.chosen_engine(options)
+    wanted, engine = chosen(options, RockingSpectrumOptions), arguments.chosen_engine(options)
     written: list[xr.Dataset] = []
-    rocking_spectrum_stage(options.records, output, stated, engine=engine, written=written.append)
+    rocking_spectrum_stage(options.records, output, wanted, engine=engine, written=written.append)
     rows = _periods_without_overturning(written[0])
     tables = arguments.write_tables(options, {"spectrum": rows}, "spectrum")
     if options.json:
