@@ -39,6 +39,7 @@ def everything(folder: Path, rotation: str) -> Plan:
     heads = "file,event,station,network,magnitude,epicentral_distance_km,source\n"
     (folder / "catalogue.csv").write_text(heads)
     (folder / "hazard.csv").write_text("pga_g,annual_rate\n0.1,0.01\n1.0,0.0001\n")
+    (folder / "selected.csv").write_text("record_id,scale\nmotion,2.0\n")
     (folder / "motions").mkdir(exist_ok=True)
     (folder / "motions" / "motion.csv").write_text("0.1\n")
     (folder / "everything.toml").write_text(text)
