@@ -78,7 +78,7 @@ def run_table1(options: argparse.Namespace) -> int:
     _validate(options, tables)
     with whole_folder(folder, _files(options.format)) as partial:
         computed = _computed(options, tables, partial)
-        made = computed.datasets
+        made = [computed.datasets[name] for name in STAGE_FILES]
         rows = list(table_rows_of(*made))
         summary = summary_rows(rows, recordings_of(made[0]))
         comparisons, said = paper_comparisons(rows, pulse_rows(made[1])), statements(rows)
@@ -159,9 +159,9 @@ _BARS: Final = {"pulse": "matching pulses", "respond": "rocking"}
 
 
 def _watch(stage: str) -> AbstractContextManager[Callable[..., None]]:
-    return (
-        console.progress_bar(_BARS[stage]) if stage in _BARS else console.progress_names("reading")
-    )
+    if stage == "ingest":
+        return console.progress_names("reading")
+    return console.progress_bar(_BARS.get(stage, stage))
 
 
 def _tables(options: argparse.Namespace, name: str) -> dict[str, Any]:
@@ -325,7 +325,7 @@ def run_paper(options: argparse.Namespace) -> int:
     tables = _tables(options, "paper")
     with whole_folder(folder, (*STAGE_FILES, "records.csv", _PAGE)) as partial:
         computed = _computed(options, tables, partial)
-        made, ingested = computed.datasets, computed.ingested
+        made, ingested = [computed.datasets[name] for name in STAGE_FILES], computed.ingested
         rows = list(table_rows_of(*made))
         claims = all_claims() + record_claims(rows, pulse_rows(made[1]))
         _write_page(claims, _draw_all(partial, options.grid), rows, partial)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -187,13 +188,13 @@ class Computed:
         Outcomes of the records.
     rejections : tuple of InputOutcome
         Records that any stage rejected.
-    datasets : tuple of Dataset
-        Written datasets, without their series, in the order of the stages.
+    datasets : mapping of str to Dataset
+        Written datasets, without their series, by the name of their file.
     """
 
     ingested: Ingested
     rejections: tuple[InputOutcome, ...]
-    datasets: tuple[xr.Dataset, ...]
+    datasets: Mapping[str, xr.Dataset]
 
 
 def compute(
@@ -229,13 +230,14 @@ def compute(
             Work(reading, folder, workers.get(reading.stage)), progress=progress
         )
     rejections = [*ingested.rejections]
-    datasets = [ingested.dataset]
+    datasets = {reading.outputs[0]: ingested.dataset}
     for step in steps:
         with watch(step.stage) as progress:
             work = Work(step, folder, workers.get(step.stage), elsewhere=given)
-            done = do(work, progress=progress, written=datasets.append)
+            written = partial(datasets.__setitem__, step.outputs[0])
+            done = do(work, progress=progress, written=written)
         rejections += _rejections(done)
-    return Computed(ingested, tuple(rejections), tuple(datasets))
+    return Computed(ingested, tuple(rejections), datasets)
 
 
 def do(work: Work, **watched: Any) -> Any:
