@@ -17,6 +17,7 @@ NAMES: Final = sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != 
 EXTRAS: Final = {
     "explorer": (("playwright", "browser"), ("uvicorn", "explorer")),
     "heyoka_rival": (("heyoka", "bench"),),
+    "peers": (("eqsig", "bench"), ("pystrata", "bench")),
     "report": (("playwright", "browser"),),
 }
 #: Programs that a benchmark needs.
