@@ -30,7 +30,8 @@ TARGET = "period_s,sa_g,sigma_ln_sa\n0.2,0.5,0.5\n0.5,0.6,0.5\n1,0.4,0.5\n2,0.2,
 def real(bundled_records: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two uncorrected recordings, each of two horizontals and a vertical, as ingest wrote them."""
     home = tmp_path_factory.mktemp("select")
-    ingest_stage(recordings(bundled_records), home / "records.nc", workers=0)
+    options = IngestOptions(spectral_periods_s=(0.5,))
+    ingest_stage(recordings(bundled_records), home / "records.nc", options, workers=0)
     (home / "target.csv").write_text(TARGET, encoding="utf-8")
     return home
 
@@ -97,7 +98,7 @@ def test_ingest_makes_the_same_records_from_the_list(real: Path, bundled_records
     because ingest does not know the other horizontals.
     """
     selected(real)
-    options = IngestOptions(selection=real / "selected.csv")
+    options = IngestOptions(selection=real / "selected.csv", spectral_periods_s=(0.5,))
     ingest_stage(recordings(bundled_records), real / "again.nc", options, workers=0)
     with xr.open_dataset(real / "selected.nc") as one, xr.open_dataset(real / "again.nc") as other:
         assert one.sizes == other.sizes
