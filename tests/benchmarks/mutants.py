@@ -47,6 +47,7 @@ ROOMS: Final = {
     "rivals": "tests/test_systems.py tests/oscillators tests/study",
     "oscillators": "tests/oscillators tests/stages/test_compare.py",
     "risk": "tests/risk tests/stages",
+    "selection": "tests/selection tests/stages/test_select.py",
     "results": "tests/results tests/stages tests/cli tests/runs tests/figures",
     "stages": "tests/stages tests/cli tests/results",
     "options": "tests/study tests/stages tests/cli",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +106,25 @@ def test_no_exchange_of_one_motion_improves_the_set() -> None:
     for place in range(5):
         for other in set(range(40)) - set(chosen):
             assert error([*chosen[:place], other, *chosen[place + 1 :]]) >= best * (1.0 - 1e-9)
+
+
+@pytest.mark.parametrize("seed", [32, 48])
+def test_errors_of_the_spread_count_twice(seed: int) -> None:
+    """In these libraries the best set of three differs if they count once, twice or three times."""
+
+    def best(weight: float) -> set[int]:
+        def error(some: Iterable[int]) -> float:
+            found = records[list(some)]
+            spread = found.std(axis=0, ddof=1) - 1.0
+            return float((found.mean(axis=0) ** 2 + weight * spread**2).sum())
+
+        return set(min(combinations(range(10), 3), key=error))
+
+    records = 1.2 * np.random.default_rng(seed).standard_normal((10, 3)) + 0.4
+    aim = TargetSpectrum(np.array([0.5, 1.0, 2.0]), np.zeros(3), np.eye(3), "")
+    chosen = set(choose(scaled_by(records, np.ones(10), (1.0, 1.0)), aim, 3).tolist())
+    assert chosen == best(2.0)
+    assert chosen not in (best(1.0), best(3.0))
 
 
 def test_least_squares_minimise_the_misfit_within_the_bounds() -> None:

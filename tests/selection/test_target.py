@@ -104,6 +104,7 @@ def test_a_uniform_hazard_spectrum_of_openquake_is_read() -> None:
         ("T,sa_g\n1,1\n2,1\n", ":1: columns T, sa_g. Must be period_s, sa_g or mean_ln_sa_g"),
         ("period_s,sa_g\n1,0.4\n", ": 1 periods. Must be two or more."),
         ("period_s,sa_g\n1,0.4\n0.5,0.4\n", ":3: period_s 0.5 after 1. Must increase."),
+        ("period_s,sa_g\n1,0.4\n1,0.3\n", ":3: period_s 1 after 1. Must increase."),
         ("period_s,sa_g\n0,0.4\n1,0.4\n", ":2: period_s 0. Must be above 0."),
         ("period_s,sa_g\n1,392\n2,0.4\n", ":2: sa_g 392. Must be above 0 and at most 50, in g."),
         ("period_s,mean_ln_sa_g\n1,6\n2,0\n", ":2: mean_ln_sa_g 6. Must be at most 3.91, of g."),

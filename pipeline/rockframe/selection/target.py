@@ -104,8 +104,7 @@ def correlation(one: ArrayLike, other: ArrayLike) -> Float:
     long = 1.0 - np.cos(0.5 * np.pi - 0.366 * np.log(high / np.maximum(low, 0.109)))
     fall = 1.0 - 1.0 / (1.0 + np.exp(100.0 * np.minimum(high, 0.2) - 5.0))
     short = 1.0 - 0.105 * fall * (high - low) / (high - 0.0099)
-    third = np.where(high < 0.109, short, long)
-    mixed = long + 0.5 * (np.sqrt(third) - third) * (1.0 + np.cos(np.pi * low / 0.109))
+    mixed = long + 0.5 * (np.sqrt(long) - long) * (1.0 + np.cos(np.pi * low / 0.109))
     found = np.where(high < 0.2, np.minimum(short, mixed), mixed)
     return np.asarray(np.where(high <= 0.109, short, np.where(low > 0.109, long, found)))
 

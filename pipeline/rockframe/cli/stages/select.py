@@ -97,7 +97,7 @@ def _show(found: Selection, files: list[Path]) -> None:
         console.column("station", "station"),
         console.column("M>", "magnitude", ".1f"),
         console.column("Repi [km]>", "epicentral_distance_km", ".0f"),
-        console.column("factor>", "scale", ".3f"),
+        console.column("scale>", "scale", ".3f"),
         console.column("PGA [g]>", "pga_g", ".3f"),
         console.column("PGV [m/s]>", "pgv_m_s", ".3f"),
         console.column("misfit>", "misfit", ".2f"),
