@@ -76,12 +76,21 @@ def test_a_conditional_set_is_within_the_tolerance_of_cs_selection(seed: int) ->
 
 
 def test_a_set_with_an_unconditional_spread_is_within_the_tolerance() -> None:
-    """Motions scaled to one level have too little spread at any period: levels vary."""
+    """No motion is chosen twice, although each may be scaled to several levels."""
     aim = target()
     candidates = scaled_to_fit(library(200), aim, BOUNDS)
     chosen = choose(candidates, aim, 30)
     assert max(largest_errors(candidates.log_sa[chosen], aim)) < 0.10
     assert len(set(candidates.motion[chosen])) == 30
+
+
+def test_motions_of_the_shape_of_the_target_get_its_spread() -> None:
+    """By least squares alone they would all be scaled to the target itself, and not scatter."""
+    aim = TargetSpectrum(PERIODS, mean(), 0.36 * correlation(PERIODS, PERIODS), "")
+    records = mean() + np.linspace(-1.0, 0.5, 20)[:, None]
+    candidates = scaled_to_fit(records, aim, (0.05, 20.0))
+    chosen = choose(candidates, aim, 11)
+    assert max(largest_errors(candidates.log_sa[chosen], aim)) < 0.10
 
 
 def test_without_a_spread_the_nearest_motions_are_chosen() -> None:
