@@ -48,7 +48,7 @@ ingest {record} --output records.nc
 select records.nc --target target.csv --motions 1 --output selected.nc
 pulse records.nc --surrogates 0 --output pulses.nc
 respond records.nc --structure bridge-bent --ensemble-members 16 --output response.nc
-screen records.nc --structure bridge-bent --margins none --output screen.nc
+screen records.nc --margins none --pooled --measures cav --output screen.nc
 compare records.nc --structures bridge.toml --output compare.nc
 spectrum --wavelet symmetric_ricker --slenderness-degree 14 --frequency-ratio 3 --output spectrum.nc
 spectrum --records records.nc --column-period-s 4 --slenderness-degree 14 --output r.nc

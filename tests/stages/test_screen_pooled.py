@@ -163,10 +163,10 @@ def test_the_pooled_fragility_is_read_and_drawn_as_that_of_one_structure(screene
     together = pooled_fits(read_screening(screened))
     assert together is not None
     (said,) = screen_summary(together)
-    assert said["structure"] == "3 structures together"
+    assert said["structure"] == "one of 3 structures"
     assert {fit["measure"] for fit in said["fragility"]} == {*POOLED}
     *_, (name, what, drawn) = screening_figures(screened, 1)
-    assert (name, what) == ("fragility-pooled", "3 structures together")
+    assert (name, what) == ("fragility-pooled", "one of 3 structures")
     assert "p PGV/(g tan α): half overturn at" in drawn.caption
 
 

@@ -26,9 +26,12 @@ if TYPE_CHECKING:
 FILTERS: Final = "filters (records outside the range are listed as filtered out)"
 
 
-def add_reading(parser: argparse.ArgumentParser, *, processes: bool = True) -> None:
-    """Add the options of reading record files."""
-    add_options(parser, IngestOptions, title="reading record files")
+def add_reading(
+    parser: argparse.ArgumentParser, *, processes: bool = True, spectra: bool = False
+) -> None:
+    """Add the options of reading record files; with `spectra`, also of spectra in records.nc."""
+    without = () if spectra else ("spectral_periods_s",)
+    add_options(parser, IngestOptions, title="reading record files", without=without)
     if processes:
         add_options(parser, ReadingOptions, title="reading record files")
 

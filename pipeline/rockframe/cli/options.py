@@ -7,7 +7,7 @@ import contextlib
 import itertools
 import re
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, get_args, get_origin
 
@@ -42,15 +42,18 @@ def add_options(
     title: str = "",
     prefix: str = "",
     required: bool = True,
+    without: Collection[str] = (),
 ) -> None:
     """Add an option ``--field-name`` for each field of a model, with its help and default.
 
     Fields without a default are required options. If `required` is false, argparse does not check
-    this, and `chosen` reports a missing value.
+    this, and `chosen` reports a missing value. Fields in `without` get no option.
     """
     group = parser.add_argument_group(title) if title else parser
     for name, field in model.model_fields.items():
         if flag(prefix + name) in parser._option_string_actions:  # added by another model  # noqa: SLF001
+            continue
+        if name in without:
             continue
         within = options_within(field.annotation)
         if within is not None:

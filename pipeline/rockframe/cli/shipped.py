@@ -61,7 +61,7 @@ def add_table1(parser: argparse.ArgumentParser) -> None:
     arguments.add_structures(parser, one=False)
     add_options(parser, RespondOptions)
     add_options(parser, PulseOptions, title="pulses")
-    arguments.add_reading(parser)
+    arguments.add_reading(parser, spectra=True)
 
 
 def run_table1(options: argparse.Namespace) -> int:

@@ -217,9 +217,9 @@ class ScreenOptions(Options):
     spectral_periods_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5, 1.0)])] = None
     """Periods of spectral accelerations, 5 % damped, as further measures of intensity [s]."""
     measures: Annotated[FurtherMeasures | None, Field(examples=[("cav", "pgv_rotd50")])] = None
-    """Further measures of intensity: the cumulative absolute velocity, the Arias intensity, the
-    Housner intensity, and RotD50 and RotD100 of both horizontals, where sa_rotd50 and sa_rotd100
-    are those at spectral_periods_s."""
+    """Further measures of intensity: cav (the cumulative absolute velocity), arias_intensity,
+    housner_intensity, and RotD50 and RotD100 of both horizontals, pga_rotd50, pga_rotd100,
+    pgv_rotd50, pgv_rotd100, and sa_rotd50 and sa_rotd100 at spectral_periods_s."""
     limit_rotation_ratio: Annotated[PositiveNumbers | None, Field(examples=[(0.25, 0.5)])] = None
     """Limits of theta/alpha: damage states that get fragilities and rates in addition to
     overturning."""

@@ -325,7 +325,7 @@ def pooled_fits(screening: xr.Dataset) -> xr.Dataset | None:
 
 
 def _pooled_name(screening: xr.Dataset) -> str:
-    return f"{int(screening['pooled'].sum())} structures together"
+    return f"one of {int(screening['pooled'].sum())} structures"
 
 
 def pooled_summary(screening: xr.Dataset) -> dict[str, Any]:
@@ -341,6 +341,7 @@ def pooled_summary(screening: xr.Dataset) -> dict[str, Any]:
     if together is None:
         return {}
     (said,) = screen_summary(together)
+    del said["structure"]
     likelihood = together.squeeze("structure")["log_likelihood"]
     for fit in said["fragility"]:
         at = {"limit_state": fit["limit_state"]}
