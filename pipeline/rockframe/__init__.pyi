@@ -56,7 +56,9 @@ from .parts import hollow as hollow
 from .parts import inertia_ratio_of as inertia_ratio_of
 from .parts import tapered as tapered
 from .record import Orientation as Orientation
+from .record import Part as Part
 from .record import Record as Record
+from .record import in_sequence as in_sequence
 from .results.records import open_records as open_records
 from .results.records import read_records as read_records
 from .results.response import open_response as open_response
@@ -105,6 +107,7 @@ from .rocking import restoring_moment as restoring_moment
 from .rocking import robust_margins as robust_margins
 from .rocking import rocking_spectrum as rocking_spectrum
 from .rocking import trajectory as trajectory
+from .rocking import with_parts as with_parts
 from .rocking.response import RestraintResponse as RestraintResponse
 from .signals.measures import spectral_acceleration as spectral_acceleration
 from .signals.passport import Passport as Passport

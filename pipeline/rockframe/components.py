@@ -7,7 +7,6 @@ from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from hashlib import sha256
 from typing import Final
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.outcome import InputOutcome
-from rockframe.record import LONGEST_ID, Orientation, Record
+from rockframe.record import LONGEST_ID, Orientation, Record, within_length
 from rockframe.signals.measures import oscillator_peak, oscillator_response
 
 Float = NDArray[np.float64]
@@ -350,7 +349,7 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
     same_file = one.source_sha256 == other.source_sha256
     return replace(
         one,
-        record_id=_within_length(one.record_id, LONGEST_ID - len(end)) + end,
+        record_id=within_length(one.record_id, LONGEST_ID - len(end)) + end,
         acceleration=pair.toward([azimuth])[0],
         component=f"{azimuth:g}",
         orientation=Orientation.HORIZONTAL,
@@ -364,14 +363,6 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
         processing=(*one.processing, step),
         trusted=tuple(dict.fromkeys((*one.trusted, *other.trusted))),
     )
-
-
-def _within_length(name: str, longest: int) -> str:
-    """Return the name, shortened if necessary and then made unique by a hash."""
-    if len(name) <= longest:
-        return name
-    mark = f"-{sha256(name.encode()).hexdigest()[:8]}"
-    return name[: longest - len(mark)] + mark
 
 
 def fault_components(pair: HorizontalPair, strike: float) -> tuple[Record, Record]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from hashlib import sha256
@@ -91,6 +92,37 @@ class SiteType(IntEnum):
         return cls[words.upper().replace("-", "_")]
 
 
+@dataclass(frozen=True)
+class Part:
+    """One motion of a sequence.
+
+    Parameters
+    ----------
+    record_id : str
+        Identifier of its record.
+    start, end : float
+        Times of its first and last sample in the sequence [s].
+
+    Examples
+    --------
+    >>> str(Part("main", 0.0, 39.995)), Part.of("main 0 39.995").end
+    ('main 0 39.995', 39.995)
+    """
+
+    record_id: str
+    start: float
+    end: float
+
+    def __str__(self) -> str:
+        return f"{self.record_id} {self.start:.12g} {self.end:.12g}"
+
+    @classmethod
+    def of(cls, text: str) -> Part:
+        """Return the motion that is stated as identifier, start and end."""
+        name, start, end = text.split()
+        return cls(name, float(start), float(end))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record(Shown):
     """One component of ground acceleration, evenly sampled. Unknown values are NaN or empty.
@@ -143,6 +175,8 @@ class Record(Shown):
         Processing steps, in order.
     trusted : tuple of str
         Contradictions in the file that the user settled: the trusted word, and both statements.
+    parts : tuple of Part
+        Motions of a sequence, see `in_sequence`; empty for other records.
 
     Raises
     ------
@@ -187,6 +221,7 @@ class Record(Shown):
     filter_high: float = math.nan
     processing: tuple[str, ...] = ()
     trusted: tuple[str, ...] = ()
+    parts: tuple[Part, ...] = ()
 
     def __post_init__(self) -> None:
         if not is_record_id(self.record_id):
@@ -278,3 +313,141 @@ class Record(Shown):
         """SHA-256 of time step and samples; identifies the input of a computation."""
         step = np.array([self.time_step], dtype="<f8")
         return sha256(step.tobytes() + self.acceleration.astype("<f8").tobytes()).hexdigest()
+
+
+def within_length(name: str, longest: int = LONGEST_ID) -> str:
+    """Return the name, shortened if necessary and then made unique by a hash."""
+    if len(name) <= longest:
+        return name
+    mark = f"-{sha256(name.encode()).hexdigest()[:8]}"
+    return name[: longest - len(mark)] + mark
+
+
+#: Relative tolerance between time steps.
+_SAME_STEP: Final = 1e-9
+#: Values that a sequence takes from its strongest motion.
+_OF_STRONGEST: Final = (
+    *("magnitude", "epicentral_distance", "distance_rrup", "distance_rjb", "distance_hypocentral"),
+    *("mechanism", "vs30", "lowest_usable_frequency", "archive_pulse_period"),
+)
+#: Values that a sequence has if they are the same for all of its motions.
+_COMMON: Final = (
+    "station",
+    "network",
+    "component",
+    "source_format",
+    "source_sha256",
+)
+
+
+def in_sequence(records: Sequence[Record], rest: float) -> Record:
+    """Return a mainshock and its aftershocks as one record: motions with still ground between them.
+
+    A frame that responds to it comes to rest between the motions, and keeps what it cannot undo:
+    the stretch of its dissipaters and the lost prestress of its tendons. The samples are joined by
+    straight lines, also from the last sample of a motion to the still ground.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        Components in one direction, in the order in which they shake the frame. The sequence of one
+        record is the record itself.
+    rest : float
+        Time from the last sample of a motion to the first of the next one [s], rounded up to whole
+        time steps. A frame must come to rest within it, which `with_parts` checks; 120 s are enough
+        for most.
+
+    Returns
+    -------
+    Record
+        With the shortest time step of the records, and their times in `parts`. Magnitude, distances
+        and the like are those of the strongest motion.
+
+    Raises
+    ------
+    ParameterError
+        If there is no record, if the rest is not positive and finite, if one record is vertical and
+        another is not, or if a time step is no multiple of the shortest one.
+
+    Examples
+    --------
+    >>> main, after = (Record(record_id=name, acceleration=[0.0, 2.0, 0.0], time_step=0.5)
+    ...                for name in ("main", "after"))
+    >>> both = in_sequence([main, after], rest=1.0)
+    >>> both.record_id, both.acceleration.tolist()
+    ('main-then-after', [0.0, 2.0, 0.0, 0.0, 0.0, 2.0, 0.0])
+    >>> [str(part) for part in both.parts]
+    ['main 0 1', 'after 2 3']
+    """
+    if not records:
+        raise ParameterError("A sequence of no records. Must be one or more.")
+    if not (math.isfinite(rest) and rest > 0.0):
+        raise ParameterError(f"Invalid rest {rest!r} s. Must be positive and finite.")
+    if len(records) == 1:
+        return records[0]
+    if len({record.orientation.upright for record in records}) > 1:
+        raise ParameterError("A sequence of horizontal and vertical records. Must be of one kind.")
+    step = min(record.time_step for record in records)
+    still = np.zeros(max(math.ceil(rest / step * (1.0 - _SAME_STEP)) - 1, 0))
+    parts: list[Part] = []
+    pieces: list[NDArray[np.float64]] = []
+    count = 0
+    for record in records:
+        if pieces:
+            pieces.append(still)
+            count += still.size
+        known = record.parts or (Part(record.record_id, 0.0, record.duration),)
+        parts += [Part(p.record_id, p.start + count * step, p.end + count * step) for p in known]
+        pieces.append(_refined(record, step))
+        count += pieces[-1].size
+    return _joined(records, np.concatenate(pieces), step, tuple(parts), rest)
+
+
+def _refined(record: Record, step: float) -> NDArray[np.float64]:
+    """Return samples at a shorter time step, on the straight lines between those of the record."""
+    ratio = record.time_step / step
+    pieces = round(ratio)
+    if not math.isclose(ratio, pieces, rel_tol=_SAME_STEP):
+        raise ParameterError(
+            f"Time step {record.time_step:g} s of record {record.record_id!r}. Must be a multiple "
+            f"of the shortest one of the sequence, {step:g} s."
+        )
+    if pieces == 1:
+        return record.acceleration
+    places = np.arange((record.acceleration.size - 1) * pieces + 1) / pieces
+    return np.interp(places, np.arange(record.acceleration.size), record.acceleration)
+
+
+def _joined(
+    records: Sequence[Record],
+    samples: NDArray[np.float64],
+    step: float,
+    parts: tuple[Part, ...],
+    rest: float,
+) -> Record:
+    strongest = max(records, key=lambda record: record.pga)
+    values = {name: getattr(strongest, name) for name in _OF_STRONGEST}
+    for name in _COMMON:
+        found = {getattr(record, name) for record in records}
+        values[name] = found.pop() if len(found) == 1 else ""
+    azimuths = {record.azimuth for record in records}
+    directions = {record.orientation for record in records}
+    sites = {record.site_type for record in records}
+    names = [record.record_id for record in records]
+    return Record(
+        record_id=within_length("-then-".join(names)),
+        acceleration=samples,
+        time_step=step,
+        uncorrected=any(record.uncorrected for record in records),
+        orientation=directions.pop() if len(directions) == 1 else Orientation.UNSTATED,
+        azimuth=azimuths.pop() if len(azimuths) == 1 else math.nan,
+        site_type=sites.pop() if len(sites) == 1 else SiteType.UNKNOWN,
+        event=", then ".join(dict.fromkeys(filter(None, (record.event for record in records)))),
+        filter_low=float(np.fmax.reduce([record.filter_low for record in records])),
+        filter_high=float(np.fmin.reduce([record.filter_high for record in records])),
+        processing=(f"sequence: {', then '.join(names)}, with {rest:g} s of rest between them",),
+        source_file=" ".join(dict.fromkeys(record.source_file for record in records)),
+        trusted=tuple(dict.fromkeys(note for record in records for note in record.trusted)),
+        parts=parts,
+        **values,
+    )

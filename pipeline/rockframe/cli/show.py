@@ -81,6 +81,7 @@ def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
     ]
     screen, figure = run.folder / "screen.nc", Path("figures") / f"{name}.png"
     rejected = left_out_of(run.folder).items()
+    motions = _motions(run.folder / "response.nc", name)
     study = run.manifest["parameters"].get("study", {})
     return {
         "record_id": name,
@@ -95,10 +96,23 @@ def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
             for record, structure in run.pairs
             if record == name
         },
+        **({"motions": motions} if motions else {}),
         "screening": screening_of(screen, name) if name and screen.is_file() else [],
         "left_out": {stage: reasons[name] for stage, reasons in rejected if name in reasons},
         "figure": figure.as_posix() if name and (run.folder / figure).is_file() else "",
     }
+
+
+def _motions(path: Path, name: str) -> list[Mapping[str, Any]]:
+    """Return the rows of the motions of a record that is a sequence; empty for other records."""
+    from rockframe.results.reading import opened
+    from rockframe.results.schema import RESPONSE
+    from rockframe.results.tables.table import part_rows
+
+    if not path.is_file():
+        return []
+    with opened(path, RESPONSE) as response:
+        return [row for row in part_rows(response) if row["record_id"] == name]
 
 
 def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
@@ -123,6 +137,10 @@ def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None
             print(f"  {label:<10} {text}".rstrip())
     if rows:
         console.show_rows("", response_columns(rows[0], {}), rows)
+    if motions := history.get("motions"):
+        from rockframe.results.tables.table import part_columns
+
+        console.show_rows("Motions of the sequence", part_columns(motions), motions)
     if history["screening"]:
         _show_screening(history["screening"])
 

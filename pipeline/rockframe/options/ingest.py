@@ -14,6 +14,7 @@ from rockframe.options.model import (
     Bounds,
     File,
     Finite,
+    Motions,
     Options,
     Positive,
     PositiveNumbers,
@@ -217,6 +218,11 @@ class IngestOptions(Options):
     folder."""
     limits: Annotated[File | None, Field(examples=["limits.toml"])] = None
     """TOML file with a [passport] table: limits of the checks of each record."""
+    sequence: Annotated[Motions | None, Field(examples=[("main", "aftershock")])] = None
+    """Records that follow one another, such as a mainshock and its aftershocks: one more motion, in
+    which each structure comes to rest between them and keeps its damage."""
+    rest_s: Positive = 120.0
+    """Time from the end of one motion of the sequence to the start of the next one [s]."""
     strict: bool = False
     """Stop at the first rejected file, and write nothing."""
     azimuth_degree: Annotated[Azimuth | None, Field(examples=[30.0])] = None
@@ -234,6 +240,12 @@ class IngestOptions(Options):
     def _one_rotation(self) -> Self:
         if self.azimuth_degree is not None and self.strike_degree is not None:
             raise rule("azimuth_degree and strike_degree both stated. State only one of them")
+        return self
+
+    @model_validator(mode="after")
+    def _sequence_or_selection(self) -> Self:
+        if self.sequence is not None and self.selection is not None:
+            raise rule("sequence and selection both stated, which has factors of single records")
         return self
 
     @property

@@ -146,6 +146,8 @@ def explain(error: ErrorDetails, named: Callable[[str], str]) -> str:
 def must_be(error: ErrorDetails) -> str:
     """Return what is allowed in place of an invalid value."""
     kind, context = error["type"], error.get("ctx", {})
+    if kind == "too_short" and context["min_length"] > 1:
+        return f"a list of {context['min_length']} or more"
     if kind == "literal_error":
         return str(context["expected"]).replace("'", "")
     if kind == "greater_than":
@@ -383,6 +385,8 @@ Sites = Annotated[
     BeforeValidator(lambda stated: (stated,) if isinstance(stated, str) else stated),
     AfterValidator(_unique),
 ]
+#: Records that follow one another, at least two.
+Motions = Annotated[tuple[str, ...], Field(strict=False, min_length=2)]
 #: At least one word for contradictions, none twice; a single word may be stated without a list.
 Trust = Annotated[
     tuple[Trusted, ...],

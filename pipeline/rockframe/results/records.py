@@ -23,7 +23,7 @@ from rockframe.components import (
 )
 from rockframe.components import rotd as rotd_of
 from rockframe.errors import InputError, ParameterError, require_known
-from rockframe.record import Orientation, Record
+from rockframe.record import Orientation, Part, Record
 from rockframe.results.reading import damage_named, opened
 from rockframe.results.schema import RECORDS
 from rockframe.results.schema.records import RECORDS_NC
@@ -235,6 +235,7 @@ def _row(
         **RECORDS_NC.filled("record", record),
         "processing": "; ".join(record.processing),
         "trusted": "; ".join(record.trusted),
+        "parts": "; ".join(map(str, record.parts)),
     }
     if passport is not None:
         known |= RECORDS_NC.filled("measures", passport.measures)
@@ -250,10 +251,12 @@ def _row(
 def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
     """Return the record of these values by variable."""
     steps, trusted = str(values["processing"]), str(values.get("trusted", ""))
+    parts = str(values.get("parts", ""))
     return Record(
         acceleration=samples,
         processing=tuple(steps.split("; ")) if steps else (),
         trusted=tuple(trusted.split("; ")) if trusted else (),
+        parts=tuple(map(Part.of, parts.split("; "))) if parts else (),
         **{one.name: one.dtype(values[one.name]) for one in _FIELDS},
     )
 
@@ -315,6 +318,14 @@ class RecordsFile:
     def names(self) -> list[str]:
         """Identifiers of the records."""
         return [str(name) for name in self._values_of["record_id"].values]
+
+    @property
+    def most_parts(self) -> int:
+        """Largest number of motions of a sequence in the file; 0 without sequences."""
+        if "parts" not in self._values_of:
+            return 0
+        stated = map(str, self._values_of["parts"].values)
+        return max((len(text.split("; ")) for text in stated if text), default=0)
 
     @property
     def orientations(self) -> list[Orientation]:

@@ -39,7 +39,13 @@ from rockframe.results.tables.rows import (
     rows_along,
 )
 from rockframe.results.writing import Origin, slices, write_rows
-from rockframe.rocking import EnsembleResponse, Margin, ToPulse, correlation_by_chance
+from rockframe.rocking import (
+    EnsembleResponse,
+    Margin,
+    PartResponse,
+    ToPulse,
+    correlation_by_chance,
+)
 from rockframe.rocking.response import Response
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum
@@ -51,7 +57,7 @@ _ENVELOPES: Final = tuple(one.name for one in ENVELOPES)
 #: Optional parts of a response.
 _PARTS: Final = (
     *("to_pulse", "margin", "ensemble", "contact", "restraint"),
-    *("forces", "force_bands"),
+    *("forces", "force_bands", "parts"),
 )
 
 
@@ -61,6 +67,7 @@ def write_responses(
     path: Path,
     *,
     batch: str = "",
+    motions: int = 0,
     **origin: Unpack[Origin],
 ) -> xr.Dataset:
     """Write the output of the respond stage, complete or not at all; one record is in memory at a
@@ -79,6 +86,8 @@ def write_responses(
         The file to write; an older file is replaced.
     batch : str
         The batch of the records, ``2/3``; empty for all records.
+    motions : int
+        Largest number of motions of a sequence; 0 without sequences.
     **origin
         Keywords of `Origin`. If the parameter ``pulses`` is true, the file includes the responses
         to the pulses alone.
@@ -91,7 +100,7 @@ def write_responses(
     names = _HISTORIES + (_ENVELOPES if _has_envelopes(origin["parameters"]) else ())
     rows = ((_histories(responses, names), _values(name, responses)) for name, responses in answers)
     pulses = bool(origin["parameters"].get("pulses"))
-    complete = partial(_complete, frames=frames, pulses=pulses)
+    complete = partial(_complete, frames=frames, pulses=pulses, motions=motions)
     return write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
 
 
@@ -126,7 +135,10 @@ def _histories(
 
 
 def _complete(
-    columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame], pulses: bool
+    columns: Mapping[str, list[Any]],
+    frames: Sequence[RockingFrame],
+    pulses: bool,
+    motions: int,
 ) -> dict[str, Any]:
     """Return the values of all variables except the histories."""
     values = {name: column for name, column in columns.items() if name not in _PARTS}
@@ -147,9 +159,22 @@ def _complete(
     for part in ("contact", "forces", "force_bands"):
         if all(one is not None for row in columns[part] for one in row):
             values |= RESPONSE_NC.filled(part, columns[part])
+    if motions:
+        values |= _part_values(columns["parts"], motions)
     if any(frame.restrained for frame in frames):
         values |= RESPONSE_NC.filled("restraint", columns["restraint"])
     return values
+
+
+def _part_values(rows: Sequence[Sequence[Sequence[PartResponse]]], motions: int) -> dict[str, Any]:
+    """Return the values of the motions of sequences; NaN beyond those of a record."""
+    shape = len(rows), len(rows[0]), motions
+    found = {name: np.full(shape, np.nan) for name in RESPONSE_NC.filled("part", None)}
+    for i, k in np.ndindex(*shape[:2]):
+        for j, part in enumerate(rows[i][k]):
+            for name, value in RESPONSE_NC.filled("part", part).items():
+                found[name][i, k, j] = value
+    return {"parts": ["; ".join(str(one.part) for one in row[0]) for row in rows], **found}
 
 
 def _sensitivity(rows: Sequence[Sequence[EnsembleResponse]]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from .assessments import EnsembleResponse as EnsembleResponse
 from .assessments import FirstOverturning as FirstOverturning
 from .assessments import JointForces as JointForces
 from .assessments import Margin as Margin
+from .assessments import PartResponse as PartResponse
 from .assessments import RobustMargin as RobustMargin
 from .assessments import share_interval as share_interval
 from .batch import Peaks as Peaks
@@ -26,6 +27,9 @@ from .design import smallest as smallest
 from .excitation import GroundAcceleration as GroundAcceleration
 from .histories import NEAR as NEAR
 from .histories import Histories as Histories
+from .histories import not_at_rest as not_at_rest
+from .histories import part_responses as part_responses
+from .histories import with_parts as with_parts
 from .margins.ensemble import MemberPeaks as MemberPeaks
 from .margins.ensemble import ensemble_responses as ensemble_responses
 from .margins.ensemble import member_peaks as member_peaks

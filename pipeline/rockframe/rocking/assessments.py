@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Generic, TypeAlias, TypeVar
 
 from rockframe.notebook import Shown
+from rockframe.record import Part
 from rockframe.rocking.verdict import ModelEnd, Strip, strip_of
 
 if TYPE_CHECKING:
@@ -39,6 +40,31 @@ class ContactDemand:
     least_base_vertical: float
     least_top_vertical: float
     least_spacing: float
+
+
+@dataclass(frozen=True)
+class PartResponse:
+    """Response to one motion of a sequence; NaN if the frame overturns before it.
+
+    Parameters
+    ----------
+    part : Part
+        The motion: its record, and its times in the sequence.
+    start_rotation_ratio : float
+        |theta| / alpha of the frame when the motion begins [1]; 0 at rest.
+    peak_rotation_ratio, peak_u : float
+        Largest |theta| / alpha [1] and |u| [m] until the next motion begins.
+    tendon_force, dissipater_force : float
+        Forces of a tendon, and of the dissipaters across one joint, when the motion begins [N]:
+        what earlier motions left; NaN without them.
+    """
+
+    part: Part
+    start_rotation_ratio: float
+    peak_rotation_ratio: float
+    peak_u: float
+    tendon_force: float
+    dissipater_force: float
 
 
 #: A number, or the quantiles of an ensemble.

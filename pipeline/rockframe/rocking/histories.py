@@ -1,7 +1,10 @@
-"""Selection of the histories that are stored."""
+"""Histories: which are stored, and the response to each motion of a sequence."""
 
 from __future__ import annotations
 
+import math
+import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
 from typing import Final
@@ -9,6 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.errors import RockframeWarning
+from rockframe.record import Part
+from rockframe.rocking.assessments import PartResponse
 from rockframe.rocking.response import Response
 from rockframe.rocking.verdict import Verdict
 
@@ -67,3 +73,96 @@ class Histories(StrEnum):
         if self is Histories.SELECTED:
             return ~np.isin(verdict, _DECIDED) | (ratio >= NEAR)
         return np.full(verdict.shape, self is Histories.ALL)
+
+
+def with_parts(response: Response, parts: Sequence[Part]) -> Response:
+    """Add the response to each motion of a sequence.
+
+    A frame that does not rest when a motion begins causes a `RockframeWarning`.
+
+    Parameters
+    ----------
+    response : Response
+        Response of a frame to a sequence, with its histories.
+    parts : sequence of Part
+        The motions: `parts` of the record.
+
+    Examples
+    --------
+    >>> from rockframe import Pulse, Record, RockingFrame, in_sequence, respond
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5, time=5.0)
+    >>> motion = Record(
+    ...     record_id="main", acceleration=pulse.acceleration(0.01 * np.arange(999)), time_step=0.01
+    ... )
+    >>> both = in_sequence([motion, motion.scaled(0.8)], rest=120.0)
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> done = with_parts(respond(bent, both), both.parts)
+    >>> [round(one.peak_rotation_ratio, 3) for one in done.parts]
+    [0.651, 0.299]
+    """
+    found = part_responses(response, parts)
+    for one in found:
+        if one.start_rotation_ratio > 0.0:
+            words = not_at_rest(response.frame.name, one.part, one.start_rotation_ratio)
+            warnings.warn(words, RockframeWarning, stacklevel=2)
+    return replace(response, parts=found)
+
+
+def not_at_rest(structure: str, part: Part, ratio: float) -> str:
+    """Return the warning that a frame does not rest when a motion of a sequence begins.
+
+    Examples
+    --------
+    >>> not_at_rest("bent", Part("after", 160.0, 200.0), 0.0123)[:66]
+    "structure 'bent' does not rest when motion 'after' begins at 160 s"
+    """
+    begins = f"structure {structure!r} does not rest when motion {part.record_id!r} begins at "
+    begins += f"{part.start:g} s: |theta| is {ratio:.3g} of its slenderness."
+    return f"{begins} State a longer rest, unless its dissipaters keep the joints open."
+
+
+def part_responses(response: Response, parts: Sequence[Part]) -> tuple[PartResponse, ...]:
+    """Return the response to each motion of a sequence, without warnings; see `with_parts`."""
+    nodes = [int(np.searchsorted(response.time, part.start - 1e-9 * part.end)) for part in parts]
+    ends = [*nodes[1:], response.time.size - 1]
+    rows = zip(parts, nodes, ends, strict=True)
+    return tuple(_of_part(response, *row) for row in rows)
+
+
+def _of_part(response: Response, part: Part, first: int, last: int) -> PartResponse:
+    frame, restraint = response.frame, response.restraint
+    peak = _peak(response, first, last)
+    return PartResponse(
+        part,
+        start_rotation_ratio=abs(float(response.theta[first])) / frame.slenderness,
+        peak_rotation_ratio=peak / frame.slenderness,
+        peak_u=abs(float(frame.horizontal_displacement(peak))),
+        tendon_force=float(restraint.tendon_force[first]) if restraint else math.nan,
+        dissipater_force=float(restraint.dissipater_force[first]) if restraint else math.nan,
+    )
+
+
+def _peak(response: Response, first: int, last: int) -> float:
+    """Return the largest |theta| between two nodes [rad]; NaN if the frame overturned before."""
+    time, theta = response.time, np.abs(response.theta[first : last + 1])
+    if math.isnan(theta[0]):
+        return math.nan
+    is_last, when = last == time.size - 1, response.peak_time
+    after = is_last and math.isnan(when)
+    if after or time[first] <= when <= (math.inf if is_last else time[last]):
+        return response.peak_rotation
+    k = int(np.nanargmax(theta))
+    near = [_between(response, first + j) for j in (k - 1, k) if 0 <= j < last - first]
+    return min(max([float(theta[k]), *near]), response.peak_rotation)
+
+
+def _between(response: Response, node: int) -> float:
+    """Return the largest |theta| between a node and the next one, on the Hermite cubic [rad]."""
+    pair = slice(node, node + 2)
+    step = float(response.time[node + 1] - response.time[node])
+    (a, end), (b, slope) = response.theta[pair], step * response.omega[pair]
+    c, d = 3.0 * (end - a) - 2.0 * b - slope, 2.0 * (a - end) + b + slope
+    path = np.polynomial.Polynomial([a, b, c, d])
+    turns = path.deriv().roots()
+    within = turns[(np.abs(turns.imag) == 0.0) & (turns.real > 0.0) & (turns.real < 1.0)].real
+    return float(np.abs(path(within)).max(initial=0.0))

@@ -21,6 +21,7 @@ from rockframe.rocking.assessments import (
     EnsembleResponse,
     JointForces,
     Margin,
+    PartResponse,
 )
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel, ties
@@ -243,6 +244,8 @@ class Response(Shown):
     lift_exceeded_time : float
         Time at which the deck's lift first exceeds the allowance of the abutment [s]; NaN if never
         during the motion, or without an abutment.
+    parts : tuple of PartResponse
+        Responses to the motions of a sequence, if `with_parts` added them.
     """
 
     frame: RockingFrame
@@ -269,6 +272,7 @@ class Response(Shown):
     gap_closed_time: float = math.nan
     closing_velocity: float = math.nan
     lift_exceeded_time: float = math.nan
+    parts: tuple[PartResponse, ...] = ()
 
     def facts(self) -> dict[str, str]:
         """Return verdict and peaks, for the table in notebooks."""

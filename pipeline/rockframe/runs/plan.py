@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.cells import write_rows
-from rockframe.errors import InputError
+from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import folder_names, is_catalogue, printable, read_catalogue
 from rockframe.options import STAGES, STRUCTURES, Stage
 from rockframe.options.model import Options
@@ -150,6 +150,12 @@ def steps_of(study: Study, files: int) -> list[Step]:
         Number of record files of the study.
     """
     batches = min(_MOST_BATCHES, -(-files // study.tables.batches.records))
+    table = study.tables.records
+    if batches > 1 and table is not None and table.sequence:
+        raise ParameterError(
+            f"a sequence needs all {files} record files in one batch. State [batches] records of "
+            f"{files} or more."
+        )
     options = {name: study.options(name) for name in ("records", "filters", *STAGES)}
     steps = computing_steps(options, study.records, batches)
     if study.records:

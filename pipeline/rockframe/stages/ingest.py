@@ -13,7 +13,7 @@ from pathlib import Path
 from rockframe.cells import TABLE_FORMATS
 from rockframe.components import HorizontalPair, pair_horizontals, rotate
 from rockframe.engines.pool import Limits
-from rockframe.errors import InputError
+from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import (
     ReadOptions,
     Source,
@@ -26,7 +26,7 @@ from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting, sha256_of
-from rockframe.record import Record
+from rockframe.record import Record, in_sequence
 from rockframe.results.records import RecordsFile, open_records, write_records
 from rockframe.results.tables.entries import refuse_strange_entries
 from rockframe.results.writing import require_ending
@@ -199,8 +199,9 @@ def ingest_stage(
         ) as readings,
         _place(output, rotated=bool(azimuths)) as place,
     ):
+        read = inspected(readings, options, checks)
         inputs, made = write_records(
-            acceptance.passed(inspected(readings, options, checks)),
+            acceptance.passed(_and_sequence(read, None if azimuths else options, checks)),
             place,
             input_sha256={name: sha256_of(path) for name, path in stated.items()},
             parameters=parameters,
@@ -209,8 +210,9 @@ def ingest_stage(
         if azimuths:
             outcomes, acceptance = acceptance.outcomes, accepting(filters)
             with open_records(place) as recorded:
+                toward = rotated(recorded, outcomes, azimuths, checks)
                 _, made = write_records(
-                    acceptance.passed(rotated(recorded, outcomes, azimuths, checks)),
+                    acceptance.passed(_and_sequence(toward, options, checks)),
                     output,
                     input_sha256=inputs,
                     parameters=parameters,
@@ -229,6 +231,32 @@ def _factors(selection: Path | None) -> dict[str, float] | None:
     from rockframe.stages.select import read_selection  # few runs state a selection
 
     return read_selection(selection)
+
+
+def _and_sequence(
+    inputs: Iterable[Inspected], options: IngestOptions | None, limits: PassportLimits
+) -> Iterator[Inspected]:
+    """Yield the inputs, then the sequence of their records that the options state, if any."""
+    wanted = options.sequence if options else None
+    held: dict[str, tuple[Record, InputOutcome]] = {}
+    known = []
+    for record, outcome, as_read in inputs:
+        if record is not None and outcome.status == "accepted":
+            known.append(record.record_id)
+            if wanted and record.record_id in wanted:
+                held[record.record_id] = record, outcome
+        yield record, outcome, as_read
+    if not wanted or options is None:
+        return
+    for name in wanted:
+        if name not in held:
+            listed = ", ".join(known)
+            raise ParameterError(
+                f"Invalid record {name!r} of the sequence. Must be one of those accepted: {listed}."
+            )
+    joined = in_sequence([held[name][0] for name in wanted], options.rest_s)
+    passports = [held[name][1].passport for name in wanted]
+    yield joined, checked(joined, joined, limits, [one for one in passports if one]), None
 
 
 def _limits(options: IngestOptions) -> PassportLimits:

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Final, Self, TypeAlias
+from typing import TYPE_CHECKING, Final, Self, TypeAlias
 
 from rockframe.components import vertical_beside
 from rockframe.engines.engine import Engine, map_batches, on_threads
-from rockframe.errors import InputError, ParameterError, require_known
+from rockframe.errors import InputError, ParameterError, RockframeWarning, require_known
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import RespondOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
-from rockframe.record import Orientation, Record
+from rockframe.record import Orientation, Part, Record
 from rockframe.results.pulses import pulses_with_hashes
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import write_responses
 from rockframe.results.tables.rows import Row, ensemble_cells, spread_verdict
+from rockframe.results.tables.table import part_rows
 from rockframe.results.versions import Uncertain, VersionSources
 from rockframe.results.writing import input_hash
 from rockframe.rocking import (
@@ -34,6 +36,8 @@ from rockframe.rocking import (
     chosen_ensemble,
     ensemble_responses,
     members,
+    not_at_rest,
+    part_responses,
     require_motion,
     respond,
     with_contact,
@@ -56,6 +60,9 @@ from rockframe.stages.common import (
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 from rockframe.wavelets.pulse import Pulse
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 #: Largest number of samples times structures in a task, which limits memory for histories.
 _NODES: Final = 200_000
 
@@ -68,11 +75,13 @@ _Motion: TypeAlias = tuple[Record, Record | GroundAcceleration, Uncertain | None
 class _Task:
     """Motions by the names of their records, and the structures that respond to them.
 
-    Of records with several versions, `uncertain` has what these are made of.
+    Of records with several versions, `uncertain` has what these are made of, and of sequences
+    `parts` has their motions.
     """
 
     motions: Mapping[str, Record | GroundAcceleration]
     uncertain: Mapping[str, Uncertain]
+    parts: Mapping[str, tuple[Part, ...]]
     pulses: Mapping[str, Pulse]
     frames: tuple[RockingFrame, ...]
     options: RespondOptions
@@ -154,9 +163,20 @@ def respond_stage(
             | {"structures": [frame.name for frame in frames], "pulses": pulses_path is not None},
             left_out=left_out,
             batch=batch.stated,
+            motions=file.most_parts,
         )
     written(made)
+    _warn_of_motion(made)
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
+
+
+def _warn_of_motion(response: xr.Dataset) -> None:
+    """Warn of structures that do not rest when a motion of a sequence begins."""
+    for row in part_rows(response):
+        if row["start_rotation_ratio"] > 0.0:
+            part = Part(row["motion_id"], row["start_s"], row["end_s"])
+            words = not_at_rest(row["structure"], part, row["start_rotation_ratio"])
+            warnings.warn(words, RockframeWarning, stacklevel=3)
 
 
 def _motions(
@@ -183,18 +203,20 @@ def _tasks(
 ) -> Iterator[_Task]:
     held: dict[str, Record | GroundAcceleration] = {}
     several: dict[str, Uncertain] = {}
+    parts: dict[str, tuple[Part, ...]] = {}
     beside: dict[str, Pulse] = {}
     nodes = 0
     for record, motion, made_of in motions:
         held[record.record_id] = motion
         several |= {record.record_id: made_of} if made_of else {}
+        parts |= {record.record_id: record.parts} if record.parts else {}
         beside |= pulses.of(record)
         nodes += record.acceleration.size * len(frames)
         if nodes >= _NODES:
-            yield _Task(held, several, beside, frames, options)
-            held, several, beside, nodes = {}, {}, {}, 0
+            yield _Task(held, several, parts, beside, frames, options)
+            held, several, parts, beside, nodes = {}, {}, {}, {}, 0
     if held:
-        yield _Task(held, several, beside, frames, options)
+        yield _Task(held, several, parts, beside, frames, options)
 
 
 @dataclass(frozen=True)
@@ -265,6 +287,9 @@ def _answer_one(
         motion = as_ground(task.motions[name])
         require_motion(task.options.ensemble, motion)
         responses = [with_contact(respond(frame, motion), motion) for frame in task.frames]
+        if name in task.parts:
+            parts = task.parts[name]
+            responses = [replace(one, parts=part_responses(one, parts)) for one in responses]
         if name in task.pulses:
             responses = [with_pulse(response, task.pulses[name]) for response in responses]
         if task.options.margins != "none":

@@ -95,7 +95,7 @@ def run_respond(options: argparse.Namespace) -> int:
     from rockframe.results.pulses import recordings_of
     from rockframe.results.tables.forces import force_rows
     from rockframe.results.tables.summary import first_columns, summary_rows, tables_of
-    from rockframe.results.tables.table import response_rows
+    from rockframe.results.tables.table import part_rows, response_rows
 
     wanted = chosen(options, RespondOptions)
     pairs = {"forces": ("record_id", "structure"), "scales": ("record_id", "structure")}
@@ -106,7 +106,7 @@ def run_respond(options: argparse.Namespace) -> int:
     response, rejections = _respond(options, wanted)
     scaled, more = _respond_at_scales(options, wanted, scales) if scales else ([], ())
     rejections += tuple(one for one in more if one not in rejections)
-    rows = list(response_rows(response))
+    rows, parts = list(response_rows(response)), part_rows(response)
     summary = summary_rows(rows, recordings_of(options.records))
     tables = {
         **tables_of(rows, summary, _RESPONSES[0]),
@@ -123,6 +123,7 @@ def run_respond(options: argparse.Namespace) -> int:
             "rejected": [vars(rejection) for rejection in rejections],
             "output": str(options.output),
             "summary": summary,
+            **({"motions": parts} if parts else {}),
             **({"sensitivity": list(sensitivity_rows(response))} if options.sensitivity else {}),
             **({"tables": made} if made else {}),
             **({"scales": scaled} if scales else {}),
@@ -130,6 +131,7 @@ def run_respond(options: argparse.Namespace) -> int:
         console.show_json(said | matrices(rows, options.matrix))
     else:
         _show_responses(options, rows, summary, made)
+        _show_parts(parts)
         if wanted.forces:
             _show_forces(response, str(options.output), wanted)
         if options.sensitivity:
@@ -180,6 +182,14 @@ def _show_responses(
     show_responses(f" in {output}", columns, rows, options.matrix, f"{output}{further}")
     console.show_summary(summary)
     print(verdict_notes(rows[0] if rows else {}))
+
+
+def _show_parts(parts: Sequence[Row]) -> None:
+    """Print a row for each motion of the sequences."""
+    from rockframe.results.tables.table import part_columns
+
+    if parts:
+        console.show_rows("Motions of the sequences", part_columns(parts), parts)
 
 
 #: Kind of the main table, and its first columns.

@@ -246,6 +246,17 @@ OF_RESTRAINT: Final = optional("restraint",
 )
 
 
+_OF_PART: Final = "record structure part"
+#: Response to each motion of a sequence.
+OF_PARTS: Final = optional("sequences",
+    Variable("parts", "record", str, "1", "motions of a sequence: record, start and end in seconds, separated by semicolons"),
+    Variable("part_start_rotation_ratio", _OF_PART, float, "1", "|theta| / slenderness when a motion of a sequence begins", "part.start_rotation_ratio", comment="0 at rest; NaN after overturning, and for records that are no sequence"),
+    Variable("part_peak_rotation_ratio", _OF_PART, float, "1", "largest |theta| / slenderness until the next motion of a sequence begins", "part.peak_rotation_ratio", comment="NaN after overturning, and for records that are no sequence"),
+    Variable("part_peak_u", _OF_PART, float, "m", "largest |u| until the next motion of a sequence begins", "part.peak_u"),
+    Variable("part_tendon_force", _OF_PART, float, "N", "force of a tendon when a motion of a sequence begins", "part.tendon_force", comment="less than the prestress after yielding; NaN without tendons"),
+    Variable("part_dissipater_force", _OF_PART, float, "N", "force of the dissipaters across one joint when a motion of a sequence begins", "part.dissipater_force", comment="of the stretch that earlier motions left; NaN without dissipaters"),
+)
+
 #: Times at which the deck reaches its abutments.
 OF_ABUTMENT: Final = optional("abutment",
     Variable("gap_closed_time", "record structure", float, "s", "time at which the deck first closes the gap of its abutment", "response", comment="NaN if never during the record, or if no gap is stated; afterwards the model is no longer valid"),
@@ -290,6 +301,7 @@ RESPONSE_NC: Final = FileKind(
         *optional("dissipater force",
             Variable("peak_dissipater_force", "record structure", float, "N", "largest force of the dissipaters across one joint", "restraint", comment="NaN without dissipaters"),
         ),
+        *OF_PARTS,
         *OF_ABUTMENT,
         *OF_FORCES,
         *OF_FORCE_BANDS,

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 import xarray as xr
 
+from rockframe.cells import Column
 from rockframe.errors import InputError
+from rockframe.record import Part
 from rockframe.results.pulses import pulse_rows
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS, RESPONSE
@@ -154,3 +157,57 @@ def response_rows(responses: Path | xr.Dataset) -> Iterator[Row]:
         searched = row["largest_scale"] if robust else math.nan
         words = spread_verdict(row).words
         yield row | {"verdict_words": words, "largest_robust_scale": searched} | forces
+
+
+#: Variable of each column of `part_rows`.
+_OF_PART: Final = columns_of(
+    "record_id structure start_rotation_ratio=part_start_rotation_ratio",
+    "peak_rotation_ratio=part_peak_rotation_ratio u_max_m=part_peak_u",
+    "tendon_force_n=part_tendon_force dissipater_force_n=part_dissipater_force",
+)
+
+
+def part_rows(response: xr.Dataset) -> list[Row]:
+    """Return a row for each structure and motion of each sequence; units in the names of columns.
+
+    `motion` counts the motions of a sequence from 1, and `motion_id` is the record of each. The
+    forces are those when the motion begins.
+
+    Parameters
+    ----------
+    response : Dataset
+        Output of the respond stage.
+    """
+    if "parts" not in response:
+        return []
+    stated = [text.split("; ") if text else [] for text in map(str, response["parts"].values)]
+    sequences = [list(map(Part.of, texts)) for texts in stated]
+    rows = rows_along(response, "record structure part", _OF_PART)
+    found: list[Row] = []
+    for parts in sequences:
+        for _, k in np.ndindex(response.sizes["structure"], response.sizes["part"]):
+            row = next(rows)
+            if k < len(parts):
+                times = {"start_s": parts[k].start, "end_s": parts[k].end}
+                found.append({**row, "motion": k + 1, "motion_id": parts[k].record_id, **times})
+    return found
+
+
+def part_columns(rows: Sequence[Row]) -> list[Column]:
+    """Return the columns of `part_rows` that a terminal prints; forces only if there are any."""
+    forces = {"Tendon [kN]>": "tendon_force_n", "Dissipater [kN]>": "dissipater_force_n"}
+    return [
+        Column("Record", "record_id"),
+        Column("Structure", "structure"),
+        Column("Motion", rule=lambda row, _: f"{row['motion']} {row['motion_id']}"),
+        Column("from [s]>", "start_s", ".6g"),
+        Column("to [s]>", "end_s", ".6g"),
+        Column("θ/α before>", "start_rotation_ratio", ".3f"),
+        Column("largest θ/α>", "peak_rotation_ratio", ".3f"),
+        Column("u [cm]>", "u_max_m", ".1f", 100.0),
+        *(
+            Column(head, key, ".1f", 1e-3)
+            for head, key in forces.items()
+            if any(not math.isnan(row[key]) for row in rows)
+        ),
+    ]
