@@ -18,8 +18,8 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import ScreenOptions
 from rockframe.record import Record
-from rockframe.results.screen import read_screening
-from rockframe.results.screen_tables import pooled_fits, screen_summary
+from rockframe.results.screen import pooled_fits, read_screening
+from rockframe.results.screen_tables import screen_summary
 from rockframe.risk import POOLED, fit_fragility, pooled_intensities
 from rockframe.rocking import respond
 from rockframe.signals.processing import integrate, peak

@@ -206,6 +206,24 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
         return known.load().set_coords("record_id")
 
 
+def pooled_fits(screening: xr.Dataset) -> xr.Dataset | None:
+    """Return the fragilities of all free-standing structures together, as those of one structure;
+    None if they were not asked for.
+
+    Parameters
+    ----------
+    screening : Dataset
+        Result of `read_screening`.
+    """
+    if "pooled" not in screening:
+        return None
+    start, name = "pooled_", f"one of {int(screening['pooled'].sum())} structures"
+    names = {str(n): str(n).removeprefix(start) for n in screening.variables if start in str(n)}
+    others = ("record_id", "cluster", "members", "scale", "fragility_curve")
+    found = screening[list(names)].rename(names).expand_dims(structure=[name])
+    return found.assign({other: screening[other] for other in others})
+
+
 def read_screen_history(
     path: str | Path, *, record: str, structure: str, scale: float
 ) -> xr.Dataset:

@@ -17,7 +17,7 @@ from rockframe.record import SiteType
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import ROBUST
-from rockframe.results.screen import read_screening
+from rockframe.results.screen import pooled_fits, read_screening
 from rockframe.results.tables.entries import (
     beside,
     parameter_rows,
@@ -304,28 +304,6 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
             said |= {name: float(one[name]) for name in names}
         summary.append(said)
     return summary
-
-
-def pooled_fits(screening: xr.Dataset) -> xr.Dataset | None:
-    """Return the fragilities of all free-standing structures together, as those of one structure
-    whose name is their number; None if they were not asked for.
-
-    Parameters
-    ----------
-    screening : Dataset
-        Result of `read_screening`.
-    """
-    if "pooled" not in screening:
-        return None
-    start = "pooled_"
-    names = {str(n): str(n).removeprefix(start) for n in screening.variables if start in str(n)}
-    others = ("record_id", "cluster", "members", "scale", "fragility_curve")
-    found = screening[list(names)].rename(names).expand_dims(structure=[_pooled_name(screening)])
-    return found.assign({name: screening[name] for name in others})
-
-
-def _pooled_name(screening: xr.Dataset) -> str:
-    return f"one of {int(screening['pooled'].sum())} structures"
 
 
 def pooled_summary(screening: xr.Dataset) -> dict[str, Any]:

@@ -21,9 +21,8 @@ from rockframe.record import SiteType
 from rockframe.results.pulses import RecordMetadata, read_metadata
 from rockframe.results.records import open_records
 from rockframe.results.schema.response import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
-from rockframe.results.screen import Batches, read_screening, write_screening
+from rockframe.results.screen import Batches, pooled_fits, read_screening, write_screening
 from rockframe.results.screen_tables import (
-    pooled_fits,
     refuse_strange_tables,
     screen_table_paths,
     write_screen_tables,
