@@ -254,9 +254,12 @@ def _and_sequence(
             raise ParameterError(
                 f"Invalid record {name!r} of the sequence. Must be one of those accepted: {listed}."
             )
-    joined = in_sequence([held[name][0] for name in wanted], options.rest_s)
-    passports = [held[name][1].passport for name in wanted]
-    yield joined, checked(joined, joined, limits, [one for one in passports if one]), None
+    records, outcomes = zip(*(held[name] for name in wanted), strict=True)
+    joined = in_sequence(records, options.rest_s)
+    passports = [one.passport for one in outcomes if one.passport]
+    corrected = any(one.corrected_here for one in outcomes)
+    outcome = replace(checked(joined, joined, limits, passports), corrected_here=corrected)
+    yield joined, outcome, None
 
 
 def _limits(options: IngestOptions) -> PassportLimits:
