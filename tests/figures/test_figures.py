@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
+from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.figures.captioned import Captioned, save_captioned
+from rockframe.figures.captioned import Captioned, save, save_captioned, styled
 from rockframe.figures.histories import draw_response_grid, draw_response_history
 from rockframe.figures.joints import draw_joints, draw_moment_rotation, draw_phase_portrait
 from rockframe.figures.parameters import draw_equivalent_size, draw_restitution
@@ -308,3 +310,24 @@ def test_another_format_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"Must end in \.png, \.pdf or \.svg"):
         save_captioned(drawn, tmp_path / "figure.bmp")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_saved_figure_is_that_of_matplotlib_drawn_once_instead_of_twice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Matplotlib draws a figure with a layout once more to find the layout."""
+    drawings: list[Figure] = []
+    draw = Figure.draw
+
+    def noted(self: Figure, renderer: RendererBase) -> None:
+        drawings.append(self)
+        draw(self, renderer)
+
+    monkeypatch.setattr(Figure, "draw", noted)
+    figure = draw_restitution().figure
+    save(figure, tmp_path / "ours.png")
+    ours = len(drawings)
+    with styled():
+        figure.savefig(tmp_path / "theirs.png", dpi=150, metadata={"Software": None})
+    assert (ours, len(drawings) - ours) == (1, 2)
+    assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "theirs.png").read_bytes()

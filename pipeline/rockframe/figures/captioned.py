@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -33,6 +33,8 @@ _METADATA: Final[dict[str, dict[str, None]]] = {
 _CAPTION_KEY: Final = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 #: Resolution of PNG figures in print [dots per inch].
 _PRINT: Final = 300
+#: Resolution of all other figures [dots per inch].
+_SCREEN: Final = 150
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,8 @@ def save_captioned(drawn: Captioned, path: Path) -> Path:
     kind = path.suffix.lower()
     require_format(path)
     metadata = {**_METADATA[kind], "Title": drawn.title, _CAPTION_KEY[kind]: drawn.caption}
-    with styled(), whole_file(path) as partial:
+    arranged = _arranged(drawn.figure, _PRINT) if kind == ".png" else nullcontext()
+    with styled(), arranged, whole_file(path) as partial:
         drawn.figure.savefig(partial, format=kind[1:], dpi=_PRINT, metadata=metadata)
     beside = caption_path(path)
     with whole_file(beside) as partial:
@@ -177,8 +180,28 @@ def save(figure: Figure, path: Path) -> None:
     InputError
         If the file cannot be written.
     """
-    with styled(), whole_file(path) as partial:
-        figure.savefig(partial, format="png", metadata={"Software": None})
+    with styled(), _arranged(figure, _SCREEN), whole_file(path) as partial:
+        figure.savefig(partial, format="png", dpi=_SCREEN, metadata={"Software": None})
+
+
+@contextmanager
+def _arranged(figure: Figure, dpi: int) -> Iterator[None]:
+    """Compute the layout of a figure for this resolution, and keep it within the block.
+
+    Matplotlib draws a figure that has a layout engine twice, once to find the layout.
+    """
+    engine, before = figure.get_layout_engine(), figure.dpi
+    if engine is None:
+        yield
+        return
+    figure.dpi = dpi
+    engine.execute(figure)
+    figure.dpi = before
+    figure.set_layout_engine(None)
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(engine)
 
 
 def time_limits(
