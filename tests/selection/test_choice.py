@@ -72,7 +72,8 @@ def test_a_conditional_set_is_within_the_tolerance_of_cs_selection(seed: int) ->
     median, spread = largest_errors(candidates.log_sa[chosen], aim)
     assert median < 0.10
     assert spread < 0.10
-    assert_allclose(candidates.log_sa[chosen][:, 10], aim.log_sa[10], rtol=1e-12)
+    # scales have six digits
+    assert_allclose(candidates.log_sa[chosen][:, 10], aim.log_sa[10], rtol=0.0, atol=5e-6)
 
 
 def test_a_set_with_an_unconditional_spread_is_within_the_tolerance() -> None:
@@ -145,7 +146,7 @@ def test_least_squares_minimise_the_misfit_within_the_bounds() -> None:
     best = ((found.log_sa - aim.log_sa) ** 2).sum(axis=1)
     for factor in np.linspace(*BOUNDS, 60):
         other = ((records + np.log(factor) - aim.log_sa) ** 2).sum(axis=1)
-        assert (best <= other + 1e-12).all()
+        assert (best <= other + 1e-8).all()  # scales have six digits
 
 
 def test_stated_factors_beyond_the_bounds_are_no_candidates() -> None:

@@ -66,15 +66,15 @@ def test_selected_motions_have_the_target_where_they_are_scaled(real: Path) -> N
         for row in found.motions:
             record = of_selected(real)[row["record_id"]]
             sa = spectral_acceleration(record.acceleration, record.time_step, [0.7])
-            assert_allclose(sa, aim, rtol=1e-9)
-            assert record.processing[-1] == f"scaled by {row['scale']:g}"
+            assert_allclose(sa, aim, rtol=5e-6)  # scales have six digits
+            assert float(record.processing[-1].removeprefix("scaled by ")) == row["scale"]
 
 
 def test_motions_scaled_by_pgv_have_this_pgv(real: Path) -> None:
     for row in selected(real, scale_pgv_m_s=0.4).motions:
         record = of_selected(real)[row["record_id"]]
-        assert_allclose(peak(integrate(record.acceleration, record.time_step)), 0.4, rtol=1e-9)
-        assert_allclose(row["pgv_m_s"], 0.4, rtol=1e-9)
+        assert_allclose(peak(integrate(record.acceleration, record.time_step)), 0.4, rtol=5e-6)
+        assert_allclose(row["pgv_m_s"], 0.4, rtol=5e-6)
 
 
 def test_the_table_of_spectra_is_of_the_written_samples(real: Path) -> None:
@@ -262,6 +262,8 @@ def test_the_command_prints_the_motions_and_the_largest_differences(
 ) -> None:
     words = ["select", f"{real}/records.nc", "--target", f"{real}/target.csv", "--motions", "2"]
     words += ["--output", f"{real}/selected.nc"]
+    assert main([*words, "--scale-period-s", "1"]) == 0
+    assert " +0.0 " in capsys.readouterr().out  # not -0.0
     assert main([*words, "--figure", f"{real}/figure.png"]) == 0
     printed = capsys.readouterr().out
     assert "2 motions for target.csv" in printed

@@ -65,9 +65,9 @@ def scaled_to_fit(log_sa: Float, target: TargetSpectrum, bounds: tuple[float, fl
     levels = np.zeros(1)
     if target.deviation is not None:
         levels = float(target.deviation.mean()) * _LEVELS
-    logs = np.clip(best[:, None] + levels, *np.log(bounds)).ravel()
+    factor = np.clip(_in_digits(np.exp(best[:, None] + levels).ravel()), *bounds)
     motion = np.repeat(np.arange(len(log_sa)), levels.size)
-    return Candidates(motion, np.exp(logs), log_sa[motion] + logs[:, None])
+    return Candidates(motion, factor, log_sa[motion] + np.log(factor)[:, None])
 
 
 def scaled_by(log_sa: Float, factor: Float, bounds: tuple[float, float]) -> Candidates:
@@ -87,8 +87,17 @@ def scaled_by(log_sa: Float, factor: Float, bounds: tuple[float, float]) -> Cand
     >>> scaled_by(np.zeros((3, 1)), np.array([0.1, 1.0, 9.0]), (0.25, 4.0)).motion.tolist()
     [1]
     """
+    factor = _in_digits(factor)
     within = np.flatnonzero((bounds[0] <= factor) & (factor <= bounds[1]))
     return Candidates(within, factor[within], log_sa[within] + np.log(factor[within])[:, None])
+
+
+def _in_digits(factor: Float) -> Float:
+    """Return factors with the six digits that `processing` of a scaled record states.
+
+    Responses can depend on the last digit of a double, which differs between computers.
+    """
+    return np.array([float(f"{one:.6g}") for one in factor.tolist()])
 
 
 @dataclass(frozen=True, eq=False)

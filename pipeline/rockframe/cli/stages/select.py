@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -90,6 +91,11 @@ def _show_json(found: Selection, files: list[Path]) -> None:
     )
 
 
+def _rounded(row: Mapping[str, float], key: str) -> float:
+    """Return a difference without the sign of a zero that is printed."""
+    return round(row[key], 3) + 0.0
+
+
 def _show(found: Selection, files: list[Path]) -> None:
     columns = [
         console.column("record", "record_id"),
@@ -110,7 +116,7 @@ def _show(found: Selection, files: list[Path]) -> None:
         console.column("period [s]>", "period_s", ".3g"),
         console.column("target Sa [g]>", "target_sa_g", ".4f"),
         console.column("median Sa [g]>", "median_sa_g", ".4f"),
-        console.column("difference [%]>", "median_difference", "+.1f", 100.0),
+        console.column("difference [%]>", "median_difference", "+.1f", 100.0, rule=_rounded),
         *([console.column("target σ>", "target_sigma_ln_sa", ".3f")] if spread else []),
         console.column("σ of ln Sa>", "sigma_ln_sa", ".3f"),
     ]
