@@ -21,7 +21,15 @@ from rockframe.record import Orientation, Record
 from rockframe.results.records import read_records
 from rockframe.stages.ingest import ingest_stage
 
-from . import test_cosmos, test_csmip_v2, test_geonet, test_sac, test_small_files, test_smc
+from . import (
+    test_afad,
+    test_cosmos,
+    test_csmip_v2,
+    test_geonet,
+    test_sac,
+    test_small_files,
+    test_smc,
+)
 from .conftest import v1_channel
 from .test_esm import esm
 from .test_knet import knet
@@ -230,9 +238,18 @@ def test_both_statements_cannot_be_trusted(write: Write) -> None:
         read_file(path, ReadOptions(trust=("sensitivity", "stages")))
 
 
-def test_only_the_contradictory_channel_is_noted() -> None:
+@pytest.mark.parametrize(
+    "case",
+    [
+        small("cwa", "-3.200", "-3.300", VALUES),
+        small("unam", "/-3.2000/", "/3.2000/", VALUES),
+        Case("a.txt", test_afad.afad().encode(), b"(N-S) ", b"(N-S) 9", VALUES),
+        Case("a.V2A", GEONET, b"-41.6", b"-42.6", VALUES),
+    ],
+    ids=lambda case: case.name,
+)
+def test_only_the_contradictory_channel_is_noted(case: Case) -> None:
     """A file of three components of which the peak of one differs."""
-    case = small("cwa", "-3.200", "-3.300", VALUES)
     assert [len(record.trusted) for record in case.read(case.lie, "values")] == [1, 0, 0]
 
 

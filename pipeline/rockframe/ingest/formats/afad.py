@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.identify import directed, record_ids
+from rockframe.ingest.identify import directed, noted, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import (
@@ -67,9 +68,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     table = _table(header, text)
     step = header.required_number(_STEP)
     time_step = settle_time_step(path, step, options, header.lines[_STEP])
-    ratios = _peak_ratios(header, table)
-    return [
-        Record(
+
+    def record(column: int, record_id: str) -> Record:
+        return Record(
             record_id=record_id,
             acceleration=table[:, column] * factor,
             time_step=time_step,
@@ -79,10 +80,11 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             station=header.get("STATION ID"),
             start_time=_start_time(header.get("RECORD TIME")),
             magnitude=numbers_in(_MAGNITUDE, header.get("EARTHQUAKE MAGNITUDE"))[0],
-            peak_ratio=ratios[column],
+            peak_ratio=_peak_ratio(header, table[:, column], _COMPONENTS[column]),
         )
-        for column, record_id in enumerate(record_ids(path, _COMPONENTS))
-    ]
+
+    ids = record_ids(path, _COMPONENTS)
+    return [noted(partial(record, column, record_id)) for column, record_id in enumerate(ids)]
 
 
 def _header(path: Path, text: bytes) -> KeyedHeader:
@@ -119,22 +121,15 @@ def _places(tokens: list[bytes]) -> list[int]:
     return [len(token.partition(b".")[2]) for token in tokens]
 
 
-def _peak_ratios(header: KeyedHeader, table: Float) -> list[float]:
-    """Return the ratios of actual to stated peaks; raise an error if they differ."""
+def _peak_ratio(header: KeyedHeader, samples: Float, component: str) -> float:
+    """Return the ratio of actual to stated peak; raise an error if they differ."""
     stated = {
         found["component"]: found["peak"] for found in _PEAKS.finditer(header.required(_PEAK))
     }
-    ratios = []
-    for column, component in enumerate(_COMPONENTS):
-        if component not in stated:
-            raise header.invalid(_PEAK, f"three values, one for ({component})")
-        line = header.lines[_PEAK]
-        ratios.append(
-            require_printed_peak(
-                header.path, stated[component], table[:, column], f"gal {component}", line
-            )
-        )
-    return ratios
+    if component not in stated:
+        raise header.invalid(_PEAK, f"three values, one for ({component})")
+    units, line = f"gal {component}", header.lines[_PEAK]
+    return require_printed_peak(header.path, stated[component], samples, units, line)
 
 
 def _start_time(stated: str) -> str:
