@@ -204,6 +204,19 @@ def test_the_deck_closes_its_gap_where_the_drift_reaches_it() -> None:
     assert math.isnan(response.lift_exceeded_time)
 
 
+def test_a_deck_that_sinks_does_not_exceed_the_allowed_lift() -> None:
+    """On its way to overturning the deck sinks, by more than it ever rose."""
+    highest = 2.0 * BENT.size - BENT.height
+    frame = replace(BENT, abutment=Abutment(gap=9.0, uplift_allowance=1.01 * highest))
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=0.8 * GRAVITY, T_p=1.5)
+    response = respond(frame, pulse)
+    assert np.nanmin(response.v) < -1.01 * highest
+    assert math.isnan(response.lift_exceeded_time)
+    lower = replace(frame, abutment=Abutment(gap=9.0, uplift_allowance=0.99 * highest))
+    when = int(np.searchsorted(response.time, respond(lower, pulse).lift_exceeded_time))
+    assert response.v[when - 1] < 0.99 * highest <= response.v[when]
+
+
 def test_yield_is_noted_where_the_force_reaches_it() -> None:
     ties = ((1.2, 0.02, 0.06, -math.inf, ELASTIC), NONE)
     push = straight_lines([0.5, 0.5], 2.0)

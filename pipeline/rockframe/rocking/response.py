@@ -491,13 +491,15 @@ def _at_abutment(response: Response, abutment: Abutment) -> Response:
     """Add the times at which the deck closes the gap and exceeds the allowed lift."""
     frame, time = response.frame, response.time
     speed = frame.horizontal_velocity(response.theta, response.omega)
-    rise = frame.vertical_velocity(response.theta, response.omega)
+    sunk = response.v < 0.0  # on its way to overturning, the deck sinks below its place at rest
+    lift = np.where(sunk, 0.0, response.v)
+    rise = np.where(sunk, 0.0, frame.vertical_velocity(response.theta, response.omega))
     closed, velocity = first_crossing(time, response.u, speed, abutment.gap)
     return replace(
         response,
         gap_closed_time=closed,
         closing_velocity=velocity,
-        lift_exceeded_time=first_crossing(time, response.v, rise, abutment.uplift_allowance)[0],
+        lift_exceeded_time=first_crossing(time, lift, rise, abutment.uplift_allowance)[0],
     )
 
 
