@@ -142,6 +142,11 @@ def test_a_stream_that_gmprocess_left_out_is_unread_with_its_reason(workspaces: 
     assert outcome.reason == "left out by gmprocess (BHE): Failed clipping check: prob_clip = 0.99."
 
 
+def test_an_ingest_of_that_stream_alone_counts_no_others(workspaces: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"prob_clip = 0\.99\.$"):
+        ingest_stage([workspaces / "usp0009d4z_workspace.h5"], tmp_path / "r.nc", workers=0)
+
+
 def test_no_other_format_claims_it() -> None:
     data = asdf()
     assert [known.name for known in FORMATS if known.sniff(data[:4096])] == ["asdf"]

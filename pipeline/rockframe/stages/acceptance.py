@@ -177,14 +177,13 @@ class Acceptance:
         if self.accepted:
             return
         rows = self.publish()
-        filtered = [one for one in rows if one.status == "filtered"]
-        rejected = [one for one in rows if one.status == "rejected"]
-        first = (filtered or rejected or rows)[0]
-        more = {
-            "more filtered out": len(filtered) - 1 if filtered else 0,
-            "rejected" if filtered else "more rejected": len(rejected) - (not filtered),
-        }
-        counted = ", ".join(f"{count} {what}" for what, count in more.items() if count)
+        first = min(rows, key=lambda one: one.status != "filtered")  # or the first of all
+        statuses: list[str] = [one.status for one in rows]
+        counted = ", ".join(
+            f"{count} {'more ' if status == first.status else ''}{words}"
+            for status, words in (("filtered", "filtered out"), ("rejected", "rejected"))
+            if (count := statuses.count(status) - (status == first.status)) > 0
+        )
         said = first.reason + (f" ({counted}.)" if counted else "")
         raise InputError(first.file, said, first.line)
 
