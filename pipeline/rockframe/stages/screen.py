@@ -457,12 +457,7 @@ def screen_stage(
     records_path, output = Path(records_path), Path(output)
     options, structures_path = _with_hazard_file(options or ScreenOptions()), Path(structures_path)
     pulses_path = Path(pulses_path) if pulses_path else None
-    asked = {
-        "rates": options.hazard is not None,
-        "design": options.design is not None,
-        "pooled": options.pooled,
-    }
-    tables = screen_table_paths(output, **asked, table_format=table_format)
+    tables = screen_table_paths(output, **_asked(options), table_format=table_format)
     read = [records_path, structures_path, *filter(None, (pulses_path, options.hazard))]
     refuse_overwriting([output, *tables.values()], read, beside=output)
     refuse_strange_tables(tables)
@@ -498,6 +493,12 @@ def screen_stage(
     written(made)
     rejected = tuple(chosen.rejections)
     return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
+
+
+def _asked(options: ScreenOptions) -> dict[str, bool]:
+    """Return which tables are written only if they are asked for."""
+    rates, design = options.hazard is not None, options.design is not None
+    return {"rates": rates, "design": design, "pooled": options.pooled}
 
 
 def _with_hazard_file(options: ScreenOptions) -> ScreenOptions:

@@ -110,6 +110,20 @@ def show(
             | matrices(list(screen_rows(screening)) if quantities else [], quantities)
         )
         return
+    _show_tables(screening, summary, pooled, quantities)
+    _show_notes(screening, done)
+    for file in (output, *done.tables.values()):
+        print(file)
+
+
+def _show_tables(
+    screening: xr.Dataset,
+    summary: Sequence[dict[str, Any]],
+    pooled: dict[str, Any],
+    quantities: Sequence[str],
+) -> None:
+    from rockframe.results.screen_tables import screen_rows
+
     _show_overall(screening)
     if quantities:
         at = f" at scale {float(screening['reference_scale']):g}{_nominal(screening)}"
@@ -121,9 +135,6 @@ def show(
     _show_pooled(screening, pooled)
     _show_rates(screening, summary)
     _show_design(screening, summary)
-    _show_notes(screening, done)
-    for file in (output, *done.tables.values()):
-        print(file)
 
 
 def _nominal(screening: xr.Dataset) -> str:
