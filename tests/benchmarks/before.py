@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import math
 import os
 import resource
 import subprocess
@@ -29,8 +30,12 @@ import numpy as np
 ROOT: Final = Path(__file__).resolve().parents[2]
 
 
-def measure(only: Sequence[str] = ()) -> dict[str, float]:
-    """Return the processor time [s] of each job of the imported package, or only of some jobs."""
+def measure(only: Sequence[str] = (), *, older: bool = False) -> dict[str, float]:
+    """Return the processor time [s] of each job of the imported package, or only of some jobs.
+
+    It is NaN for a job that an older commit cannot do, because it has no such function or calls its
+    arguments otherwise.
+    """
     rockframe = importlib.import_module("rockframe")
     records = [
         record
@@ -57,7 +62,14 @@ def measure(only: Sequence[str] = ()) -> dict[str, float]:
         ],
         "table1": _table1,
     }
-    return {name: _best_of(jobs[name]) for name in only or jobs}
+    found = dict.fromkeys(only or jobs, math.nan)
+    for name in found:
+        try:
+            found[name] = _best_of(jobs[name])
+        except (AttributeError, TypeError):
+            if not older:
+                raise
+    return found
 
 
 def _best_of(job: Callable[[], object]) -> float:
@@ -85,8 +97,9 @@ def _table1() -> None:
 
 def measured_in(tree: Path, only: Sequence[str] = ()) -> dict[str, float]:
     """Measure the package of a tree in its own process."""
+    words = [*(f"--only={name}" for name in only), *(["--older"] if tree != ROOT else [])]
     run = subprocess.run(
-        [sys.executable, __file__, "--measure", *(f"--only={name}" for name in only)],
+        [sys.executable, __file__, "--measure", *words],
         cwd=tree,
         env={**os.environ, "PYTHONPATH": str(tree / "pipeline")},
         check=True,
@@ -104,9 +117,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--only", action="append", default=[], help="job (default: all jobs)")
     parser.add_argument("--rounds", type=int, default=3, help="rounds of both (default: 3)")
     parser.add_argument("--measure", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--older", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if options.measure:
-        print(json.dumps(measure(options.only)))
+        print(json.dumps(measure(options.only, older=options.older)))
         return
     from tests.benchmarks.size import sized  # absent in the processes that measure
 
