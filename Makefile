@@ -51,7 +51,8 @@ help:
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
 	@echo "make fuzz     feed each reader damaged files for $(SECONDS) s, guided by coverage (Linux)"
-	@echo "make validation  run OpenSees beside the package, and make the tables of docs/validation.md (hours)"
+	@echo "make validation  run a plain integrator and OpenSees beside the package, and make the tables of"
+	@echo "              docs/validation.md (hours)"
 	@echo "make setup    make the virtual environment $(VENV) from requirements.lock"
 	@echo "make clean    remove the virtual environment, caches and outputs"
 
@@ -142,6 +143,7 @@ bench: $(EXTRAS)
 	@$(BIN)/python -m tests.benchmarks.bench --output outputs/bench.json
 
 validation: $(MADE)
+	@nice $(BIN)/python -m tests.validation.independent
 	@nice $(BIN)/python -m tests.validation.run
 	@$(BIN)/python -m tests.validation.compare
 

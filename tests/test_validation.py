@@ -1,16 +1,22 @@
-"""The comparison with OpenSees (tests/validation): its own numbers, and those of the page."""
+"""The comparisons with OpenSees and with the plain integrator (tests/validation), and the page."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from tests.validation import compare
+from tests.validation import compare, independent, invariants
 from tests.validation.cases import STRUCTURES, ricker
 from tests.validation.compliant import acceleration, peak_ratio
 from tests.validation.opensees import History
+from tests.validation.page import DOCS, table
+from tests.validation.plain import Rocker, rock
+from tests.validation.random_cases import KINDS, case_of
 from tests.validation.run import DAMPING, PULSES, Task, free_rocking, motion_of, read
 
-from rockframe.rocking import respond
+from rockframe.frame import RockingFrame
+from rockframe.rocking import Response, respond
 
 
 def test_a_contact_that_hardly_gives_is_rigid() -> None:
@@ -60,7 +66,7 @@ def test_the_page_has_the_peaks_of_this_package_and_of_the_kept_results() -> Non
     pulses = sum(len(some) for some in PULSES.values())
     rows = compare.pulse_rows(results)
     assert len(rows) == pulses
-    page = (compare.DOCS / "validation.md").read_text(encoding="utf-8")
+    page = (DOCS / "validation.md").read_text(encoding="utf-8")
     for row in rows:
         assert "| " + " | ".join(row) + " |" in page
 
@@ -78,3 +84,68 @@ def test_opensees_has_the_peaks_and_the_restitution_of_rigid_bodies(name: str) -
         assert result.peak_ratio == pytest.approx(compare.rigid_peak(name, motion), rel=0.012)
     kept = np.median([result.restitution for result in found.values()])
     assert kept == pytest.approx(STRUCTURES[name].restitution, abs=0.0015)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_plain_integrator_agrees(kind: str) -> None:
+    # It shares no code with the package, and starts from the geometry.
+    case = case_of(kind, 1)
+    found = independent.compared(kind, 1, case)
+    assert found.history < 1e-7
+    assert found.impacts >= 0
+    assert found.verdict == found.plain_verdict
+    assert not found.broken
+
+
+def test_the_plain_integrator_notices_another_restitution() -> None:
+    case = case_of("free", 3)
+    assert isinstance(case.plain, Rocker)
+    other = replace(case, plain=replace(case.plain, restitution=0.999 * case.plain.restitution))
+    assert independent.compared("free", 3, other).history > 1e-5
+
+
+def test_a_plain_frame_released_by_its_motion_keeps_its_energy() -> None:
+    # Under a constant acceleration, which acts like a tilted gravity, until it overturns.
+    lean = Rocker(across=0.8, upwards=4.8, inertia=30.0, restitution=0.9)
+    history = rock(lean, 0.1, np.full(60, 1.7), None, 1e-11)
+    size, rate = np.abs(history.place), history.rate
+    up = 9.81 * (0.8 * np.sin(size) - 4.8 * (1.0 - np.cos(size)))
+    moved = -1.7 * (4.8 * np.sin(size) + 0.8 * (1.0 - np.cos(size)))
+    energy = (15.0 * rate**2 + up + moved)[np.isfinite(size)]
+    assert np.nanmax(size) > 1.0
+    assert np.abs(energy).max() < 1e-9 * np.nanmax(15.0 * rate**2)
+
+
+def history_of(kind: str, seed: int) -> tuple[Rocker, Response]:
+    case = case_of(kind, seed)
+    assert isinstance(case.ours, RockingFrame)
+    assert isinstance(case.plain, Rocker)
+    return case.plain, respond(case.ours, invariants.ground_of(case, held=True))
+
+
+def test_a_broken_history_is_noticed() -> None:
+    """Each invariant fails on a history that is right but for one fault."""
+    plain, response = history_of("free", 3)
+    ground = invariants.ground_of(case_of("free", 3), held=True)
+    moved, faster = response.theta.copy(), response.omega.copy()
+    moved[50] += 0.5 * response.peak_rotation
+    faster[50] *= 1.01
+    assert not invariants.jumps(plain, response, ground)
+    assert invariants.jumps(plain, replace(response, theta=moved), ground)
+    assert invariants.rise(plain, response, ground) < 1e-12
+    assert invariants.rise(plain, replace(response, omega=faster), ground) > 1e-6
+    backwards = replace(response, impact_times=response.impact_times[::-1])
+    assert not invariants.impacts_follow(backwards)
+    lower = replace(response, peak_rotation=0.9 * response.peak_rotation)
+    assert invariants.verdict_fits(response, response)
+    assert not invariants.verdict_fits(lower, lower)
+
+
+def test_the_page_has_the_table_of_the_plain_integrator() -> None:
+    results = independent.read().values()
+    rows = independent.rows_of(results)
+    assert [row[:2] for row in rows] == [[kind, str(independent.CASES)] for kind in KINDS]
+    page = (DOCS / "validation.md").read_text(encoding="utf-8")
+    assert table(independent.HEAD, rows) in page
+    assert not any(one.broken for one in results)
+    assert all(one.sensitive or one.verdict == one.plain_verdict for one in results)

@@ -195,7 +195,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     print(table)
     if len(installed) == len(PEERS) and sized(True, False):
-        from tests.validation.compare import write_page
+        from tests.validation.page import write_page
 
         write_page({"measures": table}, DOCS / "validation.md")
 

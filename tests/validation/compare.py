@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -17,6 +16,7 @@ import scipy.stats
 from numpy.typing import NDArray
 from tests.validation.cases import MAIN, STRUCTURES, Motion, motions
 from tests.validation.compliant import peak_ratio
+from tests.validation.page import DOCS, table, write_page
 from tests.validation.pictures import draw_contact, draw_motions
 from tests.validation.run import (
     COLUMN_PERIODS,
@@ -40,7 +40,6 @@ from rockframe.rocking import (
     share_interval,
 )
 
-DOCS: Final = Path(__file__).resolve().parents[2] / "docs"
 #: Stands for the peak of a structure that overturns; peaks below the other count as no uplift.
 _FALLEN, _STILL = 10.0, 0.01
 #: Peaks above this are rotations far beyond those that the contact allows before uplift.
@@ -436,43 +435,27 @@ def tables(results: dict[Task, Result], pairs: dict[str, list[Pair]]) -> dict[st
     variants = ["contact", "motions", "overturn: 0.01 mm, this", "same outcome", "ratio of peaks"]
     simple = ["contact", "rigid, median", "worst", "simple model, median", "worst"]
     return {
-        "motions": _table(
+        "motions": table(
             ["", *rows], [[key, *(row[key] for row in rows.values())] for key in first]
         ),
-        "shares": _table(classes, share_rows(together)),
-        "pulses": _table(peaks, pulse_rows(results)),
-        "contact": _table(contact, contact_rows(results)),
-        "sway": _table(
+        "shares": table(classes, share_rows(together)),
+        "pulses": table(peaks, pulse_rows(results)),
+        "contact": table(contact, contact_rows(results)),
+        "sway": table(
             ["period of sway over that of the pulse", "undamped contact", "damped"],
             sway_rows(results),
         ),
-        "periods": _table(
+        "periods": table(
             ["", *(f"{1e3 * one:g} mm" for one in SHORTENINGS)],
             [
                 [name, *(f"{sway_period(STRUCTURES[name], one):.3f} s" for one in SHORTENINGS)]
                 for name in MAIN
             ],
         ),
-        "variants": _table(variants, variant_rows(results)),
-        "model": _table(simple, compliant_rows(results)),
-        "measured": _table(["block", "(43)", "measured", "loss over (43)"], measured_rows()),
+        "variants": table(variants, variant_rows(results)),
+        "model": table(simple, compliant_rows(results)),
+        "measured": table(["block", "(43)", "measured", "loss over (43)"], measured_rows()),
     }
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
-def write_page(found: dict[str, str], path: Path) -> None:
-    """Replace the tables of the page, each between its two comments."""
-    text = path.read_text(encoding="utf-8")
-    for name, table in found.items():
-        start, end = f"<!-- table {name} -->", f"<!-- end of {name} -->"
-        if start in text:
-            before, rest = text.split(start)
-            text = before + f"{start}\n\n{table}\n\n{end}" + rest.split(end)[1]
-    path.write_text(text, encoding="utf-8")
 
 
 def draw(results: dict[Task, Result], pairs: dict[str, list[Pair]]) -> None:
@@ -511,8 +494,8 @@ def main() -> None:
     results = read()
     pairs = {name: some for name in STRUCTURES if (some := pairs_of(results, name))}
     found = tables(results, pairs)
-    for name, table in found.items():
-        print(f"\n{name}\n{table}")
+    for name, rows in found.items():
+        print(f"\n{name}\n{rows}")
     print(
         f"\n{len(results)} responses, {sum(not one.converged for one in results.values())} failed"
     )
