@@ -325,6 +325,8 @@ def within_length(name: str, longest: int = LONGEST_ID) -> str:
 
 #: Relative tolerance between time steps.
 _SAME_STEP: Final = 1e-9
+#: Largest angle between components that are in one direction [degrees]: sensors are turned less.
+_ONE_DIRECTION: Final = 1.0
 #: Values that a sequence takes from its strongest motion.
 _OF_STRONGEST: Final = (
     *("magnitude", "epicentral_distance", "distance_rrup", "distance_rjb", "distance_hypocentral"),
@@ -367,7 +369,8 @@ def in_sequence(records: Sequence[Record], rest: float) -> Record:
     ------
     ParameterError
         If there is no record, if the rest is not positive and finite, if one record is vertical and
-        another is not, or if a time step is no multiple of the shortest one.
+        another is not, if azimuths differ by more than 1 degree (unknown ones are not compared), or
+        if a time step is no multiple of the shortest one.
 
     Examples
     --------
@@ -387,6 +390,7 @@ def in_sequence(records: Sequence[Record], rest: float) -> Record:
         return records[0]
     if len({record.orientation.upright for record in records}) > 1:
         raise ParameterError("A sequence of horizontal and vertical records. Must be of one kind.")
+    _require_one_direction(records)
     step = min(record.time_step for record in records)
     still = np.zeros(max(math.ceil(rest / step * (1.0 - _SAME_STEP)) - 1, 0))
     parts: list[Part] = []
@@ -401,6 +405,18 @@ def in_sequence(records: Sequence[Record], rest: float) -> Record:
         pieces.append(_refined(record, step))
         count += pieces[-1].size
     return _joined(records, np.concatenate(pieces), step, tuple(parts), rest)
+
+
+def _require_one_direction(records: Sequence[Record]) -> None:
+    known = [record for record in records if not math.isnan(record.azimuth)]
+    for other in known[1:]:
+        apart = abs((other.azimuth - known[0].azimuth + 180.0) % 360.0 - 180.0)
+        if apart > _ONE_DIRECTION:
+            stated = (f"{one.record_id!r} ({one.azimuth:g} degrees)" for one in (known[0], other))
+            raise ParameterError(
+                f"A sequence of {' and '.join(stated)}. Must be of components in one direction; "
+                "azimuth_degree (--azimuth-degree) rotates recordings into one."
+            )
 
 
 def _refined(record: Record, step: float) -> NDArray[np.float64]:

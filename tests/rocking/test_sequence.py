@@ -190,6 +190,12 @@ def test_facts_are_those_of_the_strongest_motion_or_common() -> None:
     assert both.processing == ("sequence: after, then main, with 60 s of rest between them",)
 
 
+def test_a_sensor_that_was_turned_a_little_still_records_one_direction() -> None:
+    """Azimuths of 359.5 and 0.5 degrees are 1 degree apart."""
+    turned = [replace(MAIN, azimuth=359.5), replace(AFTER, azimuth=0.5)]
+    assert len(in_sequence(turned, 60.0).parts) == 2
+
+
 @pytest.mark.parametrize(
     ("records", "rest", "message"),
     [
@@ -201,6 +207,12 @@ def test_facts_are_those_of_the_strongest_motion_or_common() -> None:
             60.0,
             r"horizontal and vertical",
         ),
+        (
+            [replace(MAIN, azimuth=0.0), AFTER, replace(MAIN, azimuth=90.0)],
+            60.0,
+            r"'main' \(0 degrees\) and 'main' \(90 degrees\)\. Must be of components in one",
+        ),
+        ([replace(MAIN, azimuth=0.0), replace(AFTER, azimuth=180.0)], 60.0, r"one direction"),
     ],
 )
 def test_sequences_that_cannot_be_joined(records: list[Record], rest: float, message: str) -> None:
