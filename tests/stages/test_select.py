@@ -189,7 +189,8 @@ def test_pulse_likeness_needs_pulses(tmp_path: Path) -> None:
     [
         ({"conditioning_period_s": 1.0}, "Of conditioning_period_s and conditioning_sa_g only one"),
         ({"scale_period_s": 1.0, "scale_pgv_m_s": 1.0}, "both stated: each scales the motions"),
-        ({"scale_bounds": (2.0, 1.0)}, r"scale_bounds \[2, 1\]\. Must be two positive numbers"),
+        ({"scale_bounds": (2.0, 1.0)}, r"scale_bounds \[2, 1\]\. Must be two numbers from"),
+        ({"scale_bounds": (1.0, 1e300)}, r"Must be two numbers from 0\.001 to 1000, the smaller"),
         ({"hazard_site": (200.0, 95.0)}, r"hazard_site 200 95\. Must be longitude, then latitude"),
     ],
 )
@@ -222,8 +223,9 @@ def test_an_input_is_not_replaced(tmp_path: Path) -> None:
         ("record_id,scale\n", ": states no record."),
         ("record_id,scale\na,1\na,2\n", ":3: record_id 'a' is stated twice."),
         ("record_id,scale\n../a,1\n", ":2: record_id '../a'. Must be a record"),
-        ("record_id,scale\na,0\n", ":2: scale '0'. Must be a number above 0."),
-        ("record_id,scale\na\n", ":2: scale ''. Must be a number above 0."),
+        ("record_id,scale\na,0\n", ":2: scale '0'. Must be a number from 0.001 to 1000."),
+        ("record_id,scale\na,1e300\n", ":2: scale '1e300'. Must be a number from 0.001"),
+        ("record_id,scale\na\n", ":2: scale ''. Must be a number from 0.001 to 1000."),
     ],
 )
 def test_a_list_with_a_fault_is_named(text: str, message: str, tmp_path: Path) -> None:

@@ -72,6 +72,12 @@ def test_the_file_of_records_has_the_sequence_and_its_motions(records: Path) -> 
     assert not both.acceleration[size:-size].any()
 
 
+def test_a_rest_of_years_is_refused() -> None:
+    """Its still ground would not fit into memory."""
+    with pytest.raises(ParameterError, match=r"rest_s .*Must be at most 3600"):
+        IngestOptions(sequence=("main", "after"), rest_s=1e9)
+
+
 def test_a_row_for_each_motion_and_structure(home: Path, records: Path) -> None:
     output = home / "response.nc"
     options = RespondOptions(margins="none", ensemble=Ensemble(members=0))

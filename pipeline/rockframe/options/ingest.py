@@ -39,12 +39,17 @@ _AT_LEAST: Final = frozenset(
 )
 
 
+#: Range of factors on a selected motion: wider than any use, and without overflow.
+LEAST_FACTOR: Final = 1e-3
+LARGEST_FACTOR: Final = 1e3
+
+
 def _factors(bounds: tuple[float, float]) -> tuple[float, float]:
-    """Require two positive factors; equal ones scale all motions alike."""
+    """Require two factors in order; equal ones scale all motions alike."""
     low, high = bounds
-    if not 0.0 < low <= high < math.inf:
-        must = "Must be two positive numbers, the smaller one first"
-        raise value_error(f"[{low:g}, {high:g}]. {must}")
+    if not LEAST_FACTOR <= low <= high <= LARGEST_FACTOR:
+        must = f"Must be two numbers from {LEAST_FACTOR:g} to {LARGEST_FACTOR:g}"
+        raise value_error(f"[{low:g}, {high:g}]. {must}, the smaller one first")
     return bounds
 
 
@@ -221,7 +226,7 @@ class IngestOptions(Options):
     sequence: Annotated[Motions | None, Field(examples=[("main", "aftershock")])] = None
     """Records that follow one another, such as a mainshock and its aftershocks: one more motion, in
     which each structure comes to rest between them and keeps its damage."""
-    rest_s: Positive = 120.0
+    rest_s: Annotated[Positive, Field(le=3600.0)] = 120.0
     """Time from the end of one motion of the sequence to the start of the next one [s]."""
     strict: bool = False
     """Stop at the first rejected file, and write nothing."""
@@ -326,8 +331,8 @@ class SelectOptions(Options):
     >>> from pathlib import Path
     >>> SelectOptions(target=Path("target.csv"), scale_bounds=(4.0, 0.25))
     Traceback (most recent call last):
-    rockframe.errors.ParameterError: scale_bounds [4, 0.25]. Must be two positive numbers, the \
-smaller one first.
+    rockframe.errors.ParameterError: scale_bounds [4, 0.25]. Must be two numbers from 0.001 to \
+1000, the smaller one first.
     """
 
     target: File

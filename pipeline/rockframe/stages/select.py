@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.cells import decimal, read_rows
 from rockframe.errors import InputError, ParameterError
-from rockframe.options.ingest import Filters, SelectOptions
+from rockframe.options.ingest import LARGEST_FACTOR, LEAST_FACTOR, Filters, SelectOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import is_record_id
 from rockframe.results.pulses import RecordMetadata, read_metadata
@@ -368,7 +368,7 @@ def read_selection(path: Path) -> dict[str, float]:
     ------
     InputError
         If the file cannot be read, lacks a column or a record, states a record twice, or a factor
-        that is not a positive number.
+        that is not a number from 0.001 to 1000.
 
     Examples
     --------
@@ -403,8 +403,9 @@ def read_selection(path: Path) -> dict[str, float]:
             found[name] = decimal(scale)
         except ValueError:
             found[name] = math.nan
-        if not found[name] > 0.0:
-            raise InputError(path, f"scale {scale[:80]!r}. Must be a number above 0.", line=line)
+        if not LEAST_FACTOR <= found[name] <= LARGEST_FACTOR:
+            must = f"Must be a number from {LEAST_FACTOR:g} to {LARGEST_FACTOR:g}."
+            raise InputError(path, f"scale {scale[:80]!r}. {must}", line=line)
     if not found:
         raise InputError(path, "states no record. Must state one or more.")
     return found
