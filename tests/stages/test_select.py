@@ -70,6 +70,17 @@ def test_selected_motions_have_the_target_where_they_are_scaled(real: Path) -> N
             assert float(record.processing[-1].removeprefix("scaled by ")) == row["scale"]
 
 
+def test_selected_motions_are_not_selected_again(real: Path, tmp_path: Path) -> None:
+    """The second list would not have the first factor, so it would not make the same motions."""
+    selected(real)
+    again = SelectOptions(target=real / "target.csv", motions=1)
+    with pytest.raises(
+        ParameterError, match=r"is scaled by \d.* already\. Select from the records"
+    ):
+        select_stage(real / "selected.nc", tmp_path / "again.nc", again)
+    assert not list(tmp_path.iterdir())
+
+
 def test_motions_scaled_by_pgv_have_this_pgv(real: Path) -> None:
     for row in selected(real, scale_pgv_m_s=0.4).motions:
         record = of_selected(real)[row["record_id"]]

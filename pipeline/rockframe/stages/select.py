@@ -17,7 +17,7 @@ from rockframe.cells import decimal, read_rows
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.ingest import LARGEST_FACTOR, LEAST_FACTOR, Filters, SelectOptions
 from rockframe.provenance import refuse_overwriting
-from rockframe.record import is_record_id
+from rockframe.record import Record, is_record_id
 from rockframe.results.pulses import RecordMetadata, read_metadata
 from rockframe.results.records import RecordsFile, open_records, write_scaled
 from rockframe.results.tables.entries import beside, refuse_other_table, write_rows_as
@@ -142,7 +142,8 @@ def select_stage(
     InputError
         If a file cannot be read or written, or if the target does not cover the periods.
     ParameterError
-        If not enough records can be selected, or if pulses are needed but not stated.
+        If not enough records can be selected, if pulses are needed but not stated, or if records
+        are scaled already.
 
     Examples
     --------
@@ -276,6 +277,7 @@ class _Pool:
         spectra = np.empty((len(rows), len(periods)))
         for k, name in enumerate(self.names):
             record = self._file.read(name)
+            _refuse_scaled(record)
             spectra[k] = spectral_acceleration(record.acceleration, record.time_step, periods)
             progress(k + 1, len(rows))
         everything = np.log(spectra)
@@ -316,6 +318,14 @@ class _Pool:
         out = f" Left out: {counted}." if counted else ""
         what = "Allow more, add records, or state fewer motions."
         return f"{wanted} {self.records} horizontal records.{out} {what}"
+
+
+def _refuse_scaled(record: Record) -> None:
+    """Raise an error if a record is scaled: its factor would be missing in the list."""
+    for step in record.processing:
+        if step.startswith("scaled by "):
+            message = f"record {record.record_id!r} is {step} already. Select from the records as"
+            raise ParameterError(f"{message} `rockframe ingest` wrote them, without a selection.")
 
 
 def _verticals(file: RecordsFile, factors: Mapping[str, float]) -> dict[str, str]:
