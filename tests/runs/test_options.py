@@ -29,6 +29,8 @@ def everything(folder: Path, rotation: str) -> Plan:
     text = re.sub(rf"(?m)^(?!{rotation})(azimuth|strike)_degree = .*\n", "", text)
     beside = "azimuths_degree" if rotation == "azimuth" else "pulse_(period_s|length_m|like)"
     text = re.sub(rf"(?m)^{beside} = .*\n", "", text)  # these exclude each other
+    joined = "sequence" if rotation == "azimuth" else "selection"
+    text = re.sub(rf"(?m)^{joined} = .*\n", "", text)  # and these
     other = "radius_m|friction|effective_period_s|design_displacement_m|moment_capacity_nm"
     text = re.sub(rf"(?m)^({other}) = .*\n", "", text)  # alternative keys of rivals
     text = text.replace("= false", "= yes").replace("= true", "= false").replace("= yes", "= true")

@@ -250,7 +250,7 @@ class IngestOptions(Options):
     @model_validator(mode="after")
     def _sequence_or_selection(self) -> Self:
         if self.sequence is not None and self.selection is not None:
-            raise rule("sequence and selection both stated, which has factors of single records")
+            raise rule("sequence and selection both stated. State only one of them")
         return self
 
     @property
