@@ -290,3 +290,14 @@ def test_the_command_prints_the_motions_and_the_largest_differences(
         row["record_id"] for row in selected(real).motions
     ]
     assert len(known["periods"]) == 4
+
+
+@pytest.mark.parametrize("stated", [["--uncorrected"], ["--trust", "samples"]])
+def test_options_for_record_files_are_not_ignored(
+    stated: list[str], real: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The records of a netCDF file are read already, so such an option would change nothing."""
+    words = ["select", f"{real}/records.nc", "--target", f"{real}/target.csv", "--motions", "2"]
+    assert main([*words, *stated, "--output", f"{real}/read.nc"]) == 2
+    assert f"records.nc: {stated[0]} is for record files, and this one" in capsys.readouterr().err
+    assert not list(real.glob("read*"))

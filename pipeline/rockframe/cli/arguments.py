@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import MATRIX_QUANTITIES, TABLE_FORMATS
 from rockframe.cli.console import show_rejections
-from rockframe.cli.options import Once, add_options, chosen, file_to_write, path
+from rockframe.cli.options import Once, add_options, chosen, file_to_write, flag, path
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import ExecutionOptions, ReadingOptions
@@ -182,6 +182,7 @@ def records_file(
             raise ParameterError(
                 "Invalid --workers 0. Must be at least 1, because no record file is read."
             )
+        _refuse_reading(given[0], ingest)
         yield given[0], 0
         return
     with scratch_folder() as folder:
@@ -191,6 +192,15 @@ def records_file(
             given, made, ingest.replaced(spectral_periods_s=None), workers=workers
         )
         yield made, show_rejections(ingested.rejections)
+
+
+def _refuse_reading(path: Path, ingest: IngestOptions) -> None:
+    """Raise an error if options for reading record files are stated, which would be ignored."""
+    # Periods of spectra are also an option of `screen`, which reads records.nc.
+    for name, value in ingest.replaced(spectral_periods_s=None):
+        if value != IngestOptions.model_fields[name].default:
+            message = f"{flag(name)} is for record files, and this one is read already. State it to"
+            raise InputError(path, f"{message} `rockframe ingest`.")
 
 
 def stated_records(options: argparse.Namespace) -> AbstractContextManager[tuple[Path, int]]:
