@@ -32,6 +32,11 @@ def synthetic() -> np.ndarray:
     return np.asarray(pulse + fast + slow)
 
 
+def test_scalograms_are_of_rickers() -> None:
+    with pytest.raises(ParameterError, match=r"Invalid wavelet 'haar'. Must be one of: symmetric"):
+        scalogram(TIME, 0.01, "haar", np.array([0.4]))
+
+
 @pytest.mark.parametrize("wavelet", RICKERS)
 @settings(max_examples=20, deadline=None)
 @given(

@@ -7,13 +7,36 @@ from typing import Any
 
 import pytest
 
-from rockframe import FixedFrame, IsolatedDeck, ParameterError, Pulse, respond_oscillators
+from rockframe import (
+    FixedFrame,
+    IsolatedDeck,
+    ParameterError,
+    Pulse,
+    RockingFrame,
+    respond_oscillator,
+    respond_oscillators,
+)
+from rockframe.oscillators.comparison import Rivals
+from rockframe.parts import Dissipater
 
 RUBBER: dict[str, Any] = {"strength_ratio": 0.05, "period": 2.5}
 COLUMNS: dict[str, Any] = {
     "columns": 2, "height": 9.6, "width": 1.6, "depth": 1.6, "modulus": 30e9,
     "column_mass": 6e4, "deck_mass": 5e5,
 }  # fmt: skip
+
+
+def test_the_facts_of_an_elastic_frame_have_no_ductility_and_no_yielding() -> None:
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=3.0, T_p=1.0)
+    facts = respond_oscillator(FixedFrame(period=0.5), pulse).facts()
+    assert {*facts} == {"bridge", "largest u", "left u", "largest force over weight"}
+
+
+def test_bridges_are_compared_with_a_free_frame() -> None:
+    bars = Dissipater(stiffness=5e7, yield_force=1e5, lever_arm=0.8)
+    bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, column_mass=5e4, dissipater=bars)
+    with pytest.raises(ParameterError, match="State it without them"):
+        Rivals(bent)
 
 
 @pytest.mark.parametrize(

@@ -302,3 +302,12 @@ def test_bands_of_median_and_beta_hold_what_they_promise() -> None:
     assert (hits >= 48).all(), hits
     stands = fit_fragility([1.0, 2.0], [1.0], [[0], [0]])
     assert np.isnan([*stands.median_band, *stands.lognormal_beta_band]).all()
+
+
+def test_a_fragility_without_range_draws_no_curve() -> None:
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+    replace(fit_fragility([1.0, 2.0], [1.0], [[0], [0]]), lowest=math.nan).draw(axes)
+    assert not axes.lines
+    assert axes.get_ylabel() == "probability"

@@ -24,6 +24,20 @@ from rockframe.risk.fragility import Curve
 POWER = HazardCurve("pga", np.array([1e-9, 1e9]), np.array([1e14, 1e-22]))
 
 
+@pytest.mark.parametrize(
+    ("intensity", "rate", "words"),
+    [
+        ([1.0], [1.0], "hazard curve of 1 points. Must have two or more"),
+        ([1.0, -2.0], [1.0, 0.5], "intensity -2 of point 2 of the hazard curve. Must be positive"),
+        ([2.0, 1.0], [1.0, 0.5], "intensities of the hazard curve. Must be increasing"),
+        ([1.0, 2.0], [0.5, 0.5], "rates of the hazard curve. Must be decreasing"),
+    ],
+)
+def test_curves_that_are_none(intensity: list[float], rate: list[float], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        HazardCurve("pga", np.array(intensity), np.array(rate))
+
+
 def curve_of(median: float, slope: float, curve: Curve = "logistic") -> Fragility:
     return Fragility(
         Outcome.FITTED,

@@ -52,6 +52,14 @@ def test_lognormal_fragility_under_a_power_law_has_a_closed_form(tmp_path: Path)
     assert_allclose(found.low, found.rate, rtol=1e-12)
 
 
+def test_folders_and_files_without_what_is_asked_for(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no hazard curves of OpenQuake in the folder"):
+        read_hazard(tmp_path)
+    path = openquake(tmp_path / "curve.csv", [0.1, 0.2], [(10.0, 40.0, [0.2, 0.1])])
+    with pytest.raises(InputError, match="names no sites"):
+        read_hazard(path, Site(name="Haifa"))
+
+
 @pytest.mark.parametrize("value", [-0.1, 0.0, math.inf, math.nan])
 def test_median_and_beta_of_a_lognormal_fragility_are_positive(value: float) -> None:
     """With a negative beta a frame would stand better the stronger the motion."""

@@ -233,6 +233,13 @@ def test_the_model_ends_where_a_member_reaches_a_limit() -> None:
         assert (tied.model_end is ModelEnd.TENDON_YIELDS) == (expected is not None)
 
 
+def test_members_with_bars_alone_have_no_tendon_force() -> None:
+    barred = dataclasses.replace(RESTRAINED, tendon=None, dissipater=BARS)
+    found = member_peaks([rough(3)], [barred], Ensemble(members=16))
+    assert np.isnan(found.tendon_force).all()
+    assert (found.dissipater_force > 0.0).all()
+
+
 def test_no_loss_of_impacts_makes_a_member_impossible() -> None:
     """A member of a block of 45 degrees, of which an impact takes three quarters, keeps some."""
     cube = RockingFrame(height=3.0, width=3.0)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,15 +14,21 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
+from rockframe.parts import Dissipater
 from rockframe.record import Record
 from rockframe.rocking import margins, respond_many
 from rockframe.rocking.design import Design
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.portrait import barrier_rate
+from rockframe.rocking.reactions import column_forces
 from rockframe.rocking.response import respond
 from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+TIED = replace(
+    BENT, column_mass=5e4, dissipater=Dissipater(stiffness=5e7, yield_force=1e5, lever_arm=0.8)
+)
 STILL = GroundAcceleration.from_samples(np.zeros(11), 0.01)
 
 
@@ -152,6 +160,41 @@ def test_a_ground_that_is_none_is_refused(coefficients: NDArray[np.float64], wor
 def test_a_start_that_is_no_time_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"Invalid start time nan s. Must be finite"):
         GroundAcceleration.from_samples([0.0, 1.0], 0.1, start_time=math.nan)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: replace(STILL, vertical=np.zeros((3, 2))), "of shape (3, 2). Must be (10, 2)"),
+        (lambda: replace(STILL, vertical=np.full((10, 2), np.inf)), "interval 0. Must be finite"),
+        (lambda: STILL.with_vertical(STILL.followed_by_rest(0.1)), "20 intervals. Must have 10"),
+        (lambda: STILL.with_vertical(replace(STILL, time_step=0.02)), "time step 0.02 s of the"),
+        (
+            lambda: GroundAcceleration.from_function(np.sin, 0.0, 1.0, intervals=3, degree=6),
+            "Invalid degree 6. Must be 0 to 5",
+        ),
+        (lambda: barrier_rate(TIED, 0.0), "has tendons or dissipaters. The moment and the barrier"),
+        (
+            lambda: column_forces(respond(TIED, STILL), STILL, spacing=9.0, beam_centre=1.0),
+            "has tendons or dissipaters, and their effect",
+        ),
+        (
+            lambda: Design(dimension="width", lowest=1.0, highest=2.0).candidates(
+                replace(BENT, inertia_ratio=1.4)
+            ),
+            "has a stated inertia_ratio 1.4, which depends on the width",
+        ),
+    ],
+)
+def test_grounds_frames_and_designs_that_do_not_fit(make: Callable[[], Any], words: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(words)):
+        make()
+
+
+def test_a_design_varies_the_mass_ratio_alone() -> None:
+    design = Design(dimension="mass_ratio", lowest=1.0, highest=2.0, steps=2)
+    expected = (replace(BENT, mass_ratio=1.0), replace(BENT, mass_ratio=2.0))
+    assert design.candidates(BENT) == expected
 
 
 def test_a_pulse_at_no_time_is_refused() -> None:

@@ -21,6 +21,7 @@ from rockframe import (
     respond_scenarios,
 )
 from rockframe.parts import Dissipater, Tendon
+from rockframe.rocking import batch
 from rockframe.units import GRAVITY
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
@@ -61,6 +62,19 @@ def test_same_bits_in_any_company_and_order() -> None:
     for k in range(0, 300, 37):
         alone = respond_scenarios([grounds[ground[k]]], [frames[frame[k]]], [0], [0], [scale[k]])
         same_bits(alone, together, slice(k, k + 1))
+
+
+def test_full_batches_are_computed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A batch that is full does not wait for other motions; the bits are the same."""
+
+    def computed() -> Scenarios:
+        return respond_scenarios(
+            [noise(1), PULSE], [BENT, COLUMN], [0, 1, 1], [0, 0, 1], [0.5, 1.0, 1.5]
+        )
+
+    together = computed()
+    monkeypatch.setattr(batch, "AT_A_TIME", 1)
+    same_bits(computed(), together, slice(None))
 
 
 def test_many_is_the_product_of_scenarios() -> None:

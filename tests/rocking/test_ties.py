@@ -204,6 +204,26 @@ def test_the_deck_closes_its_gap_where_the_drift_reaches_it() -> None:
     assert math.isnan(response.lift_exceeded_time)
 
 
+def test_a_gap_that_the_released_frame_has_passed_is_closed_at_once() -> None:
+    frame = replace(BENT, abutment=Abutment(gap=0.25))
+    response = respond(frame, still(1.0), initial_rotation=0.9 * BENT.slenderness)
+    assert response.gap_closed_time == 0.0
+    assert response.facts()["gap closes at"] == "0.00 s"
+
+
+def test_a_drawing_has_the_band_of_the_ensemble_where_there_is_one() -> None:
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+    response = respond(BENT, still(0.1), initial_rotation=0.5 * BENT.slenderness)
+    low, high = response.theta - 0.01, response.theta + np.inf
+    replace(response, theta_low=low, theta_high=high).draw(axes)
+    (band,) = axes.collections
+    extent = band.get_paths()[0].get_extents()
+    assert extent.ymin == pytest.approx(low.min() / BENT.slenderness)
+    assert extent.ymax == pytest.approx(math.pi / BENT.slenderness)
+
+
 def test_a_deck_that_sinks_does_not_exceed_the_allowed_lift() -> None:
     """On its way to overturning the deck sinks, by more than it ever rose."""
     highest = 2.0 * BENT.size - BENT.height
@@ -211,6 +231,7 @@ def test_a_deck_that_sinks_does_not_exceed_the_allowed_lift() -> None:
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.8 * GRAVITY, T_p=1.5)
     response = respond(frame, pulse)
     assert np.nanmin(response.v) < -1.01 * highest
+    assert response.facts()["nominal overturning time"] == f"{response.overturning_time:.2f} s"
     assert math.isnan(response.lift_exceeded_time)
     lower = replace(frame, abutment=Abutment(gap=9.0, uplift_allowance=0.99 * highest))
     when = int(np.searchsorted(response.time, respond(lower, pulse).lift_exceeded_time))

@@ -23,7 +23,7 @@ from rockframe.frame import RockingFrame
 from rockframe.parts import Lever
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import Response, as_ground
+from rockframe.rocking.response import Response, RestraintResponse, as_ground
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -151,7 +151,7 @@ def reactions_under(response: Response, across: Float, upwards: Float) -> Reacti
     support = ((1.0 + gamma) * across + column_across + gamma * beam_across) / GRAVITY
     lean, press = np.zeros((2, 1))
     if response.restraint is not None:  # ties compress the joints, inclined by half the rotation
-        tied = _tie_forces(response)
+        tied = _tie_forces(response.restraint, response.frame)
         lean, press = tied * np.sin(0.5 * response.theta), tied * np.cos(0.5 * response.theta)
     capped = float(gamma > 0.0)
     return Reactions(
@@ -367,18 +367,15 @@ def _tie_moment(response: Response) -> Float:
     return moment
 
 
-def _tie_forces(response: Response) -> Float:
+def _tie_forces(found: RestraintResponse, frame: RockingFrame) -> Float:
     """Return the forces of the ties across one joint, over the weight of a column."""
-    found, frame = response.restraint, response.frame
-    forces = np.zeros(response.time.size)
-    if found is None or frame.column_mass is None:
-        return forces
+    forces = np.zeros(found.tendon_force.size)
     for tie, force in (
         (frame.tendon, found.tendon_force),
         (frame.dissipater, found.dissipater_force),
     ):
         if tie is not None:
-            forces = forces + force / (frame.column_mass * GRAVITY)
+            forces = forces + force / ((frame.column_mass or math.nan) * GRAVITY)
     return forces
 
 

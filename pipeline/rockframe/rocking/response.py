@@ -168,8 +168,6 @@ def first_crossing(time: Float, u: Float, velocity: Float, level: float) -> tupl
     >>> first_crossing(time, time**2, 2.0 * time, 0.25)
     (0.5, 1.0)
     """
-    if level <= 0.0:
-        return math.nan, math.nan
     if abs(u[0]) >= level:
         return float(time[0]), abs(float(velocity[0]))
     size, speed = np.abs(u), np.abs(velocity)
