@@ -26,7 +26,7 @@ PYTEST = $(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 study report explore paper docs validation test test-examples test-browser test-dask test-workflow test-faults test-processors test-all check format bench fuzz clean
+.PHONY: help setup table1 study report explore paper docs validation test test-examples test-browser test-dask test-workflow test-faults test-processors test-all check format bench coverage fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -50,6 +50,7 @@ help:
 	@echo "make check    format, lint, strict types, doctests, direction of imports, small benchmarks"
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
+	@echo "make coverage  print the branches of rocking, oscillators, matching and risk that no test takes"
 	@echo "make fuzz     feed each reader damaged files for $(SECONDS) s, guided by coverage (Linux)"
 	@echo "make validation  run a plain integrator and OpenSees beside the package, and make the tables of"
 	@echo "              docs/validation.md (hours)"
@@ -141,6 +142,9 @@ format: $(MADE)
 
 bench: $(EXTRAS)
 	@$(BIN)/python -m tests.benchmarks.bench --output outputs/bench.json
+
+coverage: $(EXTRAS)
+	@$(BIN)/python -m tests.benchmarks.coverage --output outputs/coverage
 
 validation: $(MADE)
 	@nice $(BIN)/python -m tests.validation.independent

@@ -15,6 +15,7 @@ FOLDER: Final = REPOSITORY / "tests" / "benchmarks"
 NAMES: Final = sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "size")
 #: Modules of extras that a benchmark needs, and the extra.
 EXTRAS: Final = {
+    "coverage": (("coverage", "bench"),),
     "explorer": (("playwright", "browser"), ("uvicorn", "explorer")),
     "heyoka_rival": (("heyoka", "bench"),),
     "peers": (("eqsig", "bench"), ("pystrata", "bench")),

@@ -14,6 +14,7 @@ import ast
 import json
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -72,7 +73,7 @@ _COMPARISONS: Final[dict[type[ast.cmpop], str]] = {
     ast.NotEq: "==",
 }
 #: Seconds after which the tests of a mutant are ended: it loops, which is noticed.
-_LONGEST: Final = 1800
+_LONGEST: Final = 900
 
 
 @dataclass(frozen=True)
@@ -201,18 +202,21 @@ def sampled(mutants: Sequence[Mutant], number: int, seed: int) -> list[Mutant]:
     return [one for one, _ in zip(rounds, range(number), strict=False)]
 
 
-def tests_of(file: str) -> list[str]:
+def tests_of(file: str, *, own: bool) -> list[str]:
     """Return the tests that reach a file of the package, those named after it first.
 
-    They are its doctests, the tests of a file or folder of its name, and those of its room.
+    They are its doctests, the tests of a file or folder of its name, and those of its room; `own`
+    are those of the room's folder alone, besides the doctests.
     """
     path = Path(file)
+    if own:
+        return [(PACKAGE / file).as_posix(), f"tests/{path.parts[0]}"]
     names = {f"test_{path.stem}.py", f"test_{path.parent.name}.py"}
-    own = sorted(test for test in (ROOT / "tests").rglob("test_*.py") if test.name in names)
-    named = [test.relative_to(ROOT).as_posix() for test in own]
+    named = sorted(test for test in (ROOT / "tests").rglob("test_*.py") if test.name in names)
     stem = file.removesuffix(".py")
     room = max((r for r in ROOMS if f"{stem}/".startswith(f"{r}/") or not r), key=len)
-    return [(PACKAGE / file).as_posix(), *named, *ROOMS[room].split()]
+    first = [test.relative_to(ROOT).as_posix() for test in named]
+    return [(PACKAGE / file).as_posix(), *first, *ROOMS[room].split()]
 
 
 def copied(root: Path, folder: Path) -> Path:
@@ -231,32 +235,38 @@ def copied(root: Path, folder: Path) -> Path:
 @cache
 def passes_whole(copy: Path, test: str) -> bool:
     """Return True if a test passes on the package as it is."""
-    return passes(copy, test)
+    return not first_failure(copy, [test])
 
 
-def passes(copy: Path, test: str) -> bool:
-    """Return True if a test file or folder of a copy passes; one that lasts too long does not."""
+def first_failure(copy: Path, tests: Sequence[str]) -> str:
+    """Return the first test of files or folders of a copy that fails; "" if all pass.
+
+    It is the first file if they last too long, or if a module cannot be imported.
+    """
     environment = {**os.environ, "PYTHONPATH": str(copy / "pipeline")}
-    words = ["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", test]
+    words = ["-m", "pytest", "-q", "-x", "--tb=no", "-p", "no:cacheprovider", *tests]
     try:
         done = subprocess.run(
             [sys.executable, *words], cwd=copy, env=environment, timeout=_LONGEST,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False,
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        return False
-    return done.returncode in (0, 5)  # 5: the file has no doctest
+        return tests[0]
+    if done.returncode in (0, 5):  # 5: the file has no doctest
+        return ""
+    named = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+    return named[1] if named else tests[0]
 
 
-def noticed_by(copy: Path, mutant: Mutant, stamp: int) -> str:
-    """Return the first test file or folder that notices a mutant; "" if none does."""
+def noticed_by(copy: Path, mutant: Mutant, stamp: int, *, own: bool = False) -> str:
+    """Return the first test that notices a mutant; "" if none does."""
     path = copy / PACKAGE / mutant.file
     whole, times = path.read_bytes(), path.stat()
     try:
         path.write_bytes(whole[: mutant.start] + mutant.after.encode() + whole[mutant.end :])
         # Python compares times in whole seconds to see that a file has changed
         os.utime(path, (times.st_atime, times.st_mtime + stamp))
-        return next((test for test in tests_of(mutant.file) if not passes(copy, test)), "")
+        return first_failure(copy, tests_of(mutant.file, own=own))
     finally:
         path.write_bytes(whole)
         os.utime(path, (times.st_atime, times.st_mtime))
@@ -269,6 +279,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--number", type=int, default=sized(30, 0), help="mutants (default: 30)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the sample (default: 1)")
     parser.add_argument("--rooms", nargs="+", default=[""], help="only files below these")
+    parser.add_argument("--own", action="store_true", help="only the tests of the room itself")
     parser.add_argument("--list", action="store_true", help="only list the sample")
     chosen = parser.parse_args(arguments)
     known = [one for one in all_mutants(ROOT) if one.file.startswith(tuple(chosen.rooms))]
@@ -280,23 +291,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     folder = chosen.output or Path(tempfile.mkdtemp(prefix="mutants-"))
     folder.mkdir(parents=True, exist_ok=True)
-    tried(copied(ROOT, folder.resolve()), sample, folder / "results.jsonl")
+    tried(copied(ROOT, folder.resolve()), sample, folder / "results.jsonl", own=chosen.own)
 
 
-def tried(copy: Path, sample: Sequence[Mutant], results: Path) -> None:
+def tried(copy: Path, sample: Sequence[Mutant], results: Path, *, own: bool = False) -> None:
     """Try mutants that have no result yet; append each result, and print the survivors."""
     lines = results.read_text("utf-8").splitlines() if results.exists() else []
     found = {Mutant(**one["mutant"]): str(one["noticed_by"]) for one in map(json.loads, lines)}
     for one, stamp in zip(sample, count(1), strict=False):
         if one not in found:
-            test = found[one] = noticed_by(copy, one, stamp)
+            test = found[one] = noticed_by(copy, one, stamp, own=own)
             if test and not passes_whole(copy, test):
                 raise SystemExit(f"{test} fails without a mutant")
             with results.open("a", encoding="utf-8") as file:
                 file.write(json.dumps({"mutant": asdict(one), "noticed_by": test}) + "\n")
         words = f"noticed by {found[one]}" if found[one] else "SURVIVES"
         print(f"{one.file}:{one.line}: {one.before} -> {one.after}: {words}", flush=True)
-    print(f"{sum(bool(found[one]) for one in sample)} of {len(sample)} mutants noticed")
+    rooms = sorted({one.file.split("/")[0] for one in sample})
+    for room in [*rooms, ""] if len(rooms) > 1 else [""]:
+        some = [one for one in sample if one.file.startswith(room)]
+        where = f"{room}: " if room else ""
+        print(f"{where}{sum(bool(found[one]) for one in some)} of {len(some)} mutants noticed")
 
 
 if __name__ == "__main__":
