@@ -26,9 +26,8 @@ from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
-TIED = replace(
-    BENT, column_mass=5e4, dissipater=Dissipater(stiffness=5e7, yield_force=1e5, lever_arm=0.8)
-)
+BARS = Dissipater(stiffness=5e7, yield_force=1e5, lever_arm=0.8)
+TIED = replace(BENT, column_mass=5e4, dissipater=BARS)
 STILL = GroundAcceleration.from_samples(np.zeros(11), 0.01)
 
 
@@ -172,6 +171,10 @@ def test_a_start_that_is_no_time_is_refused() -> None:
         (
             lambda: GroundAcceleration.from_function(np.sin, 0.0, 1.0, intervals=3, degree=6),
             "Invalid degree 6. Must be 0 to 5",
+        ),
+        (
+            lambda: respond(replace(TIED, dissipater=replace(BARS, stiffness=1e13)), STILL),
+            "times the moment of gravity. Must be 10000 times at most",
         ),
         (lambda: barrier_rate(TIED, 0.0), "has tendons or dissipaters. The moment and the barrier"),
         (
