@@ -149,7 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, help="folder of the data")
     parser.add_argument("--rooms", nargs="+", default=sized(OWN, ("risk",)), help="default: four")
-    parser.add_argument("--seconds", type=float, default=3.0, help="longest test without numba")
+    parser.add_argument("--seconds", type=float, default=15.0, help="longest test without numba")
     parser.add_argument("--show", action="store_true", help="only print the data of the last runs")
     chosen = parser.parse_args(arguments)
     folder = (chosen.output or Path(tempfile.mkdtemp(prefix="coverage-"))).resolve()
