@@ -227,5 +227,7 @@ def test_a_study_takes_the_list_of_selected_records(tmp_path: Path) -> None:
     peaks = {record.record_id: record.pga for record in read_records(tmp_path / "run/records.nc")}
     assert peaks == pytest.approx({"motion-1": 0.70 * GRAVITY, "motion-2": 0.2 * GRAVITY}, rel=1e-3)
     selection.write_text("record_id,scale\nmotion-1,none\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"selected\.csv:2: scale 'none'\. Must be a number from 0.001"):
+    with pytest.raises(
+        InputError, match=r"selected\.csv:2: scale 'none'\. Must be a number from 0.001"
+    ):
         listed(study)
