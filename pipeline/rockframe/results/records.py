@@ -411,12 +411,16 @@ class RecordsFile:
         high = float(self._values_of["corner_frequency_high"].values[row])
         if math.isnan(high):
             return None
-        with damage_named(self.path, RECORDS):
-            samples = self._series["acceleration_as_read"][self._samples_of[row]].values
+        samples = self._samples("acceleration_as_read", row)
         try:
             return AsRead(samples, BandPass(self.corner(name).frequency, high))
         except ParameterError as error:
             raise InputError(self.path, f"record {name!r}: {error}") from None
+
+    def _samples(self, variable: str, row: int) -> NDArray[np.float64]:
+        """Return the samples of a record by the row in which the file has it."""
+        with damage_named(self.path, RECORDS):
+            return np.asarray(self._series[variable][self._samples_of[row]].values)
 
     def scaled_row(self, name: str, factor: float) -> Row:
         """Return the series of a record and its other values, by variable, times a factor.
@@ -432,9 +436,7 @@ class RecordsFile:
         series = {"acceleration": record.acceleration}
         row = self._rows[name]
         if "acceleration_as_read" in self._series:
-            with damage_named(self.path, RECORDS):
-                as_read = self._series["acceleration_as_read"][self._samples_of[row]].values
-            series["acceleration_as_read"] = factor * as_read
+            series["acceleration_as_read"] = factor * self._samples("acceleration_as_read", row)
         values = {
             str(key): one.values[row]
             for key, one in self._values_of.variables.items()
@@ -470,8 +472,7 @@ class RecordsFile:
             for key, array in self._values_of.variables.items()
             if array.dims == ("record",)
         }
-        with damage_named(self.path, RECORDS):
-            samples = self._series["acceleration"][self._samples_of[row]].values
+        samples = self._samples("acceleration", row)
         try:
             record = _record(known, samples)
         except ParameterError as error:
