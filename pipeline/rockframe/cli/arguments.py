@@ -63,6 +63,18 @@ def add_records(parser: argparse.ArgumentParser, *, ready: bool = True) -> None:
     )
 
 
+def add_motions(parser: argparse.ArgumentParser) -> None:
+    """Add what commands that choose among motions take: records, ``--output`` and ``--pulses``."""
+    parser.add_argument(
+        "records",
+        type=path,
+        nargs="+",
+        help="output of `rockframe ingest`, or record files and folders",
+    )
+    add_output(parser)
+    parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
+
+
 def add_output(parser: argparse.ArgumentParser) -> None:
     """Add ``--output`` of a stage."""
     parser.add_argument(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli import arguments, console
-from rockframe.cli.options import add_options, chosen, path
+from rockframe.cli.options import add_options, chosen
 from rockframe.cli.stages.respond import matrices, show_responses
 from rockframe.interruption import keeping
 from rockframe.options.ingest import Filters, IngestOptions
@@ -26,14 +26,7 @@ _RESUMES: Final = "finished batches are kept; the same command resumes"
 
 def add_screen(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, scales, filters, and the file to write."""
-    parser.add_argument(
-        "records",
-        type=path,
-        nargs="+",
-        help="output of `rockframe ingest`, or record files and folders",
-    )
-    arguments.add_output(parser)
-    parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
+    arguments.add_motions(parser)
     arguments.add_format(parser)
     arguments.add_matrix(parser)
     arguments.add_structures(parser, one=False)

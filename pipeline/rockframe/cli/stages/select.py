@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rockframe.cli import arguments, console
-from rockframe.cli.options import add_options, chosen, file_to_write, path
+from rockframe.cli.options import add_options, chosen, file_to_write
 from rockframe.options.ingest import Filters, IngestOptions, SelectOptions
 from rockframe.provenance import refuse_obstacles
 
@@ -18,15 +18,8 @@ if TYPE_CHECKING:
 
 
 def add_select(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments: records, target, factors, constraints, and the files to write."""
-    parser.add_argument(
-        "records",
-        type=path,
-        nargs="+",
-        help="output of `rockframe ingest`, or record files and folders",
-    )
-    arguments.add_output(parser)
-    parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
+    """Add the arguments: records, target, scales, constraints, and the files to write."""
+    arguments.add_motions(parser)
     parser.add_argument(
         "--figure",
         type=file_to_write(".png", ".pdf", ".svg"),
