@@ -8,8 +8,11 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
+from pathlib import Path
 from types import MappingProxyType, SimpleNamespace
 from typing import Any, Final, TextIO
+
+from rockframe.errors import InputError
 
 #: A number that all programs read in the same way: ASCII digits, no underscores, no names.
 _DECIMAL: Final = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.ASCII | re.IGNORECASE)
@@ -148,6 +151,23 @@ def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
             row = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row]
         if row:
             yield reader.line_num, [original(cell) for cell in row]
+
+
+def table_lines(path: Path) -> list[tuple[int, list[str]]]:
+    """Return the line number and the texts of each row of a CSV file that is not empty.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read as a table.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            return list(read_rows(stream))
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}.") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from None
 
 
 def _writer(stream: TextIO) -> Callable[[Iterable[object]], object]:

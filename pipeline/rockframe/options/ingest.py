@@ -352,7 +352,7 @@ class SelectOptions(Options):
         0.25,
         4.0,
     )
-    """Smallest and largest factor on a motion."""
+    """Smallest and largest scale of a motion."""
     scale_period_s: Positive | None = None
     """Scale all motions to the target at this period [s]; by default by least squares of ln Sa over
     the periods."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -14,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.cells import decimal, read_rows
+from rockframe.cells import decimal, table_lines
 from rockframe.errors import InputError
 from rockframe.risk.hazard import HazardCurve
 from rockframe.risk.measures import (
@@ -322,7 +321,7 @@ def table_of(path: Path) -> tuple[Lines, list[str], str]:
     InputError
         If the file cannot be read as a table.
     """
-    lines = _lines(path)
+    lines: Lines = table_lines(path)
     comment = " ".join(lines[0][1]) if lines and lines[0][1][0].startswith("#") else ""
     lines = lines[1:] if comment else lines
     return lines, [name.strip() for name in lines[0][1]] if lines else [], comment
@@ -334,16 +333,6 @@ def _refuse_other_files(path: Path, lines: Lines, header: Sequence[str]) -> None
         if columns.search(",".join(header)):
             more = _FROM_FIELDS if "fields" in what else ""
             raise InputError(path, f"contains {what}. {_EXPORT}{more}.", line=lines[0][0])
-
-
-def _lines(path: Path) -> Lines:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            return list(read_rows(stream))
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}.") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from None
 
 
 def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping
@@ -13,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.cells import decimal, read_rows
+from rockframe.cells import decimal, table_lines
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.ingest import LARGEST_FACTOR, LEAST_FACTOR, Filters, SelectOptions
 from rockframe.provenance import refuse_overwriting
@@ -35,12 +34,12 @@ Float = NDArray[np.float64]
 LISTED: Final = ("record_id", "scale")
 #: First columns of the table of spectra.
 _OF_SPECTRA: Final = ("period_s", "target_sa_g")
-#: Columns of numbers in the list, with the name of the number in SI units and its printed unit.
+#: Columns of numbers in the list, with the name of the number in records.nc.
 _NUMBERS: Final = {
-    "magnitude": ("magnitude", 1.0),
-    "epicentral_distance_km": ("epicentral_distance", 1.0),
-    "distance_rrup_km": ("distance_rrup", 1.0),
-    "vs30_m_s": ("vs30", 1.0),
+    "magnitude": "magnitude",
+    "epicentral_distance_km": "epicentral_distance",
+    "distance_rrup_km": "distance_rrup",
+    "vs30_m_s": "vs30",
 }
 
 
@@ -120,7 +119,7 @@ def select_stage(
 ) -> Selection:
     r"""Select motions whose spectra match a target, and write them scaled, as a file of records.
 
-    Beside the file are a list of the motions with their factors, which ``selection`` of
+    Beside the file are a list of the motions with their scales, which ``selection`` of
     `IngestOptions` reads, and a table of the spectra.
 
     Parameters
@@ -129,7 +128,7 @@ def select_stage(
         Output of `ingest_stage`, and the netCDF file to write: ``selected.nc``, with
         ``selected.csv`` and ``selected-spectra.csv``.
     options : SelectOptions
-        Target, number of motions, factors and constraints.
+        Target, number of motions, scales and constraints.
     pulses_path : str or Path, optional
         Output of `pulse_stage` for the same records, for the constraint on pulses.
     filters : Filters, optional
@@ -358,7 +357,7 @@ def _rows(
             "scale": factor,
             "event": metadata.texts["event"][row],
             "station": metadata.texts["station"][row],
-            **{key: numbers[number] * unit for key, (number, unit) in _NUMBERS.items()},
+            **{key: numbers[number] for key, number in _NUMBERS.items()},
             "pga_g": factor * numbers["pga"] / GRAVITY,
             "pgv_m_s": factor * numbers["pgv"],
             "misfit": float(misfits.get(name, math.nan)),
@@ -367,7 +366,7 @@ def _rows(
 
 
 def read_selection(path: Path) -> dict[str, float]:
-    r"""Read a list of selected records: the factor of each by its identifier.
+    r"""Read a list of selected records: the scale of each by its identifier.
 
     Parameters
     ----------
@@ -377,7 +376,7 @@ def read_selection(path: Path) -> dict[str, float]:
     Raises
     ------
     InputError
-        If the file cannot be read, lacks a column or a record, states a record twice, or a factor
+        If the file cannot be read, lacks a column or a record, states a record twice, or a scale
         that is not a number from 0.001 to 1000.
 
     Examples
@@ -389,13 +388,7 @@ def read_selection(path: Path) -> dict[str, float]:
     ...     read_selection(path)
     {'shake': 1.5}
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = list(read_rows(stream))
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}.") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from None
+    lines = table_lines(path)
     header = lines[0][1] if lines else []
     for column in LISTED:
         if column not in header:
