@@ -111,22 +111,46 @@ def put(
     """Write a dataset and its origin into a file of `named`; mode ``a`` adds to the file."""
     stage = KINDS[kind].stage
     version = versions()["rockframe"]
-    described = dataset.assign_attrs(
-        Conventions="CF-1.11",
-        history=f"rockframe {stage} (rockframe {version})",
-        rockframe_kind=kind,
-        rockframe_version=version,
-        source_code_hash=source_code_hash(),
-        input_sha256=json.dumps(dict(origin["input_sha256"]), sort_keys=True),
-        parameters=json.dumps(dict(origin["parameters"]), sort_keys=True),
-        left_out=json.dumps(dict(origin.get("left_out") or {}), sort_keys=True),
-        gravity=GRAVITY,
+    of_all = {
+        "Conventions": "CF-1.11",
+        "history": f"rockframe {stage} (rockframe {version})",
+        "rockframe_kind": kind,
+        "rockframe_version": version,
+        "source_code_hash": source_code_hash(),
+        "input_sha256": json.dumps(dict(origin["input_sha256"]), sort_keys=True),
+        "parameters": json.dumps(dict(origin["parameters"]), sort_keys=True),
+        "left_out": json.dumps(dict(origin.get("left_out") or {}), sort_keys=True),
+        "gravity": GRAVITY,
+    }
+    stored = {
+        str(name): _as_stored(one, KINDS[kind][str(name)].attrs.get("coordinates", ""))
+        for name, one in dataset.variables.items()
+    }
+    with as_os_error(), netCDF4.Dataset(partial, mode, format="NETCDF4") as file:
+        file.setncatts({**dataset.attrs, **of_all})
+        for one in stored.values():
+            for dimension, size in one.sizes.items():
+                if dimension not in file.dimensions:
+                    file.createDimension(str(dimension), size)
+        # netCDF writes the structure of the file again for each variable that follows values
+        created = [create_variable(file, name, one) for name, one in stored.items()]
+        for variable, one in zip(created, stored.values(), strict=True):
+            variable[...] = one.values
+
+
+def _as_stored(variable: xr.Variable, coordinates: str) -> xr.Variable:
+    """Return a variable as it is stored: with the names of its coordinates, and with texts as
+    characters, because netCDF strings have no checksum.
+    """
+    attrs = {**variable.attrs, **({"coordinates": coordinates} if coordinates else {})}
+    if variable.dtype.kind != "O":
+        return xr.Variable(variable.dims, variable.values, attrs)
+    texts = np.char.encode(variable.values.astype(str), "utf-8")
+    length = max(1, texts.itemsize)
+    characters = texts.astype(f"S{length}")[..., np.newaxis].view("S1")
+    return xr.Variable(
+        (*variable.dims, f"string{length}"), characters, {**attrs, "_Encoding": "utf-8"}
     )
-    encoding = {name: _encoding(variable) for name, variable in described.variables.items()}
-    with as_os_error():
-        described.to_netcdf(
-            partial, mode=mode, engine="netcdf4", format="NETCDF4", encoding=encoding
-        )
 
 
 @contextmanager
@@ -136,19 +160,6 @@ def as_os_error() -> Iterator[None]:
         yield
     except RuntimeError as error:
         raise OSError(str(error)) from error
-
-
-def _encoding(variable: xr.Variable) -> dict[str, Any]:
-    encoding: dict[str, Any] = {
-        **COMPRESSED,
-        "_FillValue": np.nan if variable.dtype.kind == "f" else None,
-    }
-    if variable.dtype.kind == "O":  # characters, because netCDF strings have no checksum
-        encoding["dtype"] = "S1"
-    elif "obs" in variable.dims:
-        sizes = [min(n, CHUNK) if d == "obs" else 1 for d, n in variable.sizes.items()]
-        encoding["chunksizes"] = tuple(sizes)
-    return encoding
 
 
 def input_hash(*paths: Path) -> dict[str, str]:
@@ -213,22 +224,43 @@ def growing(
 
 
 def create_variable(
-    file: netCDF4.Dataset, name: str, like: xr.Variable, chunk: tuple[int, ...], *, chunks: int
-) -> None:
-    """Create a compressed variable in a file, with memory for some of its chunks.
+    file: netCDF4.Dataset,
+    name: str,
+    like: xr.Variable,
+    chunk: tuple[int, ...] | None = None,
+    *,
+    chunks: int | None = None,
+) -> netCDF4.Variable[Any]:
+    """Create a compressed variable in a file, with the type, dimensions and attributes of another.
 
-    By default netCDF may use 64 MB for each variable.
+    Parameters
+    ----------
+    file : netCDF4.Dataset
+        The open file, which has the dimensions.
+    name : str
+        Name of the variable.
+    like : Variable
+        The other one.
+    chunk : tuple of int, optional
+        Size of one compressed block; by default of one row, for series along ``obs``.
+    chunks : int, optional
+        Number of chunks to keep in memory; by default netCDF may use 64 MB for each variable.
     """
+    if chunk is None and "obs" in like.dims:
+        chunk = tuple(min(n, CHUNK) if d == "obs" else 1 for d, n in like.sizes.items())
     created = file.createVariable(
         name,
         like.dtype,
         [str(dimension) for dimension in like.dims],
         chunksizes=chunk,
         fill_value=np.nan if like.dtype.kind == "f" else None,
-        chunk_cache=chunks * 8 * math.prod(chunk),
+        chunk_cache=None if chunks is None else chunks * 8 * math.prod(chunk or ()),
         **COMPRESSED,
     )
+    created.set_auto_maskandscale(False)
+    created.set_auto_chartostring(False)
     created.setncatts(like.attrs)
+    return created
 
 
 def write_rows(
