@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.interruption import check
+from rockframe.record import Orientation
 from rockframe.results.reading import opened
 from rockframe.results.writing import growing, named, put, slices
 
@@ -232,6 +233,8 @@ class Described:
         Identifiers of the records that the stage rejected.
     only : str
         The one record that the options ask for; empty if they ask for all.
+    horizontal : tuple of str
+        Identifiers of the records that are not vertical, if the file states orientations.
     """
 
     records: tuple[str, ...]
@@ -239,6 +242,7 @@ class Described:
     structures: int = 0
     left_out: tuple[str, ...] = ()
     only: str = ""
+    horizontal: tuple[str, ...] = ()
 
 
 def describe(path: Path, kind: str) -> Described:
@@ -250,13 +254,17 @@ def describe(path: Path, kind: str) -> Described:
         If the file is missing, of another kind, or corrupted: each block has a checksum.
     """
     with opened(path, kind, empty=True) as dataset:
-        for name in dataset.variables:  # one at a time: all samples together may not fit in memory
-            dataset[name].copy(deep=False).to_numpy()  # a dataset caches values that were read
-        names = dataset["record_id"].values if "record_id" in dataset else ()
+        for one in dataset.variables.values():  # all samples together may not fit in memory
+            one.copy(deep=False).to_numpy()  # a dataset caches values that were read
+        names = dataset["record_id"].values.tolist() if "record_id" in dataset else []
+        directions = dataset["orientation"].values.tolist() if "orientation" in dataset else []
         return Described(
-            tuple(str(name) for name in names),
+            tuple(names),
             json.loads(dataset.attrs["input_sha256"]),
             dataset.sizes.get("structure", 0),
             tuple(json.loads(dataset.attrs["left_out"])),
             str(json.loads(dataset.attrs["parameters"]).get("record") or ""),
+            tuple(
+                n for n, to in zip(names, directions, strict=False) if not Orientation(to).upright
+            ),
         )

@@ -293,7 +293,7 @@ class RecordsFile:
         with ExitStack() as stack:
             dataset = stack.enter_context(opened(self.path, RECORDS))
             self._series = {
-                str(name): one.variable for name, one in dataset.items() if "obs" in one.dims
+                str(name): one for name, one in dataset.variables.items() if "obs" in one.dims
             }
             self._values_of = dataset.drop_dims("obs").load()
             self._open = stack.pop_all()

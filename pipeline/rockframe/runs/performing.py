@@ -299,7 +299,7 @@ def _manifest(work: Work) -> None:
 def _report(work: Work) -> None:
     from rockframe.stages.report import report_stage
 
-    report_stage(work.folder, work.output, ReportOptions(**work.step.options))
+    report_stage(work.folder, work.output, ReportOptions(**work.step.options), verified=True)
 
 
 def _verify(work: Work) -> None:

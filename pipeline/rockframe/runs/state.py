@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
 import shutil
@@ -545,11 +546,14 @@ def changed_inputs(inputs: Iterable[Input]) -> list[tuple[str, str]]:
 
 def _read_by_ingest(folder: Path) -> dict[str, str]:
     """Return the name and SHA-256 of each file that ingest read, from records.nc."""
-    from rockframe.results.merging import describe
+    from rockframe.results.reading import attributes_of
     from rockframe.results.schema import RECORDS
 
     records = folder / "records.nc"
-    return dict(describe(records, RECORDS).inputs) if records.is_file() else {}
+    if not records.is_file():
+        return {}
+    inputs: dict[str, str] = json.loads(attributes_of(records, RECORDS)["input_sha256"])
+    return inputs
 
 
 def _members(plan: Plan, wanted: Collection[str]) -> dict[str, str]:

@@ -26,7 +26,6 @@ from rockframe.report.comparison import comparison_content
 from rockframe.report.page import choose, is_whole, render, sealed
 from rockframe.results.merging import Described, describe
 from rockframe.results.pulses import recordings_of
-from rockframe.results.records import open_records
 from rockframe.results.response import comparison_rows
 from rockframe.results.run import read_histories, read_run
 from rockframe.results.schema import KINDS, SCREEN
@@ -187,10 +186,7 @@ def _lost_records(folder: Path, datasets: Mapping[str, Described]) -> Iterator[s
     """Yield a message for each record that is missing in records.nc or in a later file."""
     if "records.nc" not in datasets:
         return
-    with open_records(folder / "records.nc") as file:
-        names = set(file.names)
-        named = zip(file.names, file.orientations, strict=True)
-        horizontal = [name for name, orientation in named if not orientation.upright]
+    names, horizontal = set(datasets["records.nc"].records), datasets["records.nc"].horizontal
     for name in _OF_EACH_RECORD:
         if name not in datasets:
             continue
@@ -216,7 +212,11 @@ PAGE: Final = "report.html"
 
 
 def report_stage(
-    folder: Path, output: Path | None = None, options: ReportOptions | None = None
+    folder: Path,
+    output: Path | None = None,
+    options: ReportOptions | None = None,
+    *,
+    verified: bool = False,
 ) -> dict[str, int]:
     """Write one HTML page about a run: ``report.html``.
 
@@ -228,6 +228,8 @@ def report_stage(
         The page to write; by default in the folder.
     options : ReportOptions, optional
         Number of rows and histories on the page.
+    verified : bool
+        Do not verify the run first. A step of a run does not, because the last step does.
 
     Returns
     -------
@@ -241,9 +243,8 @@ def report_stage(
     """
     limits, output = options or ReportOptions(), output or folder / PAGE
     refuse_obstacles([output])
-    found = verify_run(folder)
-    if found.faults:
-        raise InputError(folder, f"is not a complete run: {found.faults[0]}")
+    for fault in () if verified else verify_run(folder).faults:
+        raise InputError(folder, f"is not a complete run: {fault}")
     content = read_run(folder, most=limits.rows)
     outputs = [folder / name for name in content.manifest["outputs"]]
     refuse_overwriting([output], [folder / MANIFEST, *outputs])

@@ -11,6 +11,7 @@ import html
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import starmap
 from pathlib import Path
 from typing import Any, Final
@@ -81,6 +82,7 @@ def render_still(home: Path, template: str, **content: Any) -> str:
     )
 
 
+@cache
 def _template(home: Path, name: str) -> Template:
     environment = Environment(
         loader=FileSystemLoader([home, _HOME]),

@@ -352,7 +352,7 @@ def _cells(
         declared = KINDS[dataset.attrs["rockframe_kind"]][name]
         unknown = "" if declared.holds in ("text", "flags") else np.nan
         return lambda _: repeat(unknown)
-    variable = dataset[name].variable.to_base_variable()
+    variable = dataset.variables[name].to_base_variable()
     variable = variable[..., int(place)] if place else variable
     values = variable.set_dims(sizes).transpose(*sizes).values  # type: ignore[no-untyped-call]
     plain = _plain(key, variable.attrs)
@@ -452,9 +452,7 @@ def _columns_along(dataset: xr.Dataset, keys: Sequence[str]) -> list[Callable[..
     """Return a function from a position to the value, for each variable on the keys' dimensions."""
     dims = tuple(dim for key in keys for dim in dataset[key].dims)
     return [
-        partial(
-            _labelled, str(name), dataset[name], dataset[name].values, flag_words(variable.attrs)
-        )
+        partial(_labelled, str(name), variable, variable.values, flag_words(variable.attrs))
         for name, variable in dataset.variables.items()
         if variable.dims == dims and name not in keys
     ]
@@ -462,7 +460,7 @@ def _columns_along(dataset: xr.Dataset, keys: Sequence[str]) -> list[Callable[..
 
 def _labelled(
     name: str,
-    array: xr.DataArray,
+    array: xr.Variable,
     values: NDArray[Any],
     words: Callable[[int], str] | None,
     at: Sequence[int],
