@@ -102,7 +102,7 @@ report: $(MADE) $(OUTPUT)/manifest.json
 	@$(BIN)/rockframe report $(OUTPUT)
 
 test: $(MADE)
-	@$(PYTEST) loadfile $(addprefix --ignore=,$(BROWSER) $(DASK))
+	@$(PYTEST) loadfile $(addprefix --ignore=,$(BROWSER) $(DASK) tests/test_import_direction.py)
 
 test-examples: $(MADE)
 	@$(PYTEST) worksteal tests/examples/examples.py $(if $(PAGES),-k "$(PAGES)")

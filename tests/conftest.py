@@ -7,7 +7,7 @@ import os
 import re
 import shutil
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,6 +16,7 @@ import pytest
 import xarray as xr
 from hypothesis import settings
 
+from rockframe.ingest import collection
 from rockframe.options.respond import ScreenOptions
 from rockframe.wavelets.pulse import Pulse
 
@@ -38,6 +39,29 @@ os.environ.pop("COLUMNS", None)
 # A shell makes background jobs ignore Ctrl-C, and the processes that tests start inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def readers_in_this_process() -> Iterator[None]:
+    """Start no worker to read the few files of a test, which takes 0.2 s; `tests/ingest` has tests
+    of workers.
+    """
+    counted = collection.worker_count
+
+    def count(workers: int | None, paths: Sequence[Path]) -> int:
+        return 0 if workers in (None, 1) else counted(workers, paths)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(collection, "worker_count", count)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def files_need_not_survive_a_power_cut() -> Iterator[None]:
+    """Do not wait until the disk has each of the thousands of files that the tests write."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda _: None)
+        yield
 
 
 @pytest.fixture(scope="session")

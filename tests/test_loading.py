@@ -28,10 +28,11 @@ def imported(*words: object) -> tuple[set[str], list[str]]:
     return modules, sorted(name for name in modules if name.split(".")[0] == "rockframe")
 
 
-@pytest.fixture
-def home(tmp_path: Path) -> Path:
-    assert run(make_study(tmp_path, 1, FEW), tmp_path / "run") == 0
-    return tmp_path
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("loading")
+    assert run(make_study(folder, 1, FEW), folder / "run") == 0
+    return folder
 
 
 def test_ingest_imports_no_computation(home: Path) -> None:

@@ -7,10 +7,22 @@ from pathlib import Path
 
 import pytest
 
+from rockframe.ingest import collection
+
 ROOT = Path(__file__).resolve().parents[2]
 
 At2 = Callable[..., bytes]
 V1 = Callable[..., bytes]
+
+
+#: Before the other tests replace it.
+_WORKER_COUNT = collection.worker_count
+
+
+@pytest.fixture(autouse=True)
+def readers_in_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Read files in worker processes, as users do."""
+    monkeypatch.setattr(collection, "worker_count", _WORKER_COUNT)
 
 
 @pytest.fixture(scope="session")

@@ -40,6 +40,10 @@ paths = ["{record}"]
 surrogates = 0
 [respond]
 margins = "none"
+[respond.ensemble]
+members = 16
+[figures]
+most = 0
 """
 #: Arguments of each command, in an order in which their input files exist.
 _COMMANDS = """

@@ -43,11 +43,15 @@ column_period_s = [3.0, 6.0]
 """
 
 
+#: Batches are tested elsewhere.
+IN_ONE_BATCH = STUDY.replace("records = 2", "records = 9")
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a run with screening and spectra."""
     home = tmp_path_factory.mktemp("further")
-    study = make_study(home, 4, STUDY.replace("[figures]", f"{FURTHER}[figures]"))
+    study = make_study(home, 4, IN_ONE_BATCH.replace("[figures]", f"{FURTHER}[figures]"))
     assert run(study, home / "run") == 0
     return home / "run"
 
