@@ -231,14 +231,14 @@ class _Stored(xr.backends.BackendArray):
         self.shape = self._whole[:-1] if self._characters else self._whole
         self.dims = found.dimensions[:-1] if self._characters else found.dimensions
 
-    @property
+    @cached_property
     def dtype(self) -> np.dtype[Any]:
         """Type of the values that are read."""
         if self.declared.holds == "text":
             return np.dtype(object)
         return np.dtype(float) if self._factor != 1.0 else self.stored_type.newbyteorder("=")
 
-    @property
+    @cached_property
     def units(self) -> str:
         """The allowed unit in which the values are read: the stated one if it is allowed."""
         also = self.declared.also_units.split(" or ")

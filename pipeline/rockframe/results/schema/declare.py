@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum, IntFlag
-from functools import cache
+from functools import cache, cached_property
 from operator import attrgetter
 from typing import Any, Literal
 
@@ -71,12 +71,12 @@ class Variable:
     comment: str = ""
     attrs: Mapping[str, str] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def dims(self) -> tuple[str, ...]:
         """Its dimensions."""
         return tuple(self.along.split())
 
-    @property
+    @cached_property
     def holds(self) -> Literal["text", "flags", "integers", "numbers"]:
         """Kind of the values."""
         if self.dtype is str:
