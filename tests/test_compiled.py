@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import hashlib
 import os
 import signal
@@ -12,13 +13,16 @@ from pathlib import Path
 from typing import Any, cast
 
 import numba
+import numpy as np
 import pytest
 from numba.core import caching
 
+from rockframe import GroundAcceleration, Pulse, PulseOptions, RockingFrame, find_pulses, respond
 from rockframe.cli.main import main
 from rockframe.compiled import compiled
 from rockframe.oscillators import kernel as oscillators
 from rockframe.rocking.kernels import kernel, lanes
+from rockframe.signals.processing import BandPass, correct
 
 
 def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
@@ -63,6 +67,71 @@ def test_a_damaged_cache_is_compiled_anew(cached: Path, ending: str, left: int) 
     last = again()
     assert last(1.0) == 2.0
     assert sum(last.stats.cache_hits.values()) == 1
+
+
+def plus(x: float, number: int) -> float:
+    return x + number
+
+
+def plus_three(x: float) -> float:
+    return plus(plus(x, 1), 2)
+
+
+def test_what_compiled_functions_call_is_compiled_once_and_is_part_of_their_code(
+    cached: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Constants are no types of their own, and only what Python calls needs files."""
+    part = cast("Any", compiled(plus))
+    monkeypatch.setitem(globals(), "plus", part)
+    assert compiled(plus_three)(1.0) == 4.0
+    assert len(part.part().signatures) == 1
+    assert {file.name.split("-")[0].split(".")[1] for file in cached.rglob("*.nb?")} == {
+        "plus_three"
+    }
+
+
+@pytest.mark.parametrize("searches", [True, False])
+def test_compiling_searches_for_no_garbage(
+    cached: Path, monkeypatch: pytest.MonkeyPatch, searches: bool
+) -> None:
+    del cached
+    seen = []
+    compile_: Any = numba.core.compiler.compile_extra
+
+    def watched(*arguments: Any, **named: Any) -> Any:
+        seen.append(gc.isenabled())
+        return compile_(*arguments, **named)
+
+    monkeypatch.setattr(numba.core.compiler, "compile_extra", watched)
+    (gc.enable if searches else gc.disable)()
+    try:
+        again()(1.0)
+        assert seen[0] is False
+        assert gc.isenabled() is searches
+    finally:
+        gc.enable()
+
+
+def test_arrays_have_one_memory_layout(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numba would compile a function again for each layout of its arrays."""
+    called = set()
+    kind = type(cast("Any", kernel.integrate))
+    call = kind.__call__
+
+    def watched(self: Any, *arguments: Any) -> Any:
+        called.add(self.__name__)
+        arrays = [one for one in arguments if isinstance(one, np.ndarray)]
+        assert all(one.flags.c_contiguous for one in arrays), self.__name__
+        return call(self, *arguments)
+
+    monkeypatch.setattr(kind, "__call__", watched)
+    bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    samples = np.sin(np.linspace(0.0, 60.0, 1000))
+    respond(bent, Pulse(wavelet="symmetric_ricker", a_p=4.0, T_p=1.0))
+    respond(bent, GroundAcceleration.from_samples(samples, 0.02))
+    correct(samples, 0.02, BandPass(0.5, 20.0))
+    find_pulses(samples, 0.02, PulseOptions(surrogates=0))
+    assert called >= {"integrate", "through_sections", "fill", "crest_times"}
 
 
 def test_a_full_disk_costs_time_alone(cached: Path, monkeypatch: pytest.MonkeyPatch) -> None:

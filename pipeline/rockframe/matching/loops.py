@@ -204,7 +204,8 @@ def _expand(spectra: Complex, signal: Complex, line: float, tau: float, series: 
         at *= turn
     for n in range(1, _TERMS):
         if n % 4 == 1 or n % 4 == 2:
-            series[:, n] = -series[:, n]
+            for part in range(spectra.shape[0]):
+                series[part, n] = -series[part, n]
 
 
 @compiled

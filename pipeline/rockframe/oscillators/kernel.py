@@ -699,7 +699,7 @@ def integrate(  # noqa: C901  one loop, see above
         histories[:, 0] = 0.0
         if rigid:
             histories[2, 0] = _held_force(scale * rows[0, 0], 0.0, q)
-    i = int(np.int64(0))  # numba would compile `_run` a second time for a literal
+    i = 0
     while i < rows.shape[0] and not _collapses(oscillator, state, strongest):
         mode, u, v, z = state
         branch = 0 if mode == ELASTIC else 1

@@ -258,8 +258,8 @@ class ScenarioPacker:
                 constants[some, :_TIES].T
             )
             kernel.integrate_many(
-                motion.across,
-                motion.upwards,
+                np.ascontiguousarray(motion.across),
+                np.ascontiguousarray(motion.upwards),
                 motion.ground.time_step,
                 motion.ground.start_time,
                 scale[some],

@@ -439,8 +439,8 @@ def respond(
     forces = np.empty((time.size, len(crossing)))
     tie_log = np.empty((len(crossing), TIE_LOG_SIZE))
     verdict = kernel.integrate(
-        ground.coefficients / GRAVITY,
-        vertical_in_g(ground),
+        np.ascontiguousarray(ground.coefficients / GRAVITY),
+        np.ascontiguousarray(vertical_in_g(ground)),
         ground.time_step,
         ground.start_time,
         1.0,

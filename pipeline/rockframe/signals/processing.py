@@ -251,7 +251,7 @@ def _butterworth(low: float, high: float) -> Float:
 def _both_ways(sections: Float, series: Float) -> Float:
     """Filter a series forwards and backwards; a constant before its start leaves no transient."""
     for _ in range(2):
-        series = through_sections(sections, series)[::-1]
+        series = np.ascontiguousarray(through_sections(sections, series)[::-1])
     return series
 
 

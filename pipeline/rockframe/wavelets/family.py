@@ -272,7 +272,8 @@ def _spectra(nu: Float, gamma: float | Float, turned: Complex) -> Complex:
     found = np.empty((*points, 2, count), dtype=np.complex128)
     numbers = np.full(points, gamma, dtype=np.float64).ravel()
     rows = (numbers.size, count)
-    fill(nu.reshape(rows), numbers, turned.reshape(rows), found.reshape(-1, 2, count))
+    phases = np.ascontiguousarray(turned.reshape(rows))
+    fill(nu.reshape(rows), numbers, phases, found.reshape(-1, 2, count))
     return found
 
 
