@@ -90,6 +90,36 @@ def test_what_compiled_functions_call_is_compiled_once_and_is_part_of_their_code
     }
 
 
+def test_a_function_waits_for_the_process_that_compiles_it(cached: Path) -> None:
+    """Another process may compile a function; then this one does not, and waits only once."""
+    waited = []
+
+    def wait() -> None:
+        waited.append(again()(1.0))
+
+    here = again()
+    assert not here.cached()
+    here.compile_after(wait)
+    assert (here(1.0), here(2.0), here(1)) == (2.0, 4.0, 2.0)
+    assert waited == [2.0]
+    assert sum(here.stats.cache_hits.values()) == 1
+    assert here.cached()
+    assert list(cached.rglob("*.nbi"))
+
+
+def test_a_function_without_a_cache_waits_for_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a read-only installation, another process cannot pass its code on."""
+
+    def no_folder(_function: object) -> None:
+        raise RuntimeError
+
+    monkeypatch.setattr(caching, "FunctionCache", no_folder)
+    here = again()
+    assert here.cached()
+    here.compile_after(pytest.fail)
+    assert here(1.0) == 2.0
+
+
 @pytest.mark.parametrize("searches", [True, False])
 def test_compiling_searches_for_no_garbage(
     cached: Path, monkeypatch: pytest.MonkeyPatch, searches: bool

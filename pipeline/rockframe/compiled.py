@@ -95,6 +95,17 @@ class _Compiled:
                 self._dispatcher = made
             return self._dispatcher
 
+    def cached(self) -> bool:
+        """Return True if the cache has code of this function, or if there is no cache."""
+        cache_of_function = self.made()._cache  # noqa: SLF001  numba's own attribute
+        return not isinstance(cache_of_function, _Cache) or cache_of_function.known()
+
+    def compile_after(self, wait: Callable[[], object]) -> None:
+        """Call `wait` before compiling; it returns when another process has cached the code."""
+        cache_of_function = self.made()._cache  # noqa: SLF001  numba's own attribute
+        if isinstance(cache_of_function, _Cache):
+            cache_of_function.wait = wait
+
     def part(self) -> Any:
         """Return the function that compiled functions call."""
         with _MAKING:
@@ -155,12 +166,22 @@ class _Cache:
         from numba.core.caching import FunctionCache
 
         self._files = cast("Any", FunctionCache)(function)
+        self._pattern = f"*.{function.__qualname__}-*.nbi"
+        #: Called once, before code is loaded.
+        self.wait: Callable[[], object] | None = None
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._files, name)
 
+    def known(self) -> bool:
+        """Return True if there is code, for whatever types of arguments."""
+        return any(Path(self._files.cache_path).glob(self._pattern))
+
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Return the cached code, or None."""
+        wait, self.wait = self.wait, None
+        if wait is not None:
+            wait()
         try:
             return self._files.load_overload(signature, target)
         except (OSError, EOFError, pickle.UnpicklingError):

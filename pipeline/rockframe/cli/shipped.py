@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from rockframe.cells import TABLE_FORMATS, Column
 from rockframe.cli import arguments, console
@@ -158,10 +159,10 @@ def _validate(options: argparse.Namespace, tables: Mapping[str, Any]) -> None:
 _BARS: Final = {"pulse": "matching pulses", "respond": "rocking"}
 
 
-def _watch(stage: str) -> AbstractContextManager[Callable[..., None]]:
+def _watch(stage: str, note: str = "") -> AbstractContextManager[Callable[..., None]]:
     if stage == "ingest":
-        return console.progress_names("reading")
-    return console.progress_bar(_BARS.get(stage, stage))
+        return console.progress_names(f"reading{note}")
+    return console.progress_bar(_BARS.get(stage, stage) + note)
 
 
 def _tables(options: argparse.Namespace, name: str) -> dict[str, Any]:
@@ -181,15 +182,53 @@ def _computed(options: argparse.Namespace, tables: Mapping[str, Any], folder: Pa
     from rockframe.runs.performing import compute
     from rockframe.study.structures import bundled_records
 
-    return compute(
-        tables,
-        options.records or [bundled_records()],
-        arguments.chosen_structures(options),
-        folder,
-        # the threads of one process use all cores for the responses
-        workers={"ingest": arguments.reading_workers(options), "respond": 1},
-        watch=_watch,
-    )
+    with _kernel_compiled_meanwhile() as first_run:
+        return compute(
+            tables,
+            options.records or [bundled_records()],
+            arguments.chosen_structures(options),
+            folder,
+            # the threads of one process use all cores for the responses
+            workers={"ingest": arguments.reading_workers(options), "respond": 1},
+            watch=partial(_watch, note=", compiling for this first run" if first_run else ""),
+        )
+
+
+@contextmanager
+def _kernel_compiled_meanwhile() -> Iterator[bool]:
+    """Compile the vectorised kernel in another process while this one reads records.
+
+    Yields False if the kernel is already compiled.
+    """
+    from rockframe.engines.engine import cores
+    from rockframe.engines.pool import WorkerDiedError, WorkerPool, awaited
+    from rockframe.rocking.kernels import lanes
+
+    kernel = cast("Any", lanes.integrate_lanes)
+    if kernel.cached() or cores() == 1:
+        yield not kernel.cached()
+        return
+    with WorkerPool(1) as pool:
+        made = pool.submit(_compile_kernel)
+
+        def wait() -> None:
+            with suppress(WorkerDiedError):  # then this process compiles
+                awaited(made)
+
+        kernel.compile_after(wait)
+        yield True
+
+
+def _compile_kernel() -> None:
+    """Compute two responses to samples, so that the forms of the kernel for them are cached."""
+    from rockframe.frame import RockingFrame
+    from rockframe.rocking.batch import respond_scenarios
+    from rockframe.rocking.excitation import GroundAcceleration
+
+    ground = GroundAcceleration.from_samples([0.0, 1.0, 0.0], 0.01)
+    frame = RockingFrame(height=9.6, width=1.6)
+    for demands in (False, True):
+        respond_scenarios([ground], [frame], [0], [0], [1.0], demands=demands)
 
 
 def _finish(

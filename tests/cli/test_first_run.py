@@ -1,0 +1,90 @@
+"""While nothing is compiled, another process compiles the vectorised kernel."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numba
+import numpy as np
+import pytest
+
+from rockframe import Ensemble, GroundAcceleration, RockingFrame, margins
+from rockframe.cli import shipped
+from rockframe.engines import engine, pool
+from rockframe.rocking.kernels import lanes
+from rockframe.rocking.margins.ensemble import member_peaks
+
+
+def forms(monkeypatch: pytest.MonkeyPatch, compute: Callable[[], object]) -> set[tuple[Any, ...]]:
+    """Return the types of arguments with which the kernel is called."""
+    found = set()
+    kind = type(cast("Any", lanes.integrate_lanes))
+    call = kind.__call__
+
+    def watched(self: Any, *arguments: Any) -> Any:
+        if self is lanes.integrate_lanes:
+            found.add(tuple(map(numba.typeof, arguments)))
+        return call(self, *arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(kind, "__call__", watched)
+        compute()
+    return found
+
+
+def test_the_other_process_compiles_the_forms_that_responses_to_records_need(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ground = GroundAcceleration.from_samples(4.0 * np.sin(np.linspace(0.0, 12.0, 100)), 0.02)
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    needed = forms(monkeypatch, lambda: margins([ground], [frame]))
+    needed |= forms(monkeypatch, lambda: member_peaks([ground], [frame], Ensemble()))
+    assert len(needed) == 2
+    assert forms(monkeypatch, shipped._compile_kernel) == needed  # noqa: SLF001
+
+
+@pytest.fixture
+def kernel(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """Return a stand-in for the kernel; its compilation is a call of `os.getpid`."""
+    waits: list[Callable[[], object]] = []
+    stand_in = SimpleNamespace(cached=lambda: False, compile_after=waits.append, waits=waits)
+    monkeypatch.setattr(lanes, "integrate_lanes", stand_in)
+    monkeypatch.setattr(engine, "cores", lambda: 2)
+    monkeypatch.setattr(shipped, "_compile_kernel", os.getpid)
+    return stand_in
+
+
+def test_the_first_run_waits_for_the_process_that_compiles(
+    kernel: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results = []
+    monkeypatch.setattr(pool, "awaited", lambda future: results.append(future.result()))
+    with shipped._kernel_compiled_meanwhile() as first_run:  # noqa: SLF001
+        [wait] = kernel.waits
+        wait()
+    [process] = results
+    assert first_run
+    assert process != os.getpid()
+
+
+def test_a_process_that_dies_leaves_the_work_to_this_one(
+    kernel: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shipped, "_compile_kernel", os.abort)
+    with shipped._kernel_compiled_meanwhile():  # noqa: SLF001
+        kernel.waits[0]()
+
+
+@pytest.mark.parametrize(("cached", "cores"), [(True, 2), (False, 1)])
+def test_no_process_is_started_for_a_cached_kernel_or_on_one_core(
+    kernel: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, cached: bool, cores: int
+) -> None:
+    kernel.cached = lambda: cached
+    monkeypatch.setattr(engine, "cores", lambda: cores)
+    monkeypatch.setattr(pool, "WorkerPool", pytest.fail)
+    with shipped._kernel_compiled_meanwhile() as first_run:  # noqa: SLF001
+        assert first_run is not cached
+    assert not kernel.waits
