@@ -1,9 +1,10 @@
 """Branch coverage of rooms: ``python -m tests.benchmarks.coverage --output outputs/coverage``.
 
 coverage.py cannot see compiled code, so tests run twice: those that reach the rooms with compiled
-kernels, and a chosen set of cheap ones with plain Python in the place of numba. In the second run a
-test ends after some seconds; what it reached until then counts, and whether it passes does not. A
-branch is covered if either run takes it.
+kernels, and those of the rooms with plain Python in the place of numba. In the second run a test
+ends after some seconds; what it reached until then counts, and whether it passes does not. A branch
+is covered if either run takes it. The folder also says which test reaches which line, and how long
+each takes: `tests.benchmarks.mutants` reads this.
 """
 
 from __future__ import annotations
@@ -17,14 +18,21 @@ import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from time import process_time
+from types import FrameType
+from typing import Final
 
 import pytest
-from tests.benchmarks.mutants import PACKAGE, ROOT
 from tests.benchmarks.size import sized
 
+ROOT: Final = Path(__file__).resolve().parents[2]
+PACKAGE: Final = Path("pipeline", "rockframe")
+#: Environment of a run with plain Python in the place of numba; one thread, as a signal cannot end
+#: the others.
+PLAIN: Final = {"NUMBA_DISABLE_JIT": "1", "OMP_NUM_THREADS": "1"}
 #: Rooms that are measured, and the smallest part of one.
 OWN: Final = ("rocking", "oscillators", "matching", "risk")
 #: Tests of other rooms that reach these.
@@ -32,17 +40,11 @@ REACHING: Final = (
     *("tests/stages", "tests/results", "tests/figures", "tests/test_notebook.py"),
     *("tests/explorer/test_answer.py", "tests/runs/test_further.py", "tests/test_paper.py"),
 )
-#: Tests that are cheap without compilation and reach the kernels; no fixture lasts long.
-CHEAP: Final = (
-    *(f"tests/rocking/test_{name}.py" for name in ("expected", "identities", "ties")),
-    *(f"tests/rocking/test_{name}.py" for name in ("invariants", "scenarios", "vertical_pulse")),
-    *(f"tests/oscillators/test_{name}.py" for name in ("closed_forms", "identities", "invariants")),
-    *(f"tests/matching/test_{name}.py" for name in ("search", "match", "ends", "noise")),
-)
-#: Environment variable: seconds after which a test ends.
+#: Environment variables: seconds after which a test ends, and the file of `Taken`.
 _LONGEST: Final = "ROCKFRAME_LONGEST_TEST"
+_TAKEN: Final = "ROCKFRAME_TAKEN"
 #: Seconds after which a whole run ends; what it reached until then counts.
-_WHOLE: Final = 1800
+_WHOLE: Final = 3600
 
 
 @dataclass(frozen=True)
@@ -61,19 +63,53 @@ class _TooLongError(BaseException):
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
-    """End a test after the stated time, if there is one."""
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Let coverage.py note which lines a test reaches, and write how long it takes."""
+    from coverage import Coverage
 
-    def end(*_: Any) -> None:
-        raise _TooLongError(item.nodeid)
-
-    before = signal.signal(signal.SIGALRM, end)
-    signal.setitimer(signal.ITIMER_REAL, float(os.environ.get(_LONGEST, "0")))
+    measuring = Coverage.current()
+    if measuring is None:
+        return (yield)
+    measuring.switch_context(item.nodeid)
+    failures, start = item.session.testsfailed, process_time()
     try:
         return (yield)
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        measuring.switch_context("")
+        passed = item.session.testsfailed == failures
+        with Path(os.environ[_TAKEN]).open("a", encoding="utf-8") as file:
+            file.write(json.dumps([item.nodeid, process_time() - start, passed]) + "\n")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
+    """End the fixtures of a test after the stated processor time, if there is one."""
+    with _ended(item.nodeid):
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """End a test after the stated processor time, if there is one."""
+    with _ended(item.nodeid):
+        return (yield)
+
+
+@contextmanager
+def _ended(test: str) -> Iterator[None]:
+    def end(_: int, frame: FrameType | None) -> None:
+        if frame and frame.f_globals.get("__name__", "").startswith("coverage."):
+            signal.setitimer(signal.ITIMER_PROF, 0.01)  # it may hold its lock
+        else:
+            raise _TooLongError(test)
+
+    before = signal.signal(signal.SIGPROF, end)
+    signal.setitimer(signal.ITIMER_PROF, float(os.environ.get(_LONGEST, "0")))
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def run(folder: Path, rooms: Sequence[str], tests: Sequence[str], longest: float) -> None:
@@ -81,8 +117,10 @@ def run(folder: Path, rooms: Sequence[str], tests: Sequence[str], longest: float
     name = "plain" if longest else "compiled"
     environment = {**os.environ, "COVERAGE_FILE": str(folder / f".coverage.{name}")}
     if longest:
-        # one thread: an alarm cannot end the others
-        environment |= {"NUMBA_DISABLE_JIT": "1", "OMP_NUM_THREADS": "1", _LONGEST: str(longest)}
+        environment |= {**PLAIN, _LONGEST: str(longest)}
+    taken = folder / f"{name}.jsonl"
+    taken.unlink(missing_ok=True)
+    environment[_TAKEN] = str(taken)
     environment["PYTHONPATH"] = os.pathsep.join([str(ROOT / "pipeline"), *sys.path[1:]])
     sources = "".join(f"\n    {PACKAGE / room}" for room in rooms)
     settings = folder / "settings.ini"
@@ -149,7 +187,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, help="folder of the data")
     parser.add_argument("--rooms", nargs="+", default=sized(OWN, ("risk",)), help="default: four")
-    parser.add_argument("--seconds", type=float, default=15.0, help="longest test without numba")
+    parser.add_argument("--seconds", type=float, default=1.5, help="longest test without numba")
     parser.add_argument("--show", action="store_true", help="only print the data of the last runs")
     chosen = parser.parse_args(arguments)
     folder = (chosen.output or Path(tempfile.mkdtemp(prefix="coverage-"))).resolve()
@@ -159,9 +197,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         doctests = [str(PACKAGE / room) for room in chosen.rooms]
         smallest = ["tests/risk/test_distribution.py"]
         run(folder, chosen.rooms, sized([*own, *doctests, *REACHING], smallest), 0.0)
-        cheap = [test for test in CHEAP if test.split("/")[1] in chosen.rooms]
-        if cheap:
-            run(folder, chosen.rooms, cheap, chosen.seconds)
+        run(folder, chosen.rooms, sized(own, smallest), chosen.seconds)
     show(measured(folder))
 
 

@@ -2,9 +2,11 @@
 
 A mutant is the package with one small fault: a number, comparison or sign is changed, a quantile is
 moved, ``abs`` is removed, or the last element of a tuple of constants is dropped. The tests that
-reach the file run on it; a mutant that they all pass has survived, and shows a threshold that no
-test notices, unless it computes the same. The output folder has a copy of the repository, in which
-alone files are changed, and the results, one line each; the next run with the same folder resumes.
+reach its line in the runs of `tests.benchmarks.coverage` run on it, the fastest first, and first
+with plain Python in the place of numba, as compiling a kernel lasts minutes. A mutant that they all
+pass has survived, and shows a threshold that no test notices, unless it computes the same. The
+output folder has a copy of the repository, in which alone files are changed, and the results, one
+line each; the next run with the same folder resumes.
 """
 
 from __future__ import annotations
@@ -12,57 +14,27 @@ from __future__ import annotations
 import argparse
 import ast
 import json
+import math
+import multiprocessing
 import os
 import random
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
-from itertools import count
+from itertools import accumulate, count
 from pathlib import Path
+from resource import RLIMIT_CPU, setrlimit
 from typing import Final
 
+import pytest
+from tests.benchmarks.coverage import PACKAGE, PLAIN, ROOT
 from tests.benchmarks.size import sized
 
-ROOT: Final = Path(__file__).resolve().parents[2]
-PACKAGE: Final = Path("pipeline", "rockframe")
-#: Tests that reach each room, besides the doctests of the file; the longest matching name counts.
-ROOMS: Final = {
-    "ingest": "tests/ingest tests/stages/test_ingest.py tests/stages/test_rejections.py",
-    "record": "tests/ingest tests/stages/test_ingest.py",
-    "signals": "tests/signals tests/stages tests/ingest/test_raw_and_corrected.py",
-    "components": "tests/test_components.py tests/stages tests/results",
-    "fetch": "tests/fetch",
-    "matching": "tests/matching tests/stages tests/results tests/recorded",
-    "wavelets": "tests/test_wavelets.py tests/matching tests/rocking/test_pulse_motion.py",
-    "rocking/margins": "tests/rocking tests/stages tests/recorded",
-    "rocking": "tests/rocking tests/stages/test_respond.py tests/stages/test_spectrum.py",
-    "frame": "tests/test_frame.py tests/test_frame_numbers.py tests/test_systems.py tests/rocking",
-    "column": "tests/test_column.py tests/test_frame.py tests/study",
-    "restraint": "tests/test_systems.py tests/rocking tests/study",
-    "rivals": "tests/test_systems.py tests/oscillators tests/study",
-    "oscillators": "tests/oscillators tests/stages/test_compare.py",
-    "risk": "tests/risk tests/stages",
-    "selection": "tests/selection tests/stages/test_select.py",
-    "results": "tests/results tests/stages tests/cli tests/runs tests/figures",
-    "stages": "tests/stages tests/cli tests/results",
-    "options": "tests/study tests/stages tests/cli",
-    "study": "tests/study tests/cli tests/runs",
-    "runs": "tests/runs tests/cli",
-    "engines": "tests/engines tests/ingest/test_isolation.py tests/runs",
-    "figures": "tests/figures tests/cli",
-    "paper": "tests/test_paper.py",
-    "report": "tests/report tests/cli",
-    "web": "tests/report tests/explorer",
-    "explorer": "tests/explorer",
-    "cli": "tests/cli tests/stages tests/runs",
-    "": "tests",
-}
 KINDS: Final = ("number", "comparison", "sign", "quantile", "abs", "tuple")
 _COMPARISONS: Final[dict[type[ast.cmpop], str]] = {
     ast.Lt: "<=",
@@ -72,8 +44,18 @@ _COMPARISONS: Final[dict[type[ast.cmpop], str]] = {
     ast.Eq: "!=",
     ast.NotEq: "==",
 }
-#: Seconds after which the tests of a mutant are ended: it loops, which is noticed.
-_LONGEST: Final = 900
+#: Processor seconds of the tests of a mutant, by kind of run: the fastest that reach it.
+_LONGEST: Final = {"plain": 10.0, "compiled": 60.0}
+#: Processor seconds after which they are ended, besides their time: the mutant loops, which
+#: is noticed. Kernels are compiled again.
+_LOOPING: Final = {"plain": 10.0, "compiled": 400.0}
+#: The same for all tests that notice a mutant, which must pass without it.
+_WHOLE: Final = 3600
+#: Starts processes that have imported what takes long.
+_SERVER: Final = multiprocessing.get_context("forkserver")
+_SERVER.set_forkserver_preload(
+    ["pytest", "numba.extending", "scipy.signal", "scipy.stats", "xarray", "pydantic"]
+)
 
 
 @dataclass(frozen=True)
@@ -202,21 +184,60 @@ def sampled(mutants: Sequence[Mutant], number: int, seed: int) -> list[Mutant]:
     return [one for one, _ in zip(rounds, range(number), strict=False)]
 
 
-def tests_of(file: str, *, own: bool) -> list[str]:
-    """Return the tests that reach a file of the package, those named after it first.
+@dataclass(frozen=True)
+class Reaching:
+    """Which tests reach each line of a file, by kind of run, and what they took.
 
-    They are its doctests, the tests of a file or folder of its name, and those of its room; `own`
-    are those of the room's folder alone, besides the doctests.
+    Parameters
+    ----------
+    lines : dict
+        Tests by kind of run and line.
+    seconds : dict
+        Processor time of each test that passed [s], by kind of run, the fastest first.
     """
-    path = Path(file)
-    if own:
-        return [(PACKAGE / file).as_posix(), f"tests/{path.parts[0]}"]
-    names = {f"test_{path.stem}.py", f"test_{path.parent.name}.py"}
-    named = sorted(test for test in (ROOT / "tests").rglob("test_*.py") if test.name in names)
-    stem = file.removesuffix(".py")
-    room = max((r for r in ROOMS if f"{stem}/".startswith(f"{r}/") or not r), key=len)
-    first = [test.relative_to(ROOT).as_posix() for test in named]
-    return [(PACKAGE / file).as_posix(), *first, *ROOMS[room].split()]
+
+    lines: dict[str, dict[int, list[str]]]
+    seconds: dict[str, dict[str, float]]
+
+    def tests(self, mutant: Mutant, kind: str) -> list[str]:
+        """Return the fastest tests of a mutant; all that reach the file, for a constant of it.
+
+        Tests that pass plain are not run again compiled.
+        """
+        data = (ROOT / PACKAGE / mutant.file).read_bytes()
+        first = max(
+            node.lineno
+            for node in ast.walk(ast.parse(data))
+            if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= (node.end_lineno or 0)
+        )
+        found: set[str] = set()
+        for lines in self.lines.values():
+            some = {t for k in range(first, mutant.line + 1) for t in lines.get(k, ()) if t}
+            found |= some or {test for tests in lines.values() for test in tests if test}
+        if kind == "compiled":
+            found -= self.seconds["plain"].keys()
+        known = {test: taken for test, taken in self.seconds[kind].items() if test in found}
+        sums = zip(known, accumulate(known.values()), strict=True)
+        return [test for test, sum_ in sums if sum_ <= _LONGEST[kind] or test == next(iter(known))]
+
+
+@cache
+def reaching(folder: Path, file: str) -> Reaching:
+    """Return the tests that reach a file, from the runs of `tests.benchmarks.coverage`."""
+    from coverage import CoverageData
+
+    lines, seconds = {}, {}
+    for kind in _LONGEST:
+        data = CoverageData(str(folder / f".coverage.{kind}"))
+        data.read()
+        own = (PACKAGE / file).as_posix()
+        path = next((one for one in data.measured_files() if one.endswith(own)), "")
+        lines[kind] = data.contexts_by_lineno(path)
+        times = folder / f"{kind}.jsonl"
+        taken = map(json.loads, times.read_text("utf-8").splitlines() if times.exists() else ())
+        passed = sorted((second, test) for test, second, good in taken if good)
+        seconds[kind] = {test: second for second, test in passed}
+    return Reaching(lines, seconds)
 
 
 def copied(root: Path, folder: Path) -> Path:
@@ -232,41 +253,60 @@ def copied(root: Path, folder: Path) -> Path:
     return copy
 
 
-@cache
-def passes_whole(copy: Path, test: str) -> bool:
-    """Return True if a test passes on the package as it is."""
-    return not first_failure(copy, [test])
+def first_failure(copy: Path, tests: Sequence[str], kind: str, seconds: float) -> str:
+    """Return the first of some tests of a copy that fails; "" if all pass.
 
-
-def first_failure(copy: Path, tests: Sequence[str]) -> str:
-    """Return the first test of files or folders of a copy that fails; "" if all pass.
-
-    It is the first file if they last too long, or if a module cannot be imported.
+    It is the first one if they need more processor time, or if a module cannot be imported.
     """
-    environment = {**os.environ, "PYTHONPATH": str(copy / "pipeline")}
-    words = ["-m", "pytest", "-q", "-x", "--tb=no", "-p", "no:cacheprovider", *tests]
-    try:
-        done = subprocess.run(
-            [sys.executable, *words], cwd=copy, env=environment, timeout=_LONGEST,
-            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        return tests[0]
-    if done.returncode in (0, 5):  # 5: the file has no doctest
+    words = ["-q", "-x", "--tb=no", "-p", "no:cacheprovider", *tests]
+    words += ["-W", "ignore::RuntimeWarning"] if kind == "plain" else []
+    with tempfile.NamedTemporaryFile("r", encoding="utf-8") as log:
+        process = _SERVER.Process(
+            target=_test, args=(copy, words, kind, math.ceil(seconds), log.name)
+        )
+        process.start()
+        process.join()
+        named = re.search(r"^(?:FAILED|ERROR) (.*?)(?: - .*)?$", log.read(), re.MULTILINE)
+    if process.exitcode in (0, 5):  # 5: the file has no doctest
         return ""
-    named = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
     return named[1] if named else tests[0]
 
 
-def noticed_by(copy: Path, mutant: Mutant, stamp: int, *, own: bool = False) -> str:
-    """Return the first test that notices a mutant; "" if none does."""
+def _test(copy: Path, words: list[str], kind: str, seconds: int, log: str) -> None:
+    """Run pytest in a process that has imported all but the package."""
+    if kind == "plain":
+        import numba
+
+        os.environ |= PLAIN
+        numba.config.reload_config()  # type: ignore[no-untyped-call]
+    with Path(log).open("w", encoding="utf-8") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    setrlimit(RLIMIT_CPU, (seconds, seconds))
+    os.chdir(copy)
+    sys.path[:0] = [str(copy / "pipeline"), str(copy)]
+    code = pytest.main(words)
+    sys.stdout.flush()
+    os._exit(code)
+
+
+def noticed_by(
+    copy: Path, mutant: Mutant, stamp: int, reached: Reaching, kinds: Sequence[str]
+) -> str:
+    """Return the kind of run and the first test that notices a mutant; "" if none does."""
     path = copy / PACKAGE / mutant.file
     whole, times = path.read_bytes(), path.stat()
     try:
         path.write_bytes(whole[: mutant.start] + mutant.after.encode() + whole[mutant.end :])
         # Python compares times in whole seconds to see that a file has changed
         os.utime(path, (times.st_atime, times.st_mtime + stamp))
-        return first_failure(copy, tests_of(mutant.file, own=own))
+        for kind in kinds:
+            tests = reached.tests(mutant, kind)
+            longest = _LOOPING[kind] + sum(reached.seconds[kind][test] for test in tests)
+            failed = first_failure(copy, tests, kind, longest) if tests else ""
+            if failed:
+                return f"{kind} {failed}"
+        return ""
     finally:
         path.write_bytes(whole)
         os.utime(path, (times.st_atime, times.st_mtime))
@@ -279,7 +319,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--number", type=int, default=sized(30, 0), help="mutants (default: 30)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the sample (default: 1)")
     parser.add_argument("--rooms", nargs="+", default=[""], help="only files below these")
-    parser.add_argument("--own", action="store_true", help="only the tests of the room itself")
+    help_ = "folder of `make coverage`, which says which tests reach a line"
+    parser.add_argument("--reached", type=Path, default=Path("outputs", "coverage"), help=help_)
+    help_ = "only without compilation; the next run tries what survives"
+    parser.add_argument("--plain", action="store_true", help=help_)
     parser.add_argument("--list", action="store_true", help="only list the sample")
     chosen = parser.parse_args(arguments)
     known = [one for one in all_mutants(ROOT) if one.file.startswith(tuple(chosen.rooms))]
@@ -291,22 +334,35 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     folder = chosen.output or Path(tempfile.mkdtemp(prefix="mutants-"))
     folder.mkdir(parents=True, exist_ok=True)
-    tried(copied(ROOT, folder.resolve()), sample, folder / "results.jsonl", own=chosen.own)
+    if not (chosen.reached / "plain.jsonl").exists():
+        raise SystemExit(f"{chosen.reached} does not say which tests reach a line: make coverage")
+    copy, kinds = copied(ROOT, folder.resolve()), ("plain",) if chosen.plain else tuple(_LONGEST)
+    tried(copy, sample, folder / "results.jsonl", chosen.reached.resolve(), kinds)
 
 
-def tried(copy: Path, sample: Sequence[Mutant], results: Path, *, own: bool = False) -> None:
+def tried(
+    copy: Path, sample: Sequence[Mutant], results: Path, reached: Path, kinds: Sequence[str]
+) -> None:
     """Try mutants that have no result yet; append each result, and print the survivors."""
     lines = results.read_text("utf-8").splitlines() if results.exists() else []
-    found = {Mutant(**one["mutant"]): str(one["noticed_by"]) for one in map(json.loads, lines)}
+    known = {Mutant(**one["mutant"]): one for one in map(json.loads, lines)}  # the last counts
+    found = {}
     for one, stamp in zip(sample, count(1), strict=False):
-        if one not in found:
-            test = found[one] = noticed_by(copy, one, stamp, own=own)
-            if test and not passes_whole(copy, test):
-                raise SystemExit(f"{test} fails without a mutant")
+        before = known.get(one, {"noticed_by": "", "tried": []})
+        found[one] = before["noticed_by"]
+        rest = [kind for kind in kinds if kind not in before["tried"]]
+        if rest and not found[one]:
+            found[one] = noticed_by(copy, one, stamp, reaching(reached, one.file), rest)
+            result = {"mutant": asdict(one), "noticed_by": found[one]}
             with results.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"mutant": asdict(one), "noticed_by": test}) + "\n")
+                file.write(json.dumps({**result, "tried": before["tried"] + rest}) + "\n")
         words = f"noticed by {found[one]}" if found[one] else "SURVIVES"
         print(f"{one.file}:{one.line}: {one.before} -> {one.after}: {words}", flush=True)
+    for kind in kinds:
+        tests = {test.removeprefix(f"{kind} ") for test in found.values() if test.startswith(kind)}
+        failed = first_failure(copy, sorted(tests), kind, _WHOLE) if tests else ""
+        if failed:
+            raise SystemExit(f"{failed} fails without a mutant")
     rooms = sorted({one.file.split("/")[0] for one in sample})
     for room in [*rooms, ""] if len(rooms) > 1 else [""]:
         some = [one for one in sample if one.file.startswith(room)]
