@@ -11,6 +11,7 @@ import pytest
 from rockframe.errors import ParameterError
 from rockframe.matching.match import match_pulse
 from rockframe.matching.record_pulses import find_pulses
+from rockframe.matching.signal import require_record
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS
 from rockframe.wavelets.pulse import Pulse
@@ -40,6 +41,14 @@ def test_the_start_does_not_see_the_end() -> None:
     planted = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=4.0, time=19.0)
     match = match_pulse(planted.acceleration(TIME), 0.01, "symmetric_ricker")
     assert match.pulse.time > 15.0
+
+
+@pytest.mark.parametrize(("strength", "allowed"), [(1e-15, 1.1), (1e15, 0.9)])
+def test_the_weakest_and_the_strongest_record(strength: float, allowed: float) -> None:
+    record = strength * np.sin(np.arange(500.0)) / np.sin(np.arange(500.0)).max()
+    assert require_record(allowed * record, 0.01).shape == (500,)
+    with pytest.raises(ParameterError, match="Must be from 1e-15 to 1e\\+15"):
+        require_record(record / allowed, 0.01)
 
 
 @pytest.mark.parametrize("wavelet", WAVELETS)

@@ -8,7 +8,14 @@ import pytest
 from rockframe.matching.match import match_pulses
 from rockframe.matching.record_pulses import PulseVerdict, likeness
 from rockframe.matching.search import crest, ladder, search
-from rockframe.matching.signal import Weighting, period_range, prepared
+from rockframe.matching.signal import (
+    Weighting,
+    cut_around,
+    holds,
+    period_range,
+    prepared,
+    transform_record,
+)
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS
 from rockframe.wavelets.pulse import Pulse
@@ -91,3 +98,19 @@ def test_cut_records_that_end_suddenly_keep_their_highest_coefficients(
         for name, heights in whole.items():
             highest = (heights.power * weight).max()
             assert (cut[name].power * weight).max() == pytest.approx(highest, rel=3e-3)
+
+
+def test_a_cut_holds_its_own_pulse_and_none_that_leaves_it() -> None:
+    """To either side, or because it is longer; a pulse may leave it with the record itself."""
+    wavelet = "symmetric_ricker"
+    record = transform_record(noise(0), STEP, Weighting.ENERGY, 5.0)
+    cut = cut_around(record, wavelet, 1.0, 15.0, None)
+    assert 0.0 < cut.start < cut.start + cut.duration < record.duration
+    held = {
+        (period, time): holds(cut, record, wavelet, period, time, None)
+        for period in (1.0, 2.0)
+        for time in (13.0, 15.0, 17.0)
+    }
+    assert [place for place, answer in held.items() if answer] == [(1.0, 15.0)]
+    for end in (0.0, record.duration):
+        assert holds(cut_around(record, wavelet, 1.0, end, None), record, wavelet, 1.0, end, None)

@@ -157,6 +157,16 @@ def test_the_other_direction_is_the_mirror_image(model: IsolatedDeck | FixedFram
     assert one.dissipated_energy == other.dissipated_energy
 
 
+def test_a_reversed_motion_collapses_as_the_motion_does() -> None:
+    """Under gravity, on both sides of the scale at which the bridge collapses."""
+    scales = np.linspace(0.4, 1.6, 7)
+    weak = replace(SOFTENING, stability_coefficient=0.1)
+    found = respond_oscillators([weak], [rough(6, 40)], [*scales, *-scales])
+    (peaks,) = found.peak_displacement
+    np.testing.assert_array_equal(peaks[0, :7], peaks[0, 7:])
+    assert np.isinf(peaks[0, :7]).sum() == 4
+
+
 def test_motion_and_strength_scale_together() -> None:
     """Three times the motion, strength and yield displacement give three times the response."""
     motion = rough(7)

@@ -79,6 +79,17 @@ def test_a_motion_that_occurs_ten_times_as_one_cluster_does_not_narrow_the_band(
     assert (single.high - single.low < 0.5 * (once.high - once.low)).all()
 
 
+def test_the_band_of_the_opposite_is_the_opposite_band() -> None:
+    """Of clusters of very unequal sizes; the bootstrap then decides both ends of the band."""
+    clusters = np.arange(12).repeat([30, *[1] * 11])
+    fell = (clusters % 2 == 0)[:, None]
+    band, opposite = (mean_share(one, clusters=clusters) for one in (fell, ~fell))
+    least, most = wilson(band.share, 12)
+    assert band.low[0] < least[0] - 0.05
+    assert opposite.low[0] < 1.0 - most[0]
+    assert_allclose([band.low, band.high], [1.0 - opposite.high, 1.0 - opposite.low])
+
+
 def test_shares_of_zero_and_one_are_outcomes() -> None:
     fell = np.random.default_rng(4).random((30, 3)) < 0.4
     intensity, scales = np.linspace(1.0, 2.0, 30), [1.0, 1.5, 2.0]

@@ -16,7 +16,7 @@ from scipy.stats import logistic, norm
 
 from rockframe.errors import ParameterError
 from rockframe.risk import Outcome, better_measure, compared_motions, fit_fragility
-from rockframe.risk.fragility import Curve
+from rockframe.risk.fragility import QUANTITIES, Curve, LimitState
 
 Float = NDArray[np.float64]
 SCALES = np.geomspace(0.5, 4.0, 7)
@@ -158,6 +158,7 @@ def test_verdicts_without_a_curve(
     assert fit.outcome is outcome
     assert math.isnan(fit.median)
     assert np.isnan(fit.probability([1.0, 2.0])).all()
+    assert fit.covariance.shape == (2, 2)
     assert outcome.sentence
 
 
@@ -311,3 +312,11 @@ def test_a_fragility_without_range_draws_no_curve() -> None:
     replace(fit_fragility([1.0, 2.0], [1.0], [[0], [0]]), lowest=math.nan).draw(axes)
     assert not axes.lines
     assert axes.get_ylabel() == "probability"
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_the_name_of_a_limit_state_has_all_of_it(quantity: str) -> None:
+    state = LimitState(quantity, 0.25)
+    assert LimitState.named(state.name) == state
+    assert state.words.startswith(QUANTITIES[quantity][1])
+    assert (f"{state.words}|".endswith("0.25|")) == quantity.endswith("ratio")

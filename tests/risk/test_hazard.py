@@ -187,6 +187,7 @@ def test_what_was_not_tried_is_said() -> None:
         ("pga_g,annual_rate\n0.1,０.1\n", ":2: .*Must be two numbers"),
         ("pga_g,annual_rate\n98.1,0.01\n", ":2: pga_g 98.1. Must be above 0 and at most 50"),
         ("L_p_m,annual_rate\n2000,0.01\n", ":2: L_p_m 2000. Must be above 0 and at most 1000"),
+        ("arias_intensity_m_s,annual_rate\n201,0.01\n", "201. Must be above 0 and at most 200."),
         ("pga_g,annual_rate\n0.1,1e9\n", ":2: annual_rate 1e.09 at pga_g 0.1. Must be at most 1:"),
     ],
 )

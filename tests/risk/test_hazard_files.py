@@ -185,7 +185,7 @@ def exported(path: Path, kind: str = "mean", first: str = "0.1") -> Path:
 
 
 def test_a_site_is_chosen_by_its_name_or_as_the_nearest(tmp_path: Path) -> None:
-    """Both ways lead to the same row; 0.05 degrees of latitude are 5.56 km."""
+    """Both ways lead to the same row; 0.05 degrees of latitude are 5.56 km, of longitude 4.38."""
     path = exported(tmp_path / "curve.csv")
     named, near = read_hazard(path, Site(name="there")), read_hazard(path, (24.0, 38.05))
     assert named.rate.tolist() == near.rate.tolist()
@@ -193,6 +193,8 @@ def test_a_site_is_chosen_by_its_name_or_as_the_nearest(tmp_path: Path) -> None:
     assert named.site == "site there"
     assert near.site == "the nearest site, at 24 38, 5.56 km from the requested place"
     assert read_hazard(path, Site((24.0, 38.05), within=5.56)).site == near.site
+    beside = read_hazard(path, (24.05, 38.0)).site
+    assert beside == "the nearest site, at 24 38, 4.38 km from the requested place"
     with pytest.raises(InputError, match=r"5\.56 km away, at 24 38\. Must be within 5 km"):
         read_hazard(path, Site((24.0, 38.05), within=5.0))
     with pytest.raises(InputError, match=r"0 sites 'nowhere'\. Must be one of: here, there"):

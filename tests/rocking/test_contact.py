@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rockframe.frame import RockingFrame
+from rockframe.parts import Tendon
 from rockframe.rocking.contact import impact_friction_demand, with_contact
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.reactions import column_forces, reactions
@@ -22,6 +24,10 @@ def test_least_spacing_is_where_the_beam_would_lift_off_a_column() -> None:
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
     response = with_contact(respond(bent, pulse), pulse)
     assert response.contact is not None
+    mirrored = GroundAcceleration.from_pulse(pulse).scaled(-1.0)
+    other = with_contact(respond(bent, mirrored), mirrored).contact
+    assert other is not None
+    assert other.least_spacing == response.contact.least_spacing
     for factor, holds in ((1.001, True), (0.999, False)):
         spacing = factor * response.contact.least_spacing
         forces = column_forces(response, pulse, spacing=spacing, beam_centre=1.0)
@@ -51,6 +57,12 @@ def test_a_frame_at_rest_needs_the_friction_of_the_ground_and_no_impact() -> Non
     assert demand.base_friction_demand == pytest.approx(largest, rel=1e-12)
     assert demand.least_base_vertical == pytest.approx(1.0, rel=1e-12)
     assert math.isnan(demand.impact_friction_demand)
+    tendon = Tendon(area=1e-3, modulus=195e9, length=9.6, prestress=5e5)
+    tied = replace(bent, column_mass=48e3, tendon=tendon)
+    pressed = with_contact(respond(tied, weak), weak).contact
+    assert pressed is not None
+    assert pressed.least_base_vertical == pytest.approx(1.0, rel=1e-12)
+    assert pressed.least_top_vertical == pytest.approx(1.0, rel=1e-12)
 
 
 def test_a_column_alone_has_no_joint_under_a_beam() -> None:

@@ -255,6 +255,8 @@ def test_impossible_members_name_the_spread_and_the_value() -> None:
         member_peaks([STRONG], [stocky], Ensemble(width=0.2, impact_loss=1.0))
     with pytest.raises(ParameterError, match=r"spread height 0\.3 of .*height 2\.\d+ m"):
         member_peaks([STRONG], [stocky], Ensemble(height=0.3, impact_loss=1.0))
+    with pytest.raises(ParameterError, match=r"spread height 0\.05 and width 0\.05 of"):
+        member_peaks([STRONG], [stocky], Ensemble(height=0.05, width=0.05, impact_loss=1.0))
     falling = LIFTED.with_vertical(rough(2, 0.99 * GRAVITY))
     respond(BENT, falling)  # the motion itself is possible
     with pytest.raises(ParameterError, match=r"spread amplitude 0\.1 .*1\.\d+ times the motion"):

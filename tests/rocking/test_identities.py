@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.integrate import quad
@@ -16,6 +17,7 @@ from scipy.integrate import quad
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import tails
+from rockframe.rocking.kernels.steps import MOVING, taylor
 from rockframe.rocking.response import Response, respond
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
@@ -116,6 +118,29 @@ def test_constant_ground_acceleration_is_a_tilted_gravity(pull: float) -> None:
     total = 0.5 * response.omega**2 + p2 * (np.cos(psi) - pull * np.sin(psi))
     assert response.impacts == 0
     assert_allclose(total, total[0], rtol=1e-14)
+
+
+@pytest.mark.parametrize("held", [(), (0.7, 0.4)])
+def test_the_series_of_a_step_satisfies_the_equation_to_its_order(
+    held: tuple[()] | tuple[float, float],
+) -> None:
+    """Theta has the degree 9, so the residual of theta'' is 2^8 times smaller after half the time.
+
+    One wrong coefficient makes that 2^7 at most.
+    """
+    alpha, p2 = 0.3, 2.0
+    none = (0.0, 0.0, 0.0, 0.0)
+    a, v = (0.1, -0.6, 0.9, 0.5, -0.7, 0.8, *none), (-0.2, 0.4, -0.8, 0.6, 0.9, -0.5, *none)
+    theta = Polynomial(taylor(0.05, 0.6, 1.0, a, v, alpha, p2, MOVING, held))
+
+    def residual(t: float) -> float:
+        psi = alpha - theta(t)
+        pull = (1.0 + Polynomial(v)(t)) * math.sin(psi) + Polynomial(a)(t) * math.cos(psi)
+        if held:
+            pull += held[0] * math.sin(theta(t)) + held[1] * math.cos(0.5 * theta(t))
+        return float(theta.deriv(2)(t) + p2 * pull)
+
+    assert residual(0.05) / residual(0.025) == pytest.approx(2.0**8, rel=0.1)
 
 
 def test_each_impact_of_free_rocking_is_slower_by_the_restitution() -> None:

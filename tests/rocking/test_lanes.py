@@ -7,7 +7,8 @@ compared with the change of the scalar kernel's result when the scale changes by
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -20,8 +21,11 @@ from rockframe import (
     Scenarios,
     inertia_ratio_of,
     respond,
+    respond_many,
     respond_scenarios,
 )
+from rockframe.parts import Tendon
+from rockframe.rocking import batch
 from rockframe.rocking.kernels import kernel
 from rockframe.rocking.response import as_ground, vertical_in_g
 from rockframe.units import GRAVITY
@@ -39,6 +43,13 @@ FRAMES = (
     RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, restitution_factor=1.03),
     RockingFrame(height=4.0, width=0.6, inertia_ratio=inertia_ratio_of("circular", 4.0, 0.6)),
 )
+TIED = replace(
+    FRAMES[0],
+    column_mass=48e3,
+    tendon=Tendon(area=1e-4, modulus=195e9, length=9.6, prestress=1e5),
+)
+FREE = (FRAMES[0], FRAMES[3])
+TIMES = ("uplift_time", "overturning_time")
 COUNT = 10_000
 
 
@@ -190,3 +201,42 @@ def test_a_bounce_that_is_summed_up_may_be_the_highest() -> None:
     ground = GroundAcceleration(push, 0.01)
     found = respond_scenarios([ground], [column], [0], [0], [1.0])
     assert found.peak_rotation[0] == pytest.approx(respond(column, ground).peak_rotation, rel=1e-6)
+
+
+def few(degree: int, vertical: bool) -> GroundAcceleration:
+    """Return a motion of 60 intervals."""
+
+    def made(strength: float, period: float) -> GroundAcceleration:
+        return GroundAcceleration.from_function(
+            lambda t: strength * np.sin(math.tau * t / period) * np.exp(-(((t - 1.0) / 0.6) ** 2)),
+            *(0.0, 2.4),
+            intervals=60,
+            degree=degree,
+        )
+
+    return made(2.0, 0.9).with_vertical(made(0.6, 0.35)) if vertical else made(2.0, 0.9)
+
+
+@pytest.mark.parametrize(
+    ("frames", "degree", "vertical"),
+    [
+        *((FREE, degree, vertical) for degree in (1, 5) for vertical in (False, True)),
+        *(((TIED,), 1, False), ((TIED,), 1, True), ((TIED,), 5, False)),
+    ],
+)
+def test_each_form_of_the_vectorised_kernel(
+    frames: tuple[RockingFrame, ...],
+    degree: int,
+    vertical: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """So few scenarios that the test also runs without compilation, in half a second."""
+    scales = [0.5, -1.0, 1.6, -2.5, 4.0, -9.0]
+    ground = few(degree, vertical)
+    ours = respond_many([ground], frames, scales)
+    monkeypatch.setattr(batch, "_MOST_PIECES", 0)  # none that is left for the vectorised kernel
+    theirs = respond_many([ground], frames, scales)
+    for name in ("verdict", "impacts"):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+    for name in ("peak_rotation", "peak_velocity", "impact_velocity", *TIMES):
+        np.testing.assert_allclose(getattr(ours, name), getattr(theirs, name), rtol=1e-10)

@@ -53,6 +53,14 @@ def state(
 # Limits and identities
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_beyond_uplift_a_frame_at_rest_accelerates_against_the_ground(sign: float) -> None:
+    """Both terms of eq (26) at theta = 0: with twice the uplift acceleration one remains."""
+    found = angular_acceleration(BENT, 0.0, 0.0, sign * 2.0 * BENT.uplift_acceleration)
+    p = BENT.effective_frequency_parameter
+    assert found == pytest.approx(-sign * p**2 * math.sin(BENT.slenderness), rel=1e-12)
+
+
 @given(st.floats(0.02, 0.6), st.floats(0.0, 50.0), st.sampled_from([-1.0, 1.0]))
 def test_at_uplift_both_joints_need_tan_alpha(tangent: float, gamma: float, sign: float) -> None:
     frame = RockingFrame(height=5.0, width=5.0 * tangent, mass_ratio=gamma)
