@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 from tests.screening import site, stored, structures, three
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError
+from rockframe.results import merging, writing
 from rockframe.results.merging import merge
-from rockframe.results.pulses import best_pulses
+from rockframe.results.pulses import best_pulses, recordings_of
 from rockframe.results.response import open_response
+from rockframe.results.tables.entries import write_rows_as
+from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
-from rockframe.stages.table import merge_stage
+from rockframe.stages.table import merge_stage, table_rows_of, table_stage
 
 VERBS = {"pulse": "pulses", "respond": "response"}
 
@@ -54,7 +60,8 @@ def in_batches(verb: str, records: Path, count: int, *words: str) -> tuple[Path,
     parts = [folder / f"{k}.nc" for k in range(1, count + 1)]
     for k, part in enumerate(parts, 1):
         batch = ("--batch", f"{k}/{count}", "--output", part)
-        run(verb, records, *batch, *options(verb, records), *words)
+        if not part.exists():
+            run(verb, records, *batch, *options(verb, records), *words)
     merged = folder / f"{VERBS[verb]}.nc"
     merge_stage(parts, merged)
     return merged, parts
@@ -79,6 +86,52 @@ def test_batches_together_are_the_whole(
     records: Path, wholes: dict[str, Path], verb: str, count: int
 ) -> None:
     equal(in_batches(verb, records, count)[0], wholes[verb])
+
+
+def test_a_merge_holds_few_matrices_at_a_time(
+    records: Path, wholes: dict[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Here each is a group, and has several blocks: neither changes a value."""
+    held: list[int] = []
+
+    def counted(dataset: xr.Dataset, *where: Any, **origin: Any) -> None:
+        held.append(sum({"record", "structure"} <= {*one.dims} for one in dataset.values()))
+        writing.put(dataset, *where, **origin)
+
+    monkeypatch.setattr(merging, "_GROUP", 1)
+    monkeypatch.setattr(merging, "put", counted)
+    monkeypatch.setattr(writing, "_ONE_BLOCK", 0)
+    monkeypatch.setattr(writing, "CHUNK", 4)
+    _, parts = in_batches("respond", records, 2)
+    merged = records.with_name("in-groups.nc")
+    merge(parts, merged, "response")
+    assert len(held) > 20
+    assert set(held) == {1}
+    equal(merged, wholes["respond"])
+    with netCDF4.Dataset(merged) as file:
+        assert file["peak_u"].shape == (6, 2)
+        assert file["peak_u"].chunking() == [2, 2]
+
+
+def test_a_table_is_written_in_blocks_of_records(
+    records: Path, wholes: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A block of one record has the rows that it has among all records, and no row is held."""
+    files = records, wholes["pulse"], wholes["respond"]
+    rows = list(table_rows_of(*files))
+    held: list[Iterable[Any]] = []
+
+    def kept(path: Path, some: Iterable[Any], table_format: str = "") -> int:
+        held.append(some)
+        return write_rows_as(path, some, table_format)
+
+    monkeypatch.setattr("rockframe.results.tables.rows._RECORDS", 1)
+    monkeypatch.setattr("rockframe.stages.table.write_rows_as", kept)
+    assert table_stage(*files, tmp_path / "table.csv") == len(rows)
+    assert not isinstance(held[0], Sequence)
+    assert held[1] == summary_rows(rows, recordings_of(records))
+    write_rows_as(tmp_path / "at-once.csv", rows)
+    assert (tmp_path / "table.csv").read_bytes() == (tmp_path / "at-once.csv").read_bytes()
 
 
 def test_without_histories_the_verdicts_are_the_same(

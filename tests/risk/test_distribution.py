@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,7 +12,13 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.stats import rankdata
 
-from rockframe.risk import demand_ranks, mean_share, observed_shares, peak_distribution, wilson
+from rockframe.risk import (
+    demand_ranks,
+    mean_share,
+    observed_shares,
+    peak_distribution,
+    wilson,
+)
 
 
 def test_share_is_that_of_the_motions() -> None:
@@ -25,6 +32,22 @@ def test_seed_decides_the_draws() -> None:
     one, again, other = (peak_distribution(peaks, levels, seed=seed) for seed in (1, 1, 2))
     assert np.array_equal(one.low, again.low)
     assert not np.array_equal(one.low, other.low)
+
+
+def test_samples_in_blocks_are_the_same_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each draw follows from the one before it, whatever number of them is in memory: here 16 of
+    the 1000, each of 1000 numbers of 8 bytes.
+    """
+    shares = np.linspace(0.0, 1.0, 1000)[:, None]
+    together = mean_share(shares)
+    monkeypatch.setattr("rockframe.risk.distribution._DRAWN", 16 * len(shares))
+    tracemalloc.start()
+    apart = mean_share(shares)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1e6
+    for name in ("share", "low", "high"):
+        assert_allclose(getattr(apart, name), getattr(together, name), rtol=1e-13)
 
 
 def test_many_motions_narrow_the_band_as_binomial_theory_says() -> None:

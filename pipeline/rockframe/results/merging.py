@@ -19,6 +19,8 @@ from rockframe.record import Orientation
 from rockframe.results.reading import opened
 from rockframe.results.writing import growing, named, put, slices
 
+#: Size of the matrices that are in memory together [bytes].
+_GROUP: Final = 2**27
 #: Attributes that the files of all batches of a stage have in common.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
 
@@ -46,39 +48,53 @@ def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
         If a file cannot be read, or was made from other inputs or with other options than the
         first; if a file is missing or out of order; or if no file contains a record.
     """
-    known, left_out = _without_series(parts, kind)
+    known, left_out = _small_variables(parts, kind)
     if not known:
         reason = next(iter(left_out.values()), "no record")
         raise InputError(parts[0], f"no batch contains a record: {reason}")
     attrs = known[0].attrs
     series = _series(parts, kind)
+    small = xr.concat(
+        known,
+        dim="record",
+        data_vars="minimal",
+        coords="minimal",
+        compat="identical",
+        join="exact",
+        combine_attrs="override",
+    )
+    count = small.sizes["record"]
+    first, *others = _groups(parts, kind, count)
     with named(output) as partial:
         if series:
             with growing(partial, series) as written:
                 for samples in _samples(parts, kind, series):
                     written.append(samples)
-        put(
-            xr.concat(
-                known,
-                dim="record",
-                data_vars="minimal",
-                coords="minimal",
-                compat="identical",
-                join="exact",
-                combine_attrs="override",
-            ),
-            partial,
-            kind,
-            input_sha256=json.loads(attrs["input_sha256"]),
-            parameters=json.loads(attrs["parameters"]),
-            left_out=left_out,
-            mode="a" if series else "w",
-        )
+        for group in (first, *others):
+            put(
+                _with_matrices(
+                    small if group is first else xr.Dataset(), group, count, parts, kind
+                ),
+                partial,
+                kind,
+                input_sha256=json.loads(attrs["input_sha256"]),
+                parameters=json.loads(attrs["parameters"]),
+                left_out=left_out,
+                mode="a" if series or group is not first else "w",
+            )
     return left_out
 
 
-def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset], dict[str, str]]:
-    """Return the batches that have records, without series, and the rejected records."""
+def _is_matrix(variable: xr.Variable | xr.DataArray) -> bool:
+    """Return True for numbers of records along further dimensions, such as structures."""
+    numbers = variable.dtype.kind in "biuf" and variable.ndim > 1
+    return numbers and variable.dims[0] == "record"
+
+
+def _small_variables(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset], dict[str, str]]:
+    """Return the batches that have records, without series and matrices, and the rejected
+    records.
+    """
     known: list[xr.Dataset] = []
     left_out: dict[str, str] = {}
     first: Mapping[str, Any] = {}
@@ -100,8 +116,55 @@ def _without_series(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset],
                     )
             left_out |= json.loads(part.attrs["left_out"])
             if "record_id" in part:
-                known.append(part.drop_dims("obs", errors="ignore").load().drop_encoding())
+                whole = part.drop_dims("obs", errors="ignore")
+                matrices = [name for name, one in whole.variables.items() if _is_matrix(one)]
+                known.append(whole.drop_vars(matrices).load().drop_encoding())
     return known, left_out
+
+
+def _groups(parts: Sequence[Path], kind: str, records: int) -> list[list[str]]:
+    """Return the names of the matrices, in groups that fit into `_GROUP`; at least one group."""
+    groups: list[list[str]] = [[]]
+    size = 0
+    for name, one in _variables(parts, kind).items():
+        if _is_matrix(one):
+            own = records * math.prod(one.shape[1:]) * one.dtype.itemsize
+            if groups[-1] and size + own > _GROUP:
+                groups.append([])
+                size = 0
+            groups[-1].append(name)
+            size += own
+    return groups
+
+
+def _variables(parts: Sequence[Path], kind: str) -> dict[str, xr.Variable]:
+    """Return the variables of the first batch with records, except its series."""
+    for path in parts:
+        with opened(path, kind, empty=True) as part:
+            if "record_id" in part:
+                without = part.drop_dims("obs", errors="ignore")
+                return {str(name): one for name, one in without.variables.items()}
+    return {}
+
+
+def _with_matrices(
+    beside: xr.Dataset, names: Sequence[str], records: int, parts: Sequence[Path], kind: str
+) -> xr.Dataset:
+    """Return a dataset with the matrices of all batches, in the order of the variables."""
+    like = _variables(parts, kind)
+    values = {name: np.empty((records, *like[name].shape[1:]), like[name].dtype) for name in names}
+    start = 0
+    for path in parts:
+        check()
+        with opened(path, kind, empty=True) as part:
+            end = start + part.sizes.get("record", 0)
+            for name, whole in values.items() if end > start else ():
+                whole[start:end] = part[name].to_numpy()
+            start = end
+    made = beside.assign(
+        {name: (like[name].dims, whole, like[name].attrs) for name, whole in values.items()}
+    )
+    return made[[name for name in like if name in made]]
 
 
 def _series(parts: Sequence[Path], kind: str) -> dict[str, xr.Variable]:

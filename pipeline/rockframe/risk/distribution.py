@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,6 +15,8 @@ Float = NDArray[np.float64]
 
 #: Number of bootstrap samples.
 _REPLICATES: Final = 1000
+#: Number of clusters in the samples that are in memory together.
+_DRAWN: Final = 2**22
 _QUANTILE: Final = 1.6448536269514722
 
 
@@ -93,15 +96,23 @@ def mean_share(shares: ArrayLike, *, clusters: ArrayLike | None = None, seed: in
     total = np.zeros((count, reached.shape[1]))
     np.add.at(total, belongs, reached)
     sizes = np.bincount(belongs).astype(np.float64)
-    drawn = np.random.default_rng(seed).multinomial(
-        count, np.full(count, 1.0 / count), size=_REPLICATES
-    )
-    drawn_shares = (drawn @ total) / (drawn @ sizes)[:, None]
+    drawn_shares = np.concatenate([(n @ total) / (n @ sizes)[:, None] for n in _draws(count, seed)])
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = np.quantile(drawn_shares, [tail, 1.0 - tail], axis=0)
     share = reached.mean(axis=0)
     least, most = wilson(share, count)
     return Band(share, np.minimum(low, least), np.maximum(high, most))
+
+
+def _draws(count: int, seed: int) -> Iterator[NDArray[np.int64]]:
+    """Yield how often each of so many clusters is drawn, in blocks of the bootstrap samples.
+
+    The draws do not depend on the size of the blocks.
+    """
+    chance, equal = np.random.default_rng(seed), np.full(count, 1.0 / count)
+    together = max(1, _DRAWN // count)
+    for done in range(0, _REPLICATES, together):
+        yield chance.multinomial(count, equal, size=min(together, _REPLICATES - done))
 
 
 def over_azimuths(

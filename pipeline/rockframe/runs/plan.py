@@ -352,8 +352,9 @@ def make_plan(study: Study, folder: Path) -> Plan:
         files[STRUCTURES] = structures_text(study)
     known = {name: _digest(text) for name, text in files.items()}
     keys: dict[str, str] = {}
+    places = {str(file.path): place for place, file in enumerate(inputs)}
     for step in steps:
-        outside = [file.sha256 for file in _external_inputs(step, inputs)]
+        outside = [file.sha256 for file in _external_inputs(step, inputs, places)]
         if step.stage == "manifest":
             outside = [_digest(json.dumps(study.parameters(), sort_keys=True))]
         keys[step.name] = _unbatched(step, steps).key(known, *outside)
@@ -367,12 +368,12 @@ def make_plan(study: Study, folder: Path) -> Plan:
     return plan
 
 
-def _external_inputs(step: Step, inputs: Sequence[Input]) -> list[Input]:
-    """Return the files outside the run that a step reads."""
+def _external_inputs(step: Step, inputs: Sequence[Input], places: Mapping[str, int]) -> list[Input]:
+    """Return the files outside the run that a step reads; `places` has them by path."""
     if step.stage == "ingest":
         return list(inputs)
-    values = [value for value in step.options.values() if isinstance(value, str)]
-    return [file for file in inputs if str(file.path) in values]
+    values = {value for value in step.options.values() if isinstance(value, str)}
+    return [inputs[place] for place in sorted(places[one] for one in values & places.keys())]
 
 
 def _unbatched(step: Step, steps: Sequence[Step]) -> Step:

@@ -26,7 +26,7 @@ from rockframe.results.tables.entries import (
     write_tables,
 )
 from rockframe.results.tables.rows import Row
-from rockframe.results.tables.summary import SUMMARY_COLUMNS, summary_rows, tables_of
+from rockframe.results.tables.summary import SUMMARY_COLUMNS, Summary, tables_of
 from rockframe.results.tables.table import table_rows
 
 if TYPE_CHECKING:
@@ -60,15 +60,16 @@ def table_stage(
     """
     summary = beside(output, "summary", plain="table")
     refuse_overwriting([output, summary], (records, pulses, response))
-    rows = list(table_rows_of(records, pulses, response))
-    over_records = summary_rows(rows, recordings_of(records))
+    over_records, recordings = Summary(), recordings_of(records)
+    rows = over_records.passed(table_rows_of(records, pulses, response))
     if format_of(output, table_format) == "xlsx":
+        held = list(rows)
         files = ((records, RECORDS), (pulses, PULSES), (response, RESPONSE))
-        write_table_workbook(output, rows, over_records, *files)
-        return len(rows)
+        write_table_workbook(output, held, over_records.rows(recordings), *files)
+        return len(held)
     refuse_other_table(summary, SUMMARY_COLUMNS, "the summary of the table")
     count = write_rows_as(output, rows, table_format)
-    write_rows_as(summary, over_records, table_format)
+    write_rows_as(summary, over_records.rows(recordings), table_format)
     return count
 
 

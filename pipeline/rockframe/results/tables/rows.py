@@ -315,6 +315,24 @@ def columns_of(*texts: str) -> dict[str, str]:
     return {key: name or key for key, _, name in words}
 
 
+#: Largest numbers of pairs of record and structure, and of records, in a block.
+_PAIRS: Final = 2**16
+_RECORDS: Final = 1024
+
+
+def blocks(dataset: xr.Dataset) -> Iterator[xr.Dataset]:
+    """Yield the dataset in blocks of records, so that not all values have to be in memory.
+
+    Examples
+    --------
+    >>> [part.sizes["record"] for part in blocks(xr.Dataset({"a": ("record", [1, 2])}))]
+    [2]
+    """
+    together = max(1, min(_RECORDS, _PAIRS // dataset.sizes.get("structure", 1)))
+    for start in range(0, dataset.sizes["record"], together):
+        yield dataset.isel(record=slice(start, start + together))
+
+
 def rows_along(dataset: xr.Dataset, along: str, columns: Mapping[str, str]) -> Iterator[Row]:
     """Return an iterator over a row for each position along the dimensions.
 

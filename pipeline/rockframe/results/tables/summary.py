@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from array import array
+from collections import deque
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +28,10 @@ from rockframe.rocking.verdict import Verdict, VerdictKind
 OF_STRUCTURE: Final = ("height_m", "width_m", "mass_ratio", "slenderness_deg")
 #: First columns of a summary, by which an earlier one is recognised.
 SUMMARY_COLUMNS: Final = ("structure", *OF_STRUCTURE, "records")
+#: Margins of which a summary has the smallest.
+_MARGINS: Final = ("robust_scale_10", "critical_scale", "largest_robust_scale", "largest_scale")
+
+AnyRow = TypeVar("AnyRow", bound=Cells)
 
 
 def share_overturned(row: Cells) -> float:
@@ -177,59 +183,96 @@ def summary_rows(
     >>> row["records"], row["u_max_50_m"], row["u_max_84_m"], row["worst_record"]
     (3, 0.3, inf, 'c')
     """
-    of_each: dict[str, list[Cells]] = {}
-    for row in rows:
-        of_each.setdefault(row["structure"], []).append(row)
-    return [_summary(found, recordings or {}) for found in of_each.values()]
+    summary = Summary()
+    deque(summary.passed(rows), maxlen=0)
+    return summary.rows(recordings)
 
 
-def _summary(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
-    first, worst = rows[0], min(rows, key=severity)
-    bands = {
-        column: over_records([value(row) for row in rows])
-        for column, value in (("peak_rotation_ratio", _rotation), ("u_max_m", _drift))
-    }
-    margins = {
-        key: min((one for row in rows if (one := number(row.get(key))) == one), default=math.nan)
-        for key in ("robust_scale_10", "critical_scale", "largest_robust_scale", "largest_scale")
-    }
-    return {
-        "structure": first["structure"],
-        **{key: number(first.get(key)) for key in OF_STRUCTURE},
-        "records": len(rows),
-        **mean_share_of([share_overturned(row) for row in rows], rows, recordings),
-        "uplifted": sum(spread_verdict(row).kind is not VerdictKind.NO_UPLIFT for row in rows),
-        **{
-            band_column(column, quantile): value
-            for column, values in bands.items()
-            for quantile, value in zip(QUANTILES, values, strict=True)
-        },
-        **margins,
-        "worst_record": worst.get("record") or worst["record_id"],
-        "nominal": all(spread_verdict(row).is_nominal for row in rows),
-    }
+class Summary:
+    """The summary of rows that pass by, of which it keeps only a few numbers."""
+
+    def __init__(self) -> None:
+        self._of_each: dict[str, _OverRecords] = {}
+
+    def passed(self, rows: Iterable[AnyRow]) -> Iterator[AnyRow]:
+        """Yield the rows, and include them in the summary."""
+        for row in rows:
+            structure = row["structure"]
+            if structure not in self._of_each:
+                self._of_each[structure] = _OverRecords(row)
+            self._of_each[structure].include(row)
+            yield row
+
+    def rows(self, recordings: Mapping[str, Hashable] | None = None) -> list[Row]:
+        """Return the rows of `summary_rows` for all rows that passed by."""
+        return [found.row(recordings or {}) for found in self._of_each.values()]
+
+
+class _OverRecords:
+    """The responses of one structure to the records that were included so far."""
+
+    def __init__(self, first: Cells) -> None:
+        self._first = self._worst = first
+        self._severity = severity(first)
+        self._names: list[str] = []
+        self._shares, self._rotations, self._drifts = (array("d") for _ in range(3))
+        self._margins = dict.fromkeys(_MARGINS, math.nan)
+        self._uplifted, self._nominal = 0, True
+
+    def include(self, row: Cells) -> None:
+        verdict, severe = spread_verdict(row), severity(row)
+        self._names.append(row["record_id"])
+        self._shares.append(share_overturned(row))
+        self._rotations.append(_rotation(row))
+        self._drifts.append(_drift(row))
+        self._uplifted += verdict.kind is not VerdictKind.NO_UPLIFT
+        self._nominal = self._nominal and verdict.is_nominal
+        if severe < self._severity:
+            self._worst, self._severity = row, severe
+        for key, smallest in self._margins.items():
+            found = number(row.get(key))
+            self._margins[key] = smallest if math.isnan(found) else min(found, smallest)
+
+    def row(self, recordings: Mapping[str, Hashable]) -> Row:
+        first, worst = self._first, self._worst
+        bands = {"peak_rotation_ratio": self._rotations, "u_max_m": self._drifts}
+        return {
+            "structure": first["structure"],
+            **{key: number(first.get(key)) for key in OF_STRUCTURE},
+            "records": len(self._names),
+            **mean_share_of(self._shares, self._names, recordings),
+            "uplifted": self._uplifted,
+            **{
+                band_column(column, quantile): value
+                for column, values in bands.items()
+                for quantile, value in zip(QUANTILES, over_records(values), strict=True)
+            },
+            **self._margins,
+            "worst_record": worst.get("record") or worst["record_id"],
+            "nominal": self._nominal,
+        }
 
 
 def mean_share_of(
-    shares: Sequence[float], rows: Sequence[Cells], recordings: Mapping[str, Hashable]
+    shares: Sequence[float], records: Iterable[str], recordings: Mapping[str, Hashable]
 ) -> Row:
-    """Return the mean of the shares that overturn under the records of the rows, and its interval.
+    """Return the mean of the shares that overturn under records, and its interval.
 
     Parameters
     ----------
     shares : sequence of float
-        The share of each row [1].
-    rows : sequence of mapping
-        Rows with ``record_id``.
+        The share under each record [1].
+    records : iterable of str
+        Identifiers of the records.
     recordings : mapping of str to hashable
         As for `summary_rows`.
     """
     from rockframe.risk.distribution import mean_share
 
     place: dict[Hashable, int] = {}
-    keys = (recordings.get(row["record_id"], row["record_id"]) for row in rows)
+    keys = (recordings.get(name, name) for name in records)
     clusters = [place.setdefault(key, len(place)) for key in keys]
-    found = mean_share([[one] for one in shares], clusters=clusters)
+    found = mean_share(np.reshape(shares, (-1, 1)), clusters=clusters)
     ends = {"": found.share, "_low": found.low, "_high": found.high}
     return {f"share_overturned{end}": float(value[0]) for end, value in ends.items()}
 

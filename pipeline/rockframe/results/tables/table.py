@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -16,13 +17,14 @@ from rockframe.errors import InputError
 from rockframe.record import Part
 from rockframe.results.pulses import pulse_rows
 from rockframe.results.reading import opened
-from rockframe.results.schema import RECORDS, RESPONSE
+from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.schema.response import CONTACT, ROBUST
 from rockframe.results.tables.forces import FORCE_CELLS, force_cells
 from rockframe.results.tables.rows import (
     OF_BANDS,
     SHARES,
     Row,
+    blocks,
     columns_of,
     rows_along,
     spread_verdict,
@@ -53,6 +55,7 @@ _OF_RECORD: Final = columns_of(
     "epicentral_distance_km=epicentral_distance distance_rrup_km=distance_rrup",
     "distance_rjb_km=distance_rjb pga_g=pga pgv_m_s=pgv",
 )
+_OF_NAME: Final = columns_of("record_id station component")
 _OF_RESPONSE: Final = columns_of(
     "record_id structure peak_rotation_ratio u_max_m=peak_u v_max_m=peak_v impacts verdict",
     "critical_scale largest_scale safe_islands",
@@ -94,14 +97,33 @@ def table_rows(
         If a file is missing, corrupted or of another kind, or if the responses belong to other
         records.
     """
-    known = _record_rows(records)
-    named = Counter(map(_short_name, known.values()))
+    with ExitStack() as stack:
+        known, found, answers = (
+            stack.enter_context(_dataset(one, kind))
+            for one, kind in ((records, RECORDS), (pulses, PULSES), (response, RESPONSE))
+        )
+        if "record_id" not in answers:  # a batch without accepted records
+            return
+        named = Counter(map(_short_name, rows_along(known, "record", _OF_NAME)))
+        of_records, of_pulses = _places(known), _places(found)
+        for part in blocks(answers):
+            names = [str(name) for name in part["record_id"].values]
+            for name in names:
+                if name not in of_records:
+                    must_be = f"which {_file(records)} does not. Must be of the same records."
+                    raise InputError(_file(response), f"holds {name!r}, {must_be}")
+            beside = _some(known, of_records, names), _some(found, of_pulses, names)
+            yield from _table_rows(*beside, part, named)
+
+
+def _table_rows(
+    records: xr.Dataset, pulses: xr.Dataset, response: xr.Dataset, named: Mapping[str, int]
+) -> Iterator[Row]:
+    """Yield the rows of a block of records; `named` counts the records of each short name."""
+    known = {row["record_id"]: row for row in rows_along(records, "record", _OF_RECORD)}
     best = {row["record_id"]: row for row in pulse_rows(pulses) if row["best"]}
-    for answer in response_rows(response):
+    for answer in _response_rows(response):
         name = answer["record_id"]
-        if name not in known:
-            must_be = f"which {_file(records)} does not. Must be of the same records."
-            raise InputError(_file(response), f"holds {name!r}, {must_be}")
         record, pulse = known[name], best.get(name, _NO_PULSE)
         short = _short_name(record)
         row = {
@@ -115,16 +137,32 @@ def table_rows(
         yield {column: row[column] for column in dict.fromkeys(_COLUMNS) | forces}
 
 
+@contextmanager
+def _dataset(content: Path | xr.Dataset, kind: str) -> Iterator[xr.Dataset]:
+    """Yield the dataset of a file, or the dataset itself."""
+    if isinstance(content, Path):
+        with opened(content, kind, empty=True) as dataset:
+            yield dataset
+    else:
+        yield content
+
+
 def _file(content: Path | xr.Dataset) -> Path:
     return content if isinstance(content, Path) else Path(f"{content.attrs['rockframe_kind']}.nc")
 
 
-def _record_rows(records: Path | xr.Dataset) -> dict[str, Row]:
-    """Return the row of each record by its identifier."""
-    if isinstance(records, Path):
-        with opened(records, RECORDS) as dataset:
-            return _record_rows(dataset)
-    return {row["record_id"]: row for row in rows_along(records, "record", _OF_RECORD)}
+def _places(dataset: xr.Dataset) -> dict[str, int]:
+    """Return the place of each record in a dataset."""
+    names = dataset["record_id"].values if "record_id" in dataset else ()
+    return {str(name): place for place, name in enumerate(names)}
+
+
+def _some(dataset: xr.Dataset, places: Mapping[str, int], names: Sequence[str]) -> xr.Dataset:
+    """Return the part of a dataset from the first to the last of the named records."""
+    known = [places[name] for name in names if name in places]
+    if not known:
+        return dataset.isel(record=slice(0), missing_dims="ignore")
+    return dataset.isel(record=slice(min(known), max(known) + 1))
 
 
 def _short_name(record: Row) -> str:
@@ -146,12 +184,14 @@ def response_rows(responses: Path | xr.Dataset) -> Iterator[Row]:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    if isinstance(responses, Path):
-        with opened(responses, RESPONSE, empty=True) as dataset:
-            yield from response_rows(dataset)
-        return
-    if "record_id" not in responses:  # a batch without accepted records
-        return
+    with _dataset(responses, RESPONSE) as dataset:
+        if "record_id" in dataset:  # not a batch without accepted records
+            for part in blocks(dataset):
+                yield from _response_rows(part)
+
+
+def _response_rows(responses: xr.Dataset) -> Iterator[Row]:
+    """Yield the rows of a block of records."""
     rows, robust = rows_along(responses, "record structure", _OF_RESPONSE), ROBUST[0] in responses
     for row, forces in zip(rows, force_cells(responses), strict=False):
         searched = row["largest_scale"] if robust else math.nan
