@@ -22,10 +22,11 @@ from numpy.typing import NDArray
 import rockframe
 from rockframe.cli.main import main
 from rockframe.errors import InputError
+from rockframe.provenance import read_manifest, sha256_of
 from rockframe.provenance import sealed as sealed_json
-from rockframe.provenance import sha256_of
 from rockframe.report.page import choose, encode, is_whole, render, sealed, shown
 from rockframe.results.run import read_histories, read_run
+from rockframe.results.tables.entries import rows_of
 from rockframe.stages.report import report_stage
 
 from .conftest import EVENT, FILE, REJECTED, STATION
@@ -142,6 +143,35 @@ def test_of_many_results_those_to_look_at_first_are_listed_and_all_are_counted(
     table = unpack(page.texts["data-table"]).decode()
     header, first = (hostile_run / "table.csv").read_text(encoding="utf-8").splitlines()[:2]
     assert table == f"{header}\n{first}\n"
+
+
+def test_a_page_that_would_be_too_large_has_fewer_histories_and_says_so(
+    hostile_run: Path, tmp_path: Path, page: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    most = len(page.encode()) - 1
+    monkeypatch.setattr("rockframe.stages.report._MOST_BYTES", most)
+    shown = report_stage(hostile_run, tmp_path / "small.html")
+    small = (tmp_path / "small.html").read_text(encoding="utf-8")
+    total = shown["histories"] + shown["left_out"]
+    assert len(small.encode()) <= most
+    assert 0 < shown["left_out"] < total
+    assert f"Of {total} histories this page holds {shown['histories']}" in small
+
+
+def test_long_lists_are_cut_with_rejections_first_and_say_so(
+    hostile_run: Path, page: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the page says of its histories stays the same."""
+    monkeypatch.setattr("rockframe.results.run.MOST_ENTRIES", 1)
+    monkeypatch.setattr("rockframe.report.page.MOST_ENTRIES", 1)
+    monkeypatch.setattr("rockframe.report.page._MOST_INPUTS", 1)
+    few, inputs = report(hostile_run), read_manifest(hostile_run)["inputs"]
+    entries = [row["status"] for row in rows_of(hostile_run / "records.csv")]
+    assert "accepted" in entries
+    assert f"These are 1 of {len(entries)}, with rejections" in few
+    assert '<span class="badge accepted">' not in few
+    assert f"These are the first 1 of {len(inputs)}" in few
+    assert Parsed(few).texts["facts"] == Parsed(page).texts["facts"]
 
 
 def test_the_summary_is_first_and_links_to_the_worst_record(hostile_run: Path) -> None:

@@ -440,8 +440,8 @@ class ReportOptions(Options):
     """The page of the run."""
 
     histories: Annotated[int, Field(ge=1)] = 150
-    """Largest number of histories in the page. If there are more, the largest rotations without
-    overturning are chosen first."""
+    """Largest number of histories in the page. If there are more, or if the page would be larger
+    than 20 MB, the largest rotations without overturning are chosen first."""
     rows: Annotated[int, Field(ge=1)] = 5000
     """Largest number of rows of the table in the page. If there are more, they are chosen in the
     same way; the counts still include all of them."""

@@ -10,7 +10,6 @@ import zlib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.cells import Column, write_table
 from rockframe.frame import unusual
 from rockframe.provenance import source_code_hash
-from rockframe.results.run import Ground, History, Run, rank
+from rockframe.results.run import MOST_ENTRIES, Ground, History, Run, concern, rank
 from rockframe.results.schema import KINDS, RESPONSE
 from rockframe.results.schema.response import FORCES
 from rockframe.results.screen_tables import (
@@ -319,8 +318,8 @@ def with_unit(fact: LabelledValue) -> str:
     return "\N{NO-BREAK SPACE}".join([number.replace("-", "−"), *parts])
 
 
-#: Largest number of records and files that are listed with their checks.
-_MOST_ENTRIES: Final = 2000
+#: Largest number of input files that are listed with their hashes.
+_MOST_INPUTS: Final = 2000
 #: Largest number of records in the grid of verdicts.
 _GLANCE: Final = 40
 
@@ -396,7 +395,8 @@ def _overview(run: Run) -> dict[str, Any]:
         **_over_records(run),
         "glance": len(records) <= _GLANCE and len(run.rows) == total,
         "entries": [(entry, checks(entry)) for entry in _entries_to_list(run)],
-        "all_entries": len(run.entries),
+        "all_entries": run.listed,
+        "most_inputs": _MOST_INPUTS,
     }
 
 
@@ -450,13 +450,7 @@ def _strip_of_each_row(run: Run) -> list[Markup]:
 
 def _entries_to_list(run: Run) -> list[Mapping[str, str]]:
     """Return the records and files to list; rejections and warnings first if there are many."""
-    said = {"rejected": 0, "unread": 0}
-
-    def concern(i: int) -> int:
-        entry = run.entries[i]
-        return said.get(entry["status"], 1 if entry["passport"] == "warn" else 2)
-
-    first = sorted(range(len(run.entries)), key=concern)[:_MOST_ENTRIES]
+    first = sorted(range(len(run.entries)), key=lambda i: concern(run.entries[i]))[:MOST_ENTRIES]
     return [run.entries[i] for i in sorted(first)]
 
 
@@ -506,7 +500,8 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         As returned by `read_screening`.
     """
     structures = [str(name) for name in screening["structure"].values]
-    first = islice(screen_rows(screening), _MOTIONS * len(structures))
+    severe = np.argsort(screening["mean_rank"].values, kind="stable")[:_MOTIONS]
+    first = screen_rows(screening.isel(record=severe))
     rows = [row | {"demand": demand_words(row)} for row in first]
     width = len(structures)
     return {

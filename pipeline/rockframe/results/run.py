@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter, deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
@@ -67,6 +67,8 @@ class Run:
         Rows of ``summary.csv``; empty for runs of versions without it.
     forces : mapping of (str, str) to list of mapping
         Rows of `force_rows` by record and structure; empty without forces.
+    listed : int
+        Number of rows of ``records.csv``.
     """
 
     folder: Path
@@ -82,6 +84,7 @@ class Run:
     spreads: Mapping[Pair, Mapping[str, Any]] = field(default_factory=dict)
     summary: tuple[Mapping[str, str], ...] = ()
     forces: Mapping[Pair, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+    listed: int = 0
 
     @property
     def name(self) -> str:
@@ -98,7 +101,9 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
     folder : Path
         Output of ``rockframe table1``.
     most : int, optional
-        Largest number of rows of the table to keep; by default all.
+        Largest number of rows of the table to keep; by default all. If it is stated and not 0, the
+        run also has only the values of the records of these rows, and at most `MOST_ENTRIES` rows
+        of ``records.csv`` beside theirs: rejections and warnings first.
 
     Raises
     ------
@@ -114,22 +119,26 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
     manifest = read_manifest(folder)
     counts: Counter[tuple[str, str]] = Counter()
     rows = _kept(_counted(folder / "table.csv", counts), most)
+    names = {row["record_id"] for row in rows}
+    entries, listed = _entries(folder / "records.csv", names if most else None)
     with (
         opened(folder / "records.nc", RECORDS) as records,
         opened(folder / "pulses.nc", PULSES) as pulses,
         opened(folder / "response.nc", RESPONSE) as response,
     ):
+        if most:
+            records, pulses, response = (_some(one, names) for one in (records, pulses, response))
         return Run(
             folder,
             manifest,
             sha256_of(folder / MANIFEST),
             counts,
             rows,
-            tuple(_rows(folder / "records.csv")),
+            entries,
             LabelledValuesOf(records, pulses, keys=["record_id"]),
             LabelledValuesOf(response, keys=["structure"]),
             LabelledValuesOf(response, keys=["record_id", "structure"]),
-            strips_of(response, {row["record_id"] for row in rows}),
+            strips_of(response, names),
             {(row["record_id"], row["structure"]): row for row in sensitivity_rows(response)},
             tuple(rows_of(folder / "summary.csv")),
             {
@@ -138,7 +147,63 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
                     force_rows(response), lambda row: (row["record_id"], row["structure"])
                 )
             },
+            listed,
         )
+
+
+def _some(dataset: xr.Dataset, names: Collection[str]) -> xr.Dataset:
+    """Return the values of some records, without series; those of one variable are read at a time.
+
+    Every value of a variable is read at once, because netCDF reads scattered values slowly.
+    """
+    places = np.flatnonzero([str(name) in names for name in dataset["record_id"].values])
+    without = dataset.drop_dims("obs", errors="ignore")
+    chosen = {
+        name: (one.dims, one.copy(deep=False).to_numpy()[places], one.attrs)
+        for name, one in without.variables.items()
+        if one.dims[:1] == ("record",)
+    }
+    others = without.drop_dims("record")
+    held = others.assign({name: one for name, one in chosen.items() if name not in without.coords})
+    held = held.assign_coords({name: one for name, one in chosen.items() if name in without.coords})
+    return held[[*without.variables]]
+
+
+#: Largest number of records and files that a page lists with their checks.
+MOST_ENTRIES: Final = 2000
+
+
+def concern(entry: Mapping[str, str]) -> int:
+    """Return 0 for a row of ``records.csv`` that was rejected, 1 for a warning, and 2 for others.
+
+    Examples
+    --------
+    >>> concern({"status": "accepted", "passport": "warn"})
+    1
+    """
+    said = {"rejected": 0, "unread": 0}
+    return said.get(entry["status"], 1 if entry["passport"] == "warn" else 2)
+
+
+def _entries(path: Path, names: Collection[str] | None) -> tuple[tuple[dict[str, str], ...], int]:
+    """Return the rows of these records and the `MOST_ENTRIES` rows of most concern, or all rows if
+    no names are stated; and the number of all rows.
+    """
+    if names is None:
+        every = tuple(_rows(path))
+        return every, len(every)
+    first: list[tuple[int, int, dict[str, str]]] = []
+    found: dict[int, dict[str, str]] = {}
+    count = 0
+    for count, entry in enumerate(_rows(path), 1):
+        if entry["record_id"] in names:
+            found[count] = entry
+        # counts differ, so that entries are not compared
+        heapq.heappush(first, (-concern(entry), -count, entry))
+        if len(first) > MOST_ENTRIES:
+            heapq.heappop(first)
+    found |= {-place: entry for _, place, entry in first}
+    return tuple(found[place] for place in sorted(found)), count
 
 
 def rank(row: Mapping[str, str]) -> tuple[int, float]:

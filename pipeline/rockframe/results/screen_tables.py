@@ -32,6 +32,8 @@ from rockframe.rocking.verdict import SpreadVerdict, Verdict
 
 Rows = Iterator[dict[str, Any]]
 
+#: Number of motions whose rows are made together.
+_MOTIONS: Final = 1024
 #: Columns of a row with their variables; margins only if the file has them.
 _OF_PAIR: Final = columns_of(
     "record_id structure scale=reference_scale verdict peak_rotation_ratio u_max_m=peak_u",
@@ -66,31 +68,27 @@ _RATIOS: Final = (
 def screen_rows(screening: xr.Dataset) -> Rows:
     """Yield a row for each motion and structure, at the scale nearest to 1; units in the names.
 
-    Motions are ordered by mean rank, the most severe first.
-
-    Parameters
-    ----------
-    screening : Dataset
-        Result of `read_screening`.
+    Motions are ordered by mean rank, the most severe first. `screening` is that of
+    `read_screening`.
     """
     if "scale" in screening["verdict"].dims:
         reference = float(screening["reference_scale"])
         at = int(np.flatnonzero(screening["scale"].values == reference)[0])
         screening = screening.isel(scale=at)
-    ranked = screening.isel(record=np.argsort(screening["mean_rank"].values, kind="stable"))
     columns = _OF_PAIR | _of_members(screening)
     columns |= {name: name for name in _MARGINS if name in screening} | _OF_MOTION | _OF_FRAME
     columns |= {one.column: name for name, one in FURTHER.items() if name in screening}
     for end in ("", "rotd50", "rotd100"):
         variable = "spectral_acceleration" + (end and f"_{end}")
-        if variable not in screening:
-            continue
-        for k, period in enumerate(screening["spectral_period"].values):
+        periods = screening["spectral_period"].values if variable in screening else ()
+        for k, period in enumerate(periods):
             column = spectral(float(period), end).column
-            ranked[column] = ranked[variable].isel(spectral_period=k)
+            screening = screening.assign({column: screening[variable].isel(spectral_period=k)})
             columns[column] = column
-    for row in rows_along(ranked, "record structure", columns):
-        yield row | {"verdict_words": _words(row)}
+    order = np.argsort(screening["mean_rank"].values, kind="stable")
+    for some in np.split(order, range(_MOTIONS, len(order), _MOTIONS)):
+        for row in rows_along(screening.isel(record=some), "record structure", columns):
+            yield row | {"verdict_words": _words(row)}
 
 
 def _of_members(screening: xr.Dataset) -> dict[str, str]:

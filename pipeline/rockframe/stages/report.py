@@ -209,6 +209,8 @@ def _lost_records(folder: Path, datasets: Mapping[str, Described]) -> Iterator[s
 
 #: File name of the page, in the folder of its run.
 PAGE: Final = "report.html"
+#: Size of a page above which it has fewer histories [bytes].
+_MOST_BYTES: Final = 20_000_000
 
 
 def report_stage(
@@ -250,15 +252,18 @@ def report_stage(
     refuse_overwriting([output], [folder / MANIFEST, *outputs])
     shown = choose(content, limits.histories)
     screened = folder / "screen.nc"
-    screening = read_screening(screened) if screened in outputs else None
+    screening = read_screening(screened, every_scale=False) if screened in outputs else None
     compared = folder / "compare.nc"
     comparison = None
     if compared in outputs:
         recordings = recordings_of(folder / RECORDS_FILE)
         comparison = comparison_content(comparison_rows(compared), recordings, limits.rows)
-    page = render(content, read_histories(folder, shown), screening, comparison)
+    page = sealed(render(content, read_histories(folder, shown), screening, comparison))
+    while len(page) > _MOST_BYTES and shown:  # histories are the part that can be any size
+        shown = choose(content, len(shown) * _MOST_BYTES // len(page))
+        page = sealed(render(content, read_histories(folder, shown), screening, comparison))
     with whole_file(output) as partial:
-        partial.write_bytes(sealed(page))
+        partial.write_bytes(page)
     total = sum(content.counts.values())
     return {"histories": len(shown), "left_out": total - len(shown), "rows": len(content.rows)}
 
