@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
 from tests.screening import site
@@ -51,6 +52,19 @@ def test_curves_are_the_probabilities(screen: Screen, tmp_path: Path) -> None:
     assert [len(one["rates"]) for one in content["summary"]] == [2, 2]
     ranks = [motion[0]["mean_rank"] for motion in content["ranking"]]
     assert ranks == sorted(found["mean_rank"].values)
+
+
+def test_of_many_structures_the_first_are_shown(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The plots of a thousand structures would be a page of 20 MB."""
+    found = screen(site(6), scales=[2.0])
+    whole = screening_content(found)
+    monkeypatch.setattr("rockframe.report.page._MOST_STRUCTURES", 1)
+    first = screening_content(found)
+    assert (first["structures"], first["all_structures"]) == (["stout"], 2)
+    assert str(first["summary"]) == str(whole["summary"][:1])  # NaN is not equal to itself
+    assert [len(motion) for motion in first["ranking"]] == [1] * 6
 
 
 def test_the_ranking_says_which_motions_overturn(screen: Screen) -> None:

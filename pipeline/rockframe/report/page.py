@@ -487,8 +487,9 @@ def _line(content: bytes) -> bytes:
     return _BEFORE + hashlib.sha256(content).hexdigest().encode() + _AFTER
 
 
-#: Number of motions in the ranking.
+#: Number of motions in the ranking, and largest number of structures in the section.
 _MOTIONS: Final = 10
+_MOST_STRUCTURES: Final = 200
 
 
 def screening_content(screening: xr.Dataset) -> dict[str, Any]:
@@ -499,6 +500,8 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
     screening : Dataset
         As returned by `read_screening`.
     """
+    of_all = screening.sizes["structure"]
+    screening = screening.isel(structure=slice(_MOST_STRUCTURES))
     structures = [str(name) for name in screening["structure"].values]
     severe = np.argsort(screening["mean_rank"].values, kind="stable")[:_MOTIONS]
     first = screen_rows(screening.isel(record=severe))
@@ -515,6 +518,7 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "overall": (overall := list(overall_rows(screening))),
         "overall_columns": summary_columns(overall),
         "structures": structures,
+        "all_structures": of_all,
         "summary": screen_summary(screening),
         "curve": fragility_curve(screening),
         "fragility": [
