@@ -6,6 +6,7 @@ import json
 import weakref
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +27,8 @@ from rockframe.results.response import open_response, write_responses
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import write
 from rockframe.rocking import respond
+from rockframe.rocking.contact import with_contact
+from rockframe.rocking.response import Response
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -113,6 +116,25 @@ def test_records_are_read_one_by_one(tmp_path: Path) -> None:
         with pytest.raises(ParameterError, match=r"record 'x'. Must be one of: weak, strong"):
             records.read("x")
     np.testing.assert_array_equal(strong, RECORDS_MADE[1].acceleration)
+
+
+def test_demands_of_a_written_record_are_numbers_without_objects(tmp_path: Path) -> None:
+    """A batch of an archive has 100,000 of them."""
+    made_of: list[weakref.ref[Any]] = []
+    most = 0
+
+    def one_after_the_other() -> Iterator[tuple[str, list[Response]]]:
+        nonlocal most
+        for number in range(20):
+            found = with_contact(respond(FRAMES[0], RECORDS_MADE[0]), RECORDS_MADE[0])
+            made_of.append(weakref.ref(found.contact))
+            most = max(most, sum(one() is not None for one in made_of))
+            yield f"r{number}", [found]
+
+    answers, path = one_after_the_other(), tmp_path / "response.nc"
+    made = write_responses(answers, FRAMES[:1], path, input_sha256={}, parameters={})
+    assert made["base_friction_demand"].shape == (20, 1)
+    assert most <= 3
 
 
 def test_records_are_not_held_while_they_are_written(tmp_path: Path) -> None:

@@ -61,6 +61,10 @@ _PARTS: Final = (
 )
 
 
+#: Those that are kept as arrays.
+_AS_ARRAYS: Final = ("ensemble", "contact", "forces", "force_bands")
+
+
 def write_responses(
     answers: Iterable[tuple[str, Sequence[Response]]],
     frames: Sequence[RockingFrame],
@@ -110,9 +114,24 @@ def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:
         "record_id": name,
         "row_size": max(response.time.size for response in responses),
         "history": [response.time.size > 0 for response in responses],
-        **RESPONSE_NC.filled("response", list(responses)),
-        **{part: [getattr(response, part) for response in responses] for part in _PARTS},
+        **RESPONSE_NC.arrays(RESPONSE_NC.filled("response", list(responses))),
+        **{part: _of_part(part, responses) for part in _PARTS},
     }
+
+
+def _of_part(part: str, responses: Sequence[Response]) -> Any:
+    """Return a part of the responses to a record: its objects, or as arrays, which need a tenth of
+    their memory; None if a response lacks it.
+    """
+    found = [getattr(response, part) for response in responses]
+    if part == "to_pulse":
+        return RESPONSE_NC.arrays(to_pulse_values([found]))
+    if part not in _AS_ARRAYS:
+        return found
+    if None in found:
+        return None
+    beside = _sensitivity([found]) if part == "ensemble" else {}
+    return RESPONSE_NC.arrays(RESPONSE_NC.filled(part, [found]) | beside)
 
 
 def _has_envelopes(parameters: Mapping[str, Any]) -> bool:
@@ -141,7 +160,7 @@ def _complete(
     motions: int,
 ) -> dict[str, Any]:
     """Return the values of all variables except the histories."""
-    values = {name: column for name, column in columns.items() if name not in _PARTS}
+    values = dict[str, Any]((key, one) for key, one in columns.items() if key not in _PARTS)
     if all(frame.abutment is None for frame in frames):
         values = {name: column for name, column in values.items() if name not in ABUTMENT}
     values |= RESPONSE_NC.filled("frame", list(frames))
@@ -150,15 +169,13 @@ def _complete(
         values |= RESPONSE_NC.filled("before_crushing", before)
     values["structure"] = [frame.name for frame in frames]
     if pulses:
-        values |= to_pulse_values(columns["to_pulse"])
+        values |= RESPONSE_NC.joined(columns["to_pulse"])
     if all(margin is not None for row in columns["margin"] for margin in row):
         values |= margin_values(columns["margin"])
-    if all(one is not None for row in columns["ensemble"] for one in row):
-        values |= {**RESPONSE_NC.filled("ensemble", columns["ensemble"]), "quantile": [*QUANTILES]}
-        values |= _sensitivity(columns["ensemble"])
-    for part in ("contact", "forces", "force_bands"):
-        if all(one is not None for row in columns[part] for one in row):
-            values |= RESPONSE_NC.filled(part, columns[part])
+    for part in _AS_ARRAYS:
+        if all(row is not None for row in columns[part]):
+            values |= RESPONSE_NC.joined(columns[part])
+            values |= {"quantile": [*QUANTILES]} if part == "ensemble" else {}
     if motions:
         values |= _part_values(columns["parts"], motions)
     if any(frame.restrained for frame in frames):
@@ -471,15 +488,8 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
 
 
 def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
-    """Return all pairs of record and structure for the records with the largest drifts of free
-    bridges.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    most : int
-        Number of records.
+    """Return all pairs of record and structure for so many records, those with the largest drifts
+    of free bridges.
     """
     with opened(path, COMPARE_NC.name) as dataset:
         drift = dataset["peak_u"].isel(model=0).max("structure").values

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum, IntFlag
 from functools import cache, cached_property
@@ -103,12 +103,13 @@ class Variable:
 
     def holding(self, data: Any, units: str = "") -> xr.Variable:
         """Return the variable with these values, for a dataset."""
-        values: NDArray[Any]
+        return xr.Variable(self.dims, self.array(data), self.described(units))
+
+    def array(self, data: Any) -> NDArray[Any]:
+        """Return values as an array of the type in the file."""
         if self.holds == "text":
-            values = np.array([str(one) for one in data] if self.dims else data, dtype=object)
-        else:
-            values = np.asarray(data, dtype=np.int8 if self.holds == "flags" else self.dtype)
-        return xr.Variable(self.dims, values, self.described(units))
+            return np.array([str(one) for one in data] if self.dims else data, dtype=object)
+        return np.asarray(data, dtype=np.int8 if self.holds == "flags" else self.dtype)
 
 
 @cache
@@ -171,6 +172,19 @@ class FileKind:
             one.name: None if thing is None else attrgetter(one.attribute)(thing)
             for one in self.variables
             if one.source.split(".")[0] == source
+        }
+
+    def arrays(self, values: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
+        """Return values by variable as arrays of the types in the file."""
+        return {name: self[name].array(value) for name, value in values.items()}
+
+    def joined(self, parts: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+        """Return the arrays of parts of the records by variable, joined along ``record``."""
+        return {
+            name: np.concatenate([part[name] for part in parts])
+            if "record" in self[name].dims
+            else one
+            for name, one in parts[0].items()
         }
 
     def dataset(self, values: Mapping[str, Any], **units: str) -> xr.Dataset:
