@@ -37,11 +37,12 @@ name = "slender-column"
 height_m = 2.0
 width_m = 0.2
 """
-#: The same without figures and in one batch, for the fewest steps.
+#: The same without figures, margins and surrogates, with few members, and in one batch.
 FEW = (
     STUDY.replace("most = 1", "most = 0")
     .replace("records = 2", "records = 9")
-    .replace('margins = "first"', 'margins = "none"')
+    .replace('margins = "first"', 'margins = "none"\n[respond.ensemble]\nmembers = 16')
+    .replace("[figures]", "[pulse]\nsurrogates = 0\n[figures]")
 )
 
 
