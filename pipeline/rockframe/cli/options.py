@@ -17,7 +17,14 @@ from pydantic_core import PydanticUndefined
 
 from rockframe.cells import decimal
 from rockframe.errors import ParameterError
-from rockframe.options.model import MOST_NUMBERS, Options, evenly, explain, options_within
+from rockframe.options.model import (
+    MOST_NUMBERS,
+    Options,
+    description,
+    evenly,
+    explain,
+    options_within,
+)
 
 if TYPE_CHECKING:
     from rockframe.options.model import Options
@@ -64,7 +71,7 @@ def add_options(
             flag(prefix + name),
             dest=prefix + name,
             default=argparse.SUPPRESS,
-            help=_help(field).replace("%", "%%"),
+            help=_help(field, description(model, name)).replace("%", "%%"),
             **_reading(_alone(field.annotation), name, field),
         )
         stated.required = required and field.is_required() and not prefix
@@ -117,8 +124,8 @@ def flag(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
-def _help(field: FieldInfo) -> str:
-    text = " ".join((field.description or "").split()).rstrip(".")
+def _help(field: FieldInfo, description: str) -> str:
+    text = " ".join(description.split()).rstrip(".")
     if text.split(" ")[0][1:].islower():  # keep names such as StationXML
         text = text[:1].lower() + text[1:]
     default = field.default

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import itertools
 import math
+import textwrap
 import unicodedata
 import warnings
 from collections.abc import Callable
@@ -67,6 +70,40 @@ class _OneLine(ModelMetaclass):
             raise ParameterError(explain(invalid.errors()[0], str)) from None
 
 
+@cache
+def _descriptions(model: type) -> dict[str, str]:
+    """Return the text below each field of a class, read from its source.
+
+    Pydantic would read the sources of all classes at every start of a command.
+    """
+    try:
+        source = textwrap.dedent(inspect.getsource(model))
+    except (OSError, TypeError):  # a model that the package makes from others
+        return {}
+    (stated,) = ast.parse(source).body
+    texts = {}
+    for field, below in itertools.pairwise(getattr(stated, "body", ())):
+        if isinstance(field, ast.AnnAssign) and isinstance(below, ast.Expr):
+            texts[ast.unparse(field.target)] = inspect.cleandoc(ast.literal_eval(below.value))
+    return texts
+
+
+def description(table: type, key: str) -> str:
+    """Return the description of a key: that of its field, or the text below it in the class."""
+    field = option_fields(table)[key]
+    names = {id(one): name for name, one in getattr(table, "model_fields", {}).items()}
+    name = names.get(id(field), key)
+    texts = (_descriptions(one).get(name) for one in table.__mro__ if issubclass(one, Options))
+    return field.description or next((text for text in texts if text), "")
+
+
+def _described(schema: dict[str, Any], model: type[BaseModel]) -> None:
+    """Add the descriptions of the fields to a JSON schema."""
+    for name, key in schema.get("properties", {}).items():
+        if text := description(model, name):
+            key["description"] = text
+
+
 class Options(BaseModel, metaclass=_OneLine):
     """Options of a stage; unknown names and values of another type are errors.
 
@@ -83,8 +120,9 @@ class Options(BaseModel, metaclass=_OneLine):
         extra="forbid",
         strict=True,
         frozen=True,
-        use_attribute_docstrings=True,
         serialize_by_alias=True,
+        json_schema_extra=_described,
+        defer_build=True,  # most commands validate few models
     )
 
     def stated(self) -> dict[str, Any]:

@@ -488,7 +488,7 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
 
 
 def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
-    """Return all pairs of record and structure for so many records, those with the largest drifts
+    """Return all pairs of record and structure for this number of records, those with the largest drifts
     of free bridges.
     """
     with opened(path, COMPARE_NC.name) as dataset:

@@ -24,6 +24,7 @@ from rockframe.options.model import (
     Options,
     ReportOptions,
     Texts,
+    description,
     option_fields,
     options_within,
 )
@@ -323,7 +324,7 @@ def _keys(table: type, skip: tuple[str, ...] = ()) -> list[str]:
     for key, field in option_fields(table).items():
         if key in skip or options_within(field.annotation) is not None:
             continue
-        lines += _comment(field.description or "")
+        lines += _comment(description(table, key))
         if field.default in (None, PydanticUndefined, math.inf):
             lines.append(f"# {key} = {_toml((field.examples or [''])[0])}")
         else:
