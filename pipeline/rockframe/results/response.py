@@ -488,8 +488,8 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
 
 
 def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
-    """Return all pairs of record and structure for this number of records, those with the largest drifts
-    of free bridges.
+    """Return the pairs of the `most` records with the largest drifts of free bridges, and all their
+    structures.
     """
     with opened(path, COMPARE_NC.name) as dataset:
         drift = dataset["peak_u"].isel(model=0).max("structure").values
