@@ -29,8 +29,8 @@ Row = tuple[Mapping[str, NDArray[np.float64]], Mapping[str, Any]]
 WITHOUT_RECORDS: Final = "Batch without records"
 #: Number of samples in one compressed block.
 CHUNK: Final = 16384
-#: Largest number of values of records that are one compressed block; more are in several.
-_ONE_BLOCK: Final = 8 * CHUNK
+#: Largest size of values of records that are one compressed block [bytes]; more are in several.
+_ONE_BLOCK: Final = 2**20
 #: Encoding of each variable, with checksums that detect a flipped bit.
 COMPRESSED: Final[dict[str, Any]] = {
     "zlib": True,
@@ -250,9 +250,9 @@ def create_variable(
     """
     if chunk is None and "obs" in like.dims:
         chunk = tuple(min(n, CHUNK) if d == "obs" else 1 for d, n in like.sizes.items())
-    elif chunk is None and like.size > _ONE_BLOCK and like.dims[0] == "record":
+    elif chunk is None and like.nbytes > _ONE_BLOCK and like.dims[0] == "record":
         # by default netCDF makes chunks of several MB, and keeps one of each variable in memory
-        chunk = max(1, CHUNK // math.prod(like.shape[1:])), *like.shape[1:]
+        chunk = max(1, 8 * CHUNK * like.shape[0] // like.nbytes), *like.shape[1:]
     created = file.createVariable(
         name,
         like.dtype,
