@@ -252,7 +252,8 @@ def create_variable(
         chunk = tuple(min(n, CHUNK) if d == "obs" else 1 for d, n in like.sizes.items())
     elif chunk is None and like.nbytes > _ONE_BLOCK and like.dims[0] == "record":
         # by default netCDF makes chunks of several MB, and keeps one of each variable in memory
-        chunk = max(1, 8 * CHUNK * like.shape[0] // like.nbytes), *like.shape[1:]
+        rows = max(1, 8 * CHUNK * len(like) // like.nbytes)
+        chunk = min(rows, len(like)), *like.shape[1:]
     created = file.createVariable(
         name,
         like.dtype,
