@@ -161,7 +161,7 @@ def test_a_page_that_would_be_too_large_has_fewer_histories_and_says_so(
 def test_long_lists_are_cut_with_rejections_first_and_say_so(
     hostile_run: Path, page: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What the page says of its histories stays the same."""
+    """The histories of the page do not change."""
     monkeypatch.setattr("rockframe.results.run.MOST_ENTRIES", 1)
     monkeypatch.setattr("rockframe.report.page.MOST_ENTRIES", 1)
     monkeypatch.setattr("rockframe.report.page._MOST_INPUTS", 1)

@@ -105,7 +105,7 @@ def mean_share(shares: ArrayLike, *, clusters: ArrayLike | None = None, seed: in
 
 
 def _draws(count: int, seed: int) -> Iterator[NDArray[np.int64]]:
-    """Yield how often each of so many clusters is drawn, in blocks of the bootstrap samples.
+    """Yield the number of draws of each cluster, in blocks of the bootstrap samples.
 
     The draws do not depend on the size of the blocks.
     """
