@@ -35,6 +35,7 @@ from rockframe.ingest.stationxml import is_station_xml
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import read_json
 from rockframe.record import Record
+from rockframe.signals.passport import Measures
 
 Catalogue = Mapping[str, CatalogueEntry]
 
@@ -303,11 +304,14 @@ class Reading:
     own : mapping
         Fields from the ``catalogue.csv`` of its archive, which override other catalogues but that
         beside the archive.
+    measures : Measures, optional
+        Measures of the record as it was read, if the process that read it measured it.
     """
 
     record: Record
     facts: Mapping[str, Any]
     own: Mapping[str, Any] = field(default_factory=dict)
+    measures: Measures | None = None
 
     def completed(self, **changes: Any) -> Record:
         """Return the record with the facts, and with these other changes.

@@ -6,11 +6,10 @@ import math
 import re
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from rockframe.options.ingest import PassportLimits
 from rockframe.record import Record, SiteType
 from rockframe.signals.corner import UNCHANGED, Corner
 from rockframe.signals.measures import (
@@ -23,6 +22,9 @@ from rockframe.signals.measures import (
 )
 from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
 from rockframe.signals.processing import Float, integrate, peak
+
+if TYPE_CHECKING:  # processes that read files need no options, whose import takes long
+    from rockframe.options.ingest import PassportLimits
 
 #: The checks in order: unit, and True if the limit is a lower limit, False if it is an upper one.
 CHECKS: Final = {
@@ -216,6 +218,7 @@ def passport(
     after: Record,
     limits: PassportLimits,
     start: tuple[float, float] = (0.0, 0.0),
+    measures: Measures | None = None,
 ) -> Passport:
     """Measure a record and compare the measures with the limits.
 
@@ -229,6 +232,8 @@ def passport(
         Limits of warning and rejection.
     start : (float, float)
         Velocity [m s-1] and displacement [m] at the first sample, from `correct`.
+    measures : Measures, optional
+        Results of `measured` for these arguments, if they are known.
 
     Raises
     ------
@@ -237,7 +242,7 @@ def passport(
 
     Examples
     --------
-    >>> import numpy as np
+    >>> from rockframe.options.ingest import PassportLimits
     >>> time = 0.01 * np.arange(2001)
     >>> wave = np.sin(np.pi * time) * np.sin(np.pi * time / 20)
     >>> record = Record(record_id="wave", acceleration=wave, time_step=0.01)
@@ -247,10 +252,26 @@ def passport(
     >>> print(f"{result.measures.significant_duration:.2f} s")
     11.60 s
     """
+    known = measures or measured(before, after, limits.signal_to_noise_ratio, start)
+    return Passport(known, _judge(known, after, limits))
+
+
+def measured(
+    before: Record, after: Record, ratio: float, start: tuple[float, float] = (0.0, 0.0)
+) -> Measures:
+    """Return the measures of a record; `ratio` is the limit of its signal-to-noise ratio.
+
+    The other parameters, and the errors, are those of `passport`.
+
+    Examples
+    --------
+    >>> record = Record(record_id="wave", acceleration=[0.0, 2.0, -1.0, 0.0], time_step=0.01)
+    >>> measured(record, record, 3.0).peak_acceleration
+    2.0
+    """
     # Squares of extremely large samples overflow; the check of the peak rejects them.
     with np.errstate(over="ignore", invalid="ignore"):
-        measures = _measure(before, after, limits.signal_to_noise_ratio, start)
-    return Passport(measures, _judge(measures, after, limits))
+        return _measure(before, after, ratio, start)
 
 
 def _measure(before: Record, after: Record, ratio: float, moving: tuple[float, float]) -> Measures:

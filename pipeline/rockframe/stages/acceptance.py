@@ -20,7 +20,7 @@ from rockframe.outcome import STATUSES, InputOutcome
 from rockframe.record import Record
 from rockframe.results.tables.entries import write_entries
 from rockframe.signals.corner import UNCHANGED, Corner, CornerSource, choose_corner
-from rockframe.signals.passport import Passport, passport
+from rockframe.signals.passport import Measures, Passport, passport
 from rockframe.signals.processing import AsRead, BandPass, correct
 from rockframe.units import GRAVITY
 
@@ -281,6 +281,7 @@ def checked(
     components: Sequence[Passport] = (),
     start: tuple[float, float] = (0.0, 0.0),
     corner: Corner = UNCHANGED,
+    measures: Measures | None = None,
 ) -> InputOutcome:
     """Return the outcome of a record with its passport, and the reason if it is rejected.
 
@@ -297,8 +298,10 @@ def checked(
         Velocity [m s-1] and displacement [m] at the first sample.
     corner : Corner
         Lower corner with which this package corrected the record.
+    measures : Measures, optional
+        Measures of the record, if they are known.
     """
-    result = replace(passport(before, record, limits, start), corner=corner)
+    result = replace(passport(before, record, limits, start, measures), corner=corner)
     if components:
         result = _as_recorded(result, components)
     reasons = " ".join(str(check) for check in result.rejections)
@@ -380,7 +383,7 @@ def _inspected(
             outcome = checked(record, raw, limits, start=start, corner=corner)
             return record, outcome, AsRead(raw.acceleration, band)
         record = reading.completed()
-        return record, checked(record, raw, limits), None
+        return record, checked(record, raw, limits, measures=reading.measures), None
     except ParameterError as error:
         outcome = InputOutcome(reading.facts["source_file"], str(error), record_id=name)
         return None, outcome, None

@@ -22,6 +22,7 @@ from rockframe.ingest import (
     read_catalogue,
     sources_of,
 )
+from rockframe.ingest.collection import read_and_measured
 from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
 from rockframe.outcome import InputOutcome
@@ -194,7 +195,16 @@ def ingest_stage(
     with (
         closing(
             collect_sources(
-                sources, _read_options(options), progress, workers=workers, limits=limits
+                sources,
+                _read_options(options),
+                progress,
+                workers=workers,
+                limits=limits,
+                read=partial(
+                    read_and_measured,
+                    uncorrected=options.uncorrected,
+                    ratio=checks.signal_to_noise_ratio,
+                ),
             )
         ) as readings,
         _place(output, rotated=bool(azimuths)) as place,
