@@ -114,6 +114,39 @@ def _sealed(rest: bytes) -> bytes:
     return b'{\n "sha256_of_the_rest": "%b",%b' % (hashlib.sha256(rest).hexdigest().encode(), rest)
 
 
+#: Around the hash in the last line of a page.
+_BEFORE: Final = b"<!-- SHA-256 of all above this line: "
+_AFTER: Final = b" -->\n"
+
+
+def sealed_page(page: str) -> bytes:
+    """Encode a page in UTF-8 and append the line with its hash.
+
+    Examples
+    --------
+    >>> is_whole_page(sealed_page("<p>Whole.</p>"))
+    True
+    """
+    content = page.rstrip().encode() + b"\n"
+    return content + _last_line(content)
+
+
+def is_whole_page(content: bytes) -> bool:
+    """Return True if the hash in the last line of a page is correct.
+
+    Examples
+    --------
+    >>> is_whole_page(sealed_page("<p>Whole.</p>").replace(b"Whole", b"Hole"))
+    False
+    """
+    page, before, _ = content.rpartition(_BEFORE)
+    return bool(before) and content == page + _last_line(page)
+
+
+def _last_line(content: bytes) -> bytes:
+    return _BEFORE + hashlib.sha256(content).hexdigest().encode() + _AFTER
+
+
 def read_json(content: str | bytes) -> Any:
     """Parse a JSON text.
 

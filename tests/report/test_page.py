@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 import rockframe
 from rockframe.cli.main import main
 from rockframe.errors import InputError
-from rockframe.provenance import read_manifest, sha256_of
+from rockframe.provenance import is_whole_page, read_manifest, sealed_page, sha256_of
 from rockframe.provenance import sealed as sealed_json
-from rockframe.report.page import choose, encode, is_whole, render, sealed, shown
+from rockframe.report.page import choose, encode, render, shown
 from rockframe.results.run import read_histories, read_run
 from rockframe.results.tables.entries import rows_of
 from rockframe.stages.report import report_stage
@@ -307,10 +307,10 @@ def test_a_page_of_another_run_is_a_fault(
 
 @given(st.binary(min_size=1, max_size=80), st.data())
 def test_a_flipped_bit_of_a_page_is_found(text: bytes, data: st.DataObject) -> None:
-    whole = bytearray(sealed(text.decode("latin-1")))
-    assert is_whole(bytes(whole))
+    whole = bytearray(sealed_page(text.decode("latin-1")))
+    assert is_whole_page(bytes(whole))
     whole[data.draw(st.integers(0, len(whole) - 1))] ^= 1 << data.draw(st.integers(0, 7))
-    assert not is_whole(bytes(whole))
+    assert not is_whole_page(bytes(whole))
 
 
 def test_a_damaged_page_is_a_fault(

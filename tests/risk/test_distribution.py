@@ -103,7 +103,7 @@ def test_a_motion_that_occurs_ten_times_as_one_cluster_does_not_narrow_the_band(
 
 
 def test_the_band_of_the_opposite_is_the_opposite_band() -> None:
-    """Of clusters of very unequal sizes; the bootstrap then decides both ends of the band."""
+    """The bootstrap decides both ends of the band where clusters have very unequal sizes."""
     clusters = np.arange(12).repeat([30, *[1] * 11])
     fell = (clusters % 2 == 0)[:, None]
     band, opposite = (mean_share(one, clusters=clusters) for one in (fell, ~fell))

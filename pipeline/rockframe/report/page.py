@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import io
 import math
 import zlib
@@ -452,39 +451,6 @@ def _entries_to_list(run: Run) -> list[Mapping[str, str]]:
     """Return the records and files to list; rejections and warnings first if there are many."""
     first = sorted(range(len(run.entries)), key=lambda i: concern(run.entries[i]))[:MOST_ENTRIES]
     return [run.entries[i] for i in sorted(first)]
-
-
-#: The last line of a page: a hash of the rest, which shows if the page was changed.
-_BEFORE: Final = b"<!-- SHA-256 of all above this line: "
-_AFTER: Final = b" -->\n"
-
-
-def sealed(page: str) -> bytes:
-    """Encode a page in UTF-8 and append the line with its hash.
-
-    Examples
-    --------
-    >>> is_whole(sealed("<p>Whole.</p>"))
-    True
-    """
-    content = page.rstrip().encode() + b"\n"
-    return content + _line(content)
-
-
-def is_whole(content: bytes) -> bool:
-    """Return True if the hash in the last line of a page is correct.
-
-    Examples
-    --------
-    >>> is_whole(sealed("<p>Whole.</p>").replace(b"Whole", b"Hole"))
-    False
-    """
-    page, before, _ = content.rpartition(_BEFORE)
-    return bool(before) and content == page + _line(page)
-
-
-def _line(content: bytes) -> bytes:
-    return _BEFORE + hashlib.sha256(content).hexdigest().encode() + _AFTER
 
 
 #: Number of motions in the ranking, and largest number of structures in the section.

@@ -295,7 +295,7 @@ class _Stored(xr.backends.BackendArray):
         else:
             lazy = indexing.LazilyIndexedArray(self)
             data = indexing.MemoryCachedArray(lazy)  # type: ignore[no-untyped-call]
-        return xr.Variable(self.dims, data, self.attrs)
+        return xr.Variable(self.dims, data, self.attrs, fastpath=True)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
         """Read values; xarray calls this."""

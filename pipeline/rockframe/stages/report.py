@@ -13,23 +13,19 @@ from rockframe.options import RECORDS_FILE, STAGES
 from rockframe.options.model import ReportOptions
 from rockframe.provenance import (
     MANIFEST,
+    is_whole_page,
     processor,
     read_manifest,
     refuse_obstacles,
     refuse_overwriting,
+    sealed_page,
     sha256_of,
     source_code_hash,
     versions,
     whole_file,
 )
-from rockframe.report.comparison import comparison_content
-from rockframe.report.page import choose, is_whole, render, sealed
 from rockframe.results.merging import Described, describe
-from rockframe.results.pulses import recordings_of
-from rockframe.results.response import comparison_rows
-from rockframe.results.run import read_histories, read_run
 from rockframe.results.schema import KINDS, SCREEN
-from rockframe.results.screen import read_screening
 from rockframe.results.tables.entries import rows_of
 
 #: Files of a run with datasets, in the order of the stages.
@@ -243,6 +239,13 @@ def report_stage(
     InputError
         If the run is incomplete or changed, or the page cannot be written.
     """
+    from rockframe.report.comparison import comparison_content  # verify imports none of these
+    from rockframe.report.page import choose, render
+    from rockframe.results.pulses import recordings_of
+    from rockframe.results.response import comparison_rows
+    from rockframe.results.run import read_histories, read_run
+    from rockframe.results.screen import read_screening
+
     limits, output = options or ReportOptions(), output or folder / PAGE
     refuse_obstacles([output])
     for fault in () if verified else verify_run(folder).faults:
@@ -258,10 +261,10 @@ def report_stage(
     if compared in outputs:
         recordings = recordings_of(folder / RECORDS_FILE)
         comparison = comparison_content(comparison_rows(compared), recordings, limits.rows)
-    page = sealed(render(content, read_histories(folder, shown), screening, comparison))
+    page = sealed_page(render(content, read_histories(folder, shown), screening, comparison))
     while len(page) > _MOST_BYTES and shown:  # histories are the part that can be any size
         shown = choose(content, len(shown) * _MOST_BYTES // len(page))
-        page = sealed(render(content, read_histories(folder, shown), screening, comparison))
+        page = sealed_page(render(content, read_histories(folder, shown), screening, comparison))
     with whole_file(output) as partial:
         partial.write_bytes(page)
     total = sum(content.counts.values())
@@ -289,7 +292,7 @@ def strange_report(folder: Path) -> Sequence[str]:
         return [missing] if "report" in steps else []
     content = page.read_bytes()
     again = f"Write it again with `rockframe report {folder}`."
-    if not is_whole(content):
+    if not is_whole_page(content):
         return [f"{page}: is corrupted. {again}"]
     if sha256_of(folder / MANIFEST).encode() not in content:
         return [f"{page}: shows another run. {again}"]
