@@ -186,7 +186,7 @@ def sampled(mutants: Sequence[Mutant], number: int, seed: int) -> list[Mutant]:
 
 @dataclass(frozen=True)
 class Reaching:
-    """Which tests reach each line of a file, by kind of run, and what they took.
+    """The tests that reach each line of a file, by kind of run, and what they took.
 
     Parameters
     ----------
