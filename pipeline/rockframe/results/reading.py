@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -20,18 +19,17 @@ from xarray.core import indexing
 
 from rockframe.errors import InputError, require_known
 from rockframe.record import is_record_id
+from rockframe.results.attributes import (
+    UNREADABLE,
+    not_of,
+    require_attributes,
+    require_file,
+    require_netcdf,
+)
 from rockframe.results.schema import KINDS, FileKind, Variable
 from rockframe.results.writing import CHUNK, WITHOUT_RECORDS
 from rockframe.units import conversion_factor
 
-#: Errors from opening a corrupted file; netCDF4 reports an unreadable attribute as missing.
-_UNREADABLE: Final = (OSError, ValueError, AttributeError, RuntimeError)
-#: First bytes of netCDF files; for other files the library raises several kinds of errors.
-_MAGIC: Final = (b"\x89HDF", b"CDF")
-#: Global attributes that contain JSON, and the required type.
-_JSON: Final = {"input_sha256": dict, "parameters": dict, "left_out": dict, "filtered": list}
-#: Global attributes that every file of this package has.
-_NEEDED: Final = ("input_sha256", "parameters", "left_out", "source_code_hash")
 #: Attributes of packed variables, whose stored numbers differ from their values.
 _PACKED: Final = ("scale_factor", "add_offset", "missing_value", "_Unsigned")
 #: Kinds of NumPy types that are allowed for each declared type.
@@ -64,20 +62,18 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
         If the file is missing or corrupted, if another stage wrote it, or if its content does not
         match the declaration of the kind.
     """
-    _require_file(path, f"a {kind} file")
+    require_file(path, f"a {kind} file")
     # By default netCDF would cache 64 MB of samples per variable, although they are read once.
     netCDF4.set_chunk_cache(4 * 8 * CHUNK)
     must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
     with ExitStack() as stack:
         try:
-            _require_netcdf(
-                path, f"Run `rockframe {KINDS[kind].stage}` first and state its output."
-            )
+            require_netcdf(path, f"Run `rockframe {KINDS[kind].stage}` first and state its output.")
             store = xr.backends.NetCDF4DataStore.open(str(path))  # type: ignore[no-untyped-call]
             stack.callback(store.close)
             attrs = store.get_attrs()
             stored = _stored(path, KINDS[kind], store, attrs)
-        except _UNREADABLE as error:
+        except UNREADABLE as error:
             raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
         with damage_named(path, kind):
             if not (stored or empty):
@@ -90,38 +86,6 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
             for one in stored:
                 _require_valid(path, one.declared, dataset)
             yield dataset
-
-
-def _require_file(path: Path, wanted: str) -> None:
-    if not path.is_file():
-        what = "a folder" if path.is_dir() else "no such file"
-        raise InputError(path, f"{what}. Must be {wanted}.")
-
-
-def _require_netcdf(path: Path, instead: str) -> None:
-    with path.open("rb") as stream:
-        if not stream.read(4).startswith(_MAGIC):
-            raise InputError(path, f"is not a netCDF file. {instead}")
-
-
-def kind_of(path: Path) -> str:
-    """Return the kind that a file states in its attributes.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, corrupted, or of an unknown kind.
-    """
-    _require_file(path, "the output of a stage")
-    try:
-        _require_netcdf(path, "Must be the output of a stage, such as `rockframe ingest`.")
-        with netCDF4.Dataset(path) as file:
-            kind = str(getattr(file, "rockframe_kind", "unknown"))
-    except _UNREADABLE as error:
-        raise InputError(path, f"cannot be read as netCDF ({error}).") from error
-    if kind not in KINDS:
-        raise InputError(path, f"is of kind {kind!r}. Must be one of: {', '.join(KINDS)}.")
-    return kind
 
 
 def positions(dataset: xr.Dataset, **wanted: str | float) -> dict[str, int]:
@@ -167,51 +131,6 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
     except (OSError, RuntimeError, UnicodeDecodeError) as error:
         must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
         raise InputError(path, f"is corrupted ({error}). {must_be}") from error
-
-
-def attributes_of(path: Path, kind: str) -> Mapping[str, Any]:
-    """Return the global attributes of a file, without reading or checking its variables.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : str
-        One of `KINDS`.
-
-    Raises
-    ------
-    InputError
-        If the file is missing or corrupted, or if another stage wrote it.
-    """
-    _require_file(path, f"a {kind} file")
-    try:
-        _require_netcdf(path, "Must be the output of a stage.")
-        with netCDF4.Dataset(path) as file:
-            attrs = {name: file.getncattr(name) for name in file.ncattrs()}
-    except _UNREADABLE as error:
-        raise _not_of(path, kind, f"cannot be read as netCDF ({error}).") from error
-    _require_attributes(path, kind, attrs)
-    return attrs
-
-
-def _not_of(path: Path, kind: str, what: str) -> InputError:
-    return InputError(path, f"{what} Must be the output of `rockframe {KINDS[kind].stage}`.")
-
-
-def _require_attributes(path: Path, kind: str, attrs: Mapping[str, Any]) -> None:
-    found = str(attrs.get("rockframe_kind", "unknown"))
-    if found != kind:
-        raise _not_of(path, kind, f"is a netCDF file of kind {found!r}.")
-    for name in (*_NEEDED, *_JSON):
-        if name not in attrs and name not in _NEEDED:
-            continue
-        try:
-            value = json.loads(attrs[name]) if name in _JSON else attrs[name]
-        except (KeyError, TypeError, ValueError, RecursionError):
-            value = None
-        if not isinstance(value, _JSON.get(name, str)):
-            raise _not_of(path, kind, f"without a global attribute {name!r} that can be read.")
 
 
 class _Stored(xr.backends.BackendArray):
@@ -272,7 +191,7 @@ class _Stored(xr.backends.BackendArray):
         """Reject the file if the variable differs from its declaration."""
         one, what = self.declared, f"variable {self.declared.name!r}"
         if self.stored_type.kind not in _TYPES[one.holds]:
-            raise _not_of(path, kind.name, f"{what} holds {self.stored_type}, not {one.holds}.")
+            raise not_of(path, kind.name, f"{what} holds {self.stored_type}, not {one.holds}.")
         if self.dims != one.dims:
             along, must = (f"({', '.join(names)})" for names in (self.dims, one.dims))
             raise InputError(path, f"{what} on {along}. Must be on {must}.")
@@ -326,7 +245,7 @@ def _joined(characters: NDArray[np.bytes_]) -> NDArray[np.object_]:
 
 def _stored(path: Path, kind: FileKind, store: Any, attrs: Mapping[str, Any]) -> list[_Stored]:
     """Return the variables of an open file, checked against its kind before memory is allocated."""
-    _require_attributes(path, kind.name, attrs)
+    require_attributes(path, kind.name, attrs)
     found = store.ds.variables
     if attrs.get("title") == WITHOUT_RECORDS and not found:
         return []
@@ -340,7 +259,7 @@ def _stored(path: Path, kind: FileKind, store: Any, attrs: Mapping[str, Any]) ->
             raise _without(path, kind, one, found)
     claimed, present = sum(one.bytes for one in stored), path.stat().st_size
     if claimed > _MOST_COMPRESSED * present:
-        raise _not_of(path, kind.name, f"states {claimed:.3g} bytes of values, but has {present}.")
+        raise not_of(path, kind.name, f"states {claimed:.3g} bytes of values, but has {present}.")
     return stored
 
 

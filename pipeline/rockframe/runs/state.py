@@ -546,7 +546,7 @@ def changed_inputs(inputs: Iterable[Input]) -> list[tuple[str, str]]:
 
 def _read_by_ingest(folder: Path) -> dict[str, str]:
     """Return the name and SHA-256 of each file that ingest read, from records.nc."""
-    from rockframe.results.reading import attributes_of
+    from rockframe.results.attributes import attributes_of
     from rockframe.results.schema import RECORDS
 
     records = folder / "records.nc"

@@ -27,8 +27,8 @@ from rockframe.provenance import (
     sealed,
     sha256_of,
 )
+from rockframe.results.attributes import kind_of
 from rockframe.results.pulses import best_pulses
-from rockframe.results.reading import kind_of
 from rockframe.results.records import open_records
 from rockframe.results.response import open_response
 from rockframe.results.tables.entries import rows_of

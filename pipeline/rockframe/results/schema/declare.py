@@ -7,11 +7,13 @@ from dataclasses import dataclass, field, replace
 from enum import IntEnum, IntFlag
 from functools import cache, cached_property
 from operator import attrgetter
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,8 @@ class Variable:
 
     def holding(self, data: Any, units: str = "") -> xr.Variable:
         """Return the variable with these values, for a dataset."""
+        import xarray as xr  # many commands only name variables
+
         return xr.Variable(self.dims, self.array(data), self.described(units))
 
     def array(self, data: Any) -> NDArray[Any]:
@@ -191,6 +195,8 @@ class FileKind:
         """Return the dataset of these values by variable; `units` choose among several allowed
         units.
         """
+        import xarray as xr
+
         unknown = values.keys() - {one.name for one in self.variables}
         if unknown:
             raise KeyError(f"not declared for {self.name} files: {sorted(unknown)}")

@@ -10,7 +10,6 @@ from itertools import product, repeat
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.cells import DASH, Cells, Column, in_digits, number
@@ -20,6 +19,8 @@ from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, SpreadVerdict, Verdi
 from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rockframe.rocking.assessments import EnsembleResponse
 
 #: Short names of wavelets.
@@ -325,6 +326,7 @@ def blocks(dataset: xr.Dataset) -> Iterator[xr.Dataset]:
 
     Examples
     --------
+    >>> import xarray as xr
     >>> [part.sizes["record"] for part in blocks(xr.Dataset({"a": ("record", [1, 2])}))]
     [2]
     """
@@ -429,6 +431,7 @@ class LabelledValuesOf(Mapping[Key, LabelledValues]):
 
     Examples
     --------
+    >>> import xarray as xr
     >>> words = {"long_name": "peak ground acceleration", "units": "m s-2"}
     >>> dataset = xr.Dataset({"name": ("record", ["a", "b"]), "pga": ("record", [1.5, 2.5], words)})
     >>> LabelledValuesOf(dataset, keys=["name"])["b"][0].value
