@@ -35,6 +35,15 @@ def test_cluster_gives_the_bits_of_one_process(address: str) -> None:
     assert [array.tobytes() for array in here] == [array.tobytes() for array in there]
 
 
+def test_short_batches_are_sent_together(address: str) -> None:
+    """Each task costs the scheduler some milliseconds, whatever it computes."""
+    task = "__import__('distributed').get_worker().get_current_task()"
+    batches = [f"({number}, {task})" for number in range(400)]
+    done = list(map_batches(eval, batches, engine=DaskScheduler(address)))
+    assert [number for number, _ in done] == list(range(400))
+    assert len({name for _, name in done}) < 40
+
+
 def test_stages_write_the_same_bytes(address: str, tmp_path: Path) -> None:
     """The threads of a Dask worker share the netCDF library, so no batch may use it."""
     records = stored(site(12), tmp_path)

@@ -27,6 +27,36 @@ def test_cluster_gives_the_bytes_of_one_process(
     assert contents(tmp_path / "there") == contents(tmp_path / "here")
 
 
+#: Lets a worker open no file in a folder, as if it were on another machine.
+_HIDES = """
+def refuse(event, found):
+    if event == "open" and str(found[0]).startswith({folder!r}):
+        raise FileNotFoundError(found[0])
+__import__("sys").addaudithook(refuse)
+"""
+
+
+def test_workers_without_the_folder_give_the_same_bytes(tmp_path: Path) -> None:
+    """They get their records from the run: it writes each file itself, and no step runs on them."""
+    study, folder = make_study(tmp_path, 3), tmp_path / "apart"
+    assert run(study, tmp_path / "here") == 0
+    with local_cluster(2, threads_per_worker=1) as cluster, distributed.Client(cluster) as client:
+        client.run(exec, _HIDES.format(folder=str(tmp_path)))
+        words = ["run", str(study), "--output", str(folder), "--no-shared-folder"]
+        assert main([*words, "--scheduler", cluster.scheduler_address]) == 0
+        tasks = client.run_on_scheduler(lambda dask_scheduler: dask_scheduler.transition_counter)
+    assert contents(folder) == contents(tmp_path / "here")
+    assert tasks > 0
+
+
+def test_no_shared_folder_needs_a_scheduler(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = make_study(tmp_path, 1)
+    assert main(["run", str(study), "--output", str(tmp_path / "x"), "--no-shared-folder"]) == 2
+    assert "--no-shared-folder without --scheduler" in capsys.readouterr().err
+
+
 def _worker(address: str, home: Path) -> subprocess.Popen[str]:
     """Start a worker without a nanny, so that nothing restarts it."""
     words = [address, "--no-nanny", "--nthreads", "1", "--no-dashboard"]

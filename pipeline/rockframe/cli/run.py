@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -32,6 +33,12 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--plan", action="store_true", help="write only the plan, for a workflow that performs it"
+    )
+    parser.add_argument(
+        "--no-shared-folder",
+        action="store_true",
+        help="the workers of the scheduler cannot read the folder: steps are performed here, and "
+        "send records to the workers",
     )
     add_options(parser, ExecutionOptions)
 
@@ -75,8 +82,16 @@ def run_run(options: argparse.Namespace) -> int:
 
 def _engine(options: argparse.Namespace) -> Engine | None:
     """Return the stated engine; None leaves the choice to the run, which may have nothing to do."""
-    stated = chosen(options, ExecutionOptions) != ExecutionOptions()
-    return arguments.chosen_engine(options) if stated else None
+    if chosen(options, ExecutionOptions) == ExecutionOptions() and not options.no_shared_folder:
+        return None
+    from rockframe.engines.engine import DaskScheduler  # with nothing to do it is not needed
+
+    engine = arguments.chosen_engine(options)
+    if not options.no_shared_folder:
+        return engine
+    if not isinstance(engine, DaskScheduler):
+        raise ParameterError("--no-shared-folder without --scheduler. State both, or neither.")
+    return replace(engine, shares_folder=False)
 
 
 def _write_plan(plan: Plan, options: argparse.Namespace) -> None:

@@ -5,6 +5,7 @@ All of them give the same results, bit for bit. Dask needs the extra ``dask``.
 
 from __future__ import annotations
 
+import math
 import os
 import socket
 import threading
@@ -14,6 +15,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence, Sized
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 from urllib.parse import urlsplit
@@ -294,8 +296,12 @@ def map_batches(
 _PATIENCE: Final = 5.0
 #: Interval at which the client checks, while it waits, that the scheduler has workers [s].
 _PAUSE: Final = 1.0
-#: Batches that the cluster holds at a time, for each of its threads.
+#: Tasks that the cluster holds at a time, for each of its threads.
 _AHEAD: Final = 2
+#: Time that a task should take [s], because each costs the scheduler a few milliseconds; and the
+#: largest number of batches in a task.
+_WORK: Final = 1.0
+_MOST: Final = 64
 _MUST_BE: Final = "Must be the address of a running Dask scheduler, tcp://HOST:PORT."
 
 
@@ -309,6 +315,9 @@ class DaskScheduler(Engine):
         The address that ``dask scheduler`` prints: ``tcp://10.0.0.1:8786``.
     patience : float
         Longest time without any worker, once work has begun [s]: a cluster may replace its workers.
+    shares_folder : bool
+        True if the workers can read and write the folder of a run. If not, a run performs its steps
+        in its own process, and only their batches on the cluster.
 
     Raises
     ------
@@ -324,6 +333,7 @@ class DaskScheduler(Engine):
 
     address: str
     patience: float = 30.0
+    shares_folder: bool = True
 
     def map(
         self, function: Callable[[Batch], Result], batches: Iterable[Batch]
@@ -332,9 +342,12 @@ class DaskScheduler(Engine):
         with _connected(self.address) as client:
             ahead = _AHEAD * _threads(client, self.address)
             # with pure=True Dask would hash every batch, to share results of equal batches
-            submit = partial(client.submit, function, pure=False)
-            for number, future in enumerate(in_order(submit, ((b,) for b in batches), ahead), 1):
-                yield self._result(client, number, future)
+            submit = partial(client.submit, _timed, function, pure=False)
+            groups, number = _Groups(batches), 1
+            for future in in_order(submit, groups, ahead):
+                groups.seconds, results = self._result(client, number, future)
+                number += len(results)
+                yield from results
 
     def _result(self, client: Client, number: int, future: Any) -> Any:
         from concurrent.futures import CancelledError
@@ -376,6 +389,32 @@ class DaskScheduler(Engine):
 
     def _lost(self) -> EngineError:
         return EngineError(f"{self.address}: lost the connection to the scheduler before the end.")
+
+
+class _Groups:
+    """Batches in groups, of which each takes about `_WORK` in a worker.
+
+    ``seconds`` is the time of the latest batch [s], unknown at first.
+    """
+
+    def __init__(self, batches: Iterable[Any]) -> None:
+        self._rest = iter(batches)
+        self.seconds = math.inf
+
+    def __iter__(self) -> Generator[tuple[tuple[Any, ...]], None, None]:
+        while group := tuple(islice(self._rest, self._size)):
+            yield (group,)
+
+    @property
+    def _size(self) -> int:
+        return max(1, math.ceil(min(_WORK / max(self.seconds, 1e-9), _MOST)))
+
+
+def _timed(function: Callable[[Any], Any], group: Sequence[Any]) -> tuple[float, list[Any]]:
+    """Return the time of a batch [s], and the results of the group."""
+    begin = perf_counter()
+    results = [function(batch) for batch in group]
+    return (perf_counter() - begin) / len(group), results
 
 
 def _connected(address: str) -> Client:

@@ -42,7 +42,7 @@ class Work:
     Outputs are written into `into`, by default the folder of the run. `workers` is the largest
     number of processes of a step that computes in a pool of its own, by default one for each core;
     `key` is the hash of everything that the step depends on. `elsewhere` has inputs that are not in
-    the folder, by name.
+    the folder, by name. `cluster` computes the batches of the step, if it is stated.
     """
 
     step: Step
@@ -51,6 +51,7 @@ class Work:
     key: str = ""
     into: Path | None = None
     elsewhere: Mapping[str, Path] = field(default_factory=dict)
+    cluster: DaskScheduler | None = None
 
     @property
     def inputs(self) -> list[Path]:
@@ -70,7 +71,7 @@ class Work:
     @property
     def engine(self) -> Engine:
         """The engine of the step; a step of one batch computes in one process."""
-        return choose_engine(self.workers if self.step.workers else 1)
+        return self.cluster or choose_engine(self.workers if self.step.workers else 1)
 
 
 def perform(work: Work) -> int:
@@ -150,10 +151,11 @@ def _perform(
     on_step: Callable[..., None],
 ) -> None:
     done = 0
+    on_cluster = isinstance(engine, DaskScheduler) and engine.shares_folder
     # a Dask worker may run several steps in threads
-    how = perform_apart if isinstance(engine, DaskScheduler) else perform
+    how = perform_apart if on_cluster else perform
     for tasks in _parallel_work(plan, todo, folder, engine):
-        alone = len(tasks) == 1 and not isinstance(engine, DaskScheduler)  # one step needs no pool
+        alone = len(tasks) == 1 and not on_cluster  # one step needs no pool
         where = OneProcess() if alone else engine
         check()
         for task, _ in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
@@ -172,7 +174,8 @@ def _parallel_work(
     for wave in waves(plan.steps):
         tasks = [Work(step, folder, workers, plan.keys[step.name]) for step in wave if step in todo]
         if isinstance(engine, DaskScheduler):
-            yield tasks
+            here = ([replace(task, cluster=engine)] for task in tasks)
+            yield from [tasks] if engine.shares_folder else here
             continue
         yield [task for task in tasks if not task.step.workers]
         yield from ([task] for task in tasks if task.step.workers)
