@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Generator, Iterable
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -56,6 +59,23 @@ def test_what_was_written_has_the_rows_of_the_file(records_file: Path, tmp_path:
     rows = list(response_rows(written[1]))
     assert len({row["record_id"] for row in rows}) == 2
     assert str(rows) == str(list(response_rows(response)))
+
+
+def test_workers_return_what_is_written(records_file: Path, tmp_path: Path) -> None:
+    """Arrays are a few kB; responses would have their frames and ensembles with them."""
+    sent: list[bytes] = []
+
+    class Noting(OneProcess):
+        def map(self, function: Any, batches: Iterable[Any]) -> Generator[Any, None, None]:
+            for result in super().map(function, batches):
+                sent.append(pickle.dumps(result))
+                yield result
+
+    options = RespondOptions(histories="none", margins="none")
+    part = Batch(7, 15)
+    respond_stage(records_file, tmp_path / "r.nc", options, batch=part, engine=Noting())
+    assert not any(b"rocking.response" in one or b"rockframe.frame" in one for one in sent)
+    assert 0 < sum(map(len, sent)) < 2 * 20_000
 
 
 def test_commands_print_rows_without_opening_what_they_wrote(

@@ -39,6 +39,7 @@ from rockframe.results.tables.rows import (
     rows_along,
 )
 from rockframe.results.writing import Origin, slices, write_rows
+from rockframe.results.writing import Row as WrittenRow
 from rockframe.rocking import (
     EnsembleResponse,
     Margin,
@@ -77,8 +78,6 @@ def write_responses(
     """Write the output of the respond stage, complete or not at all; one record is in memory at a
     time. Return what was written, without the histories.
 
-    The same inputs give the same bytes.
-
     Parameters
     ----------
     answers : iterable of (str, sequence of Response)
@@ -101,11 +100,32 @@ def write_responses(
     InputError
         If the file cannot be written.
     """
-    names = _HISTORIES + (_ENVELOPES if _has_envelopes(origin["parameters"]) else ())
-    rows = ((_histories(responses, names), _values(name, responses)) for name, responses in answers)
+    stated = origin["parameters"]
+    rows = (response_row(name, responses, stated) for name, responses in answers)
+    return write_response_rows(rows, frames, path, batch=batch, motions=motions, **origin)
+
+
+def write_response_rows(
+    rows: Iterable[WrittenRow],
+    frames: Sequence[RockingFrame],
+    path: Path,
+    *,
+    batch: str = "",
+    motions: int = 0,
+    **origin: Unpack[Origin],
+) -> xr.Dataset:
+    """Write what `response_row` returned for each record; the rest is as for `write_responses`."""
     pulses = bool(origin["parameters"].get("pulses"))
     complete = partial(_complete, frames=frames, pulses=pulses, motions=motions)
     return write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
+
+
+def response_row(
+    name: str, responses: Sequence[Response], parameters: Mapping[str, Any]
+) -> WrittenRow:
+    """Return the histories and the other values of a record; workers do, which is less to send."""
+    names = _HISTORIES + (_ENVELOPES if _has_envelopes(parameters) else ())
+    return _histories(responses, names), _values(name, responses)
 
 
 def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:
@@ -324,13 +344,7 @@ def to_pulse_values(rows: list[list[ToPulse | None]]) -> dict[str, Any]:
 
 
 def margin_values(margins: list[list[Margin]]) -> dict[str, Any]:
-    """Return the values of margins, by variable.
-
-    Parameters
-    ----------
-    margins : list of list of Margin
-        For each record, the margins of its structures.
-    """
+    """Return the values of margins by variable, from those of the structures of each record."""
     islands = np.full((len(margins), len(margins[0]), ISLANDS, 2), np.nan)
     for i, row in enumerate(margins):
         for k, margin in enumerate(row):
@@ -499,13 +513,7 @@ def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
 
 
 def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:
-    """Return the dataset of an overturning spectrum: maps, smallest amplitudes, intervals.
-
-    Parameters
-    ----------
-    spectrum : OverturningSpectrum
-        Result of `overturning_spectrum`.
-    """
+    """Return the dataset of an overturning spectrum: maps, smallest amplitudes, intervals."""
     found = spectrum.found
     maps = (*spectrum.shape, spectrum.amplitude.size)
     fallen = found.verdict == Verdict.OVERTURNS
@@ -553,15 +561,7 @@ def _intervals(spectrum: OverturningSpectrum) -> dict[str, Any]:
 
 
 def rocking_spectrum_dataset(names: Sequence[str], spectrum: RockingSpectrum) -> xr.Dataset:
-    """Return the dataset of the rocking spectra of records.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Identifiers of the records.
-    spectrum : RockingSpectrum
-        Result of `rocking_spectrum` for these records.
-    """
+    """Return the dataset of the rocking spectra of the records with these names."""
     values = ROCKING_SPECTRUM_NC.filled("spectrum", spectrum)
     return ROCKING_SPECTRUM_NC.dataset({"record_id": list(names), **values})
 

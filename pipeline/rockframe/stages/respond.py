@@ -21,10 +21,11 @@ from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Part, Record
 from rockframe.results.pulses import pulses_with_hashes
 from rockframe.results.records import RecordsFile, open_records
-from rockframe.results.response import write_responses
+from rockframe.results.response import response_row, write_response_rows
 from rockframe.results.tables.rows import Row, ensemble_cells, spread_verdict
 from rockframe.results.tables.table import part_rows
 from rockframe.results.versions import Uncertain, VersionSources
+from rockframe.results.writing import Row as WrittenRow
 from rockframe.results.writing import input_hash
 from rockframe.rocking import (
     EnsembleResponse,
@@ -153,9 +154,9 @@ def respond_stage(
             _tasks(motions, tuple(frames), options, pulses),
             math.ceil(file.samples(names) * len(frames) / _NODES),
         )
-        answers = chain.from_iterable(map_batches(_answer, tasks, engine=engine))
-        made = write_responses(
-            accepted(answers, names, batch, left_out, progress),
+        answers = chain.from_iterable(map_batches(_rows, tasks, engine=engine))
+        made = write_response_rows(
+            (row for _, row in accepted(answers, names, batch, left_out, progress)),
             frames,
             output,
             input_sha256=input_hash(records_path, structures_path, *beside),
@@ -249,6 +250,15 @@ class _Pulses:
                 "Compute the pulses of these records.",
             )
         return {record.record_id: pulse}
+
+
+def _rows(task: _Task) -> list[tuple[str, WrittenRow | None, str]]:
+    """Return what is written of each record, or the reason why it is rejected."""
+    stated = task.options.stated()
+    return [
+        (name, response_row(name, responses, stated) if responses else None, reason)
+        for name, responses, reason in _answer(task)
+    ]
 
 
 def _answer(task: _Task) -> list[tuple[str, list[Response] | None, str]]:
