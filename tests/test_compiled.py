@@ -15,11 +15,11 @@ from typing import Any, cast
 import numba
 import numpy as np
 import pytest
-from numba.core import caching
+from numba.core import caching, codegen
 
 from rockframe import GroundAcceleration, Pulse, PulseOptions, RockingFrame, find_pulses, respond
 from rockframe.cli.main import main
-from rockframe.compiled import compiled
+from rockframe.compiled import _allow_wide_vectors, compiled
 from rockframe.oscillators import kernel as oscillators
 from rockframe.rocking.kernels import kernel, lanes
 from rockframe.signals.processing import BandPass, correct
@@ -162,6 +162,32 @@ def test_arrays_have_one_memory_layout(monkeypatch: pytest.MonkeyPatch) -> None:
     correct(samples, 0.02, BandPass(0.5, 20.0))
     find_pulses(samples, 0.02, PulseOptions(surrogates=0))
     assert called >= {"integrate", "through_sections", "fill", "crest_times"}
+
+
+@pytest.mark.parametrize(
+    ("stated", "has", "used"),
+    [
+        (None, "+avx2,+avx512vbmi2", "+avx2,+avx512vbmi2,-prefer-256-bit"),
+        (None, "+avx512f,-avx512vbmi2", None),  # its clock slows under wide vectors
+        ("+avx2", "+avx512vbmi2", "+avx2"),
+    ],
+)
+def test_wide_vectors_are_used_where_they_are_fast(
+    monkeypatch: pytest.MonkeyPatch, stated: str | None, has: str, used: str | None
+) -> None:
+    monkeypatch.setattr(numba.config, "CPU_NAME", None)
+    monkeypatch.setattr(numba.config, "CPU_FEATURES", stated)
+    monkeypatch.setattr(codegen, "get_host_cpu_features", lambda: has)
+    _allow_wide_vectors()
+    assert used == cast("Any", numba.config).CPU_FEATURES
+
+
+def test_a_processor_that_the_user_names_is_taken_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "CPU_NAME", "generic")
+    monkeypatch.setattr(numba.config, "CPU_FEATURES", None)
+    monkeypatch.setattr(codegen, "get_host_cpu_features", lambda: "+avx512vbmi2")
+    _allow_wide_vectors()
+    assert cast("Any", numba.config).CPU_FEATURES is None
 
 
 def test_a_full_disk_costs_time_alone(cached: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -152,11 +152,28 @@ def _prepared_numba() -> Any:
     import numba
     from numba.extending import typeof_impl
 
+    _allow_wide_vectors()
+
     @typeof_impl.register(_Compiled)
     def _(value: _Compiled, _context: object) -> Any:
         return numba.typeof(value.part())  # type: ignore[no-untyped-call]
 
     return numba
+
+
+def _allow_wide_vectors() -> None:
+    """Let LLVM use vectors of 512 bits, unless the user states features of the processor to numba.
+
+    LLVM avoids them because they slow the clock of the first processors that have them, which lack
+    VBMI2. On later ones the vectorised kernel takes a fifth less time with them, at the same bits.
+    """
+    from numba.core import codegen, config
+
+    stated: Any = config
+    if stated.CPU_NAME is None and stated.CPU_FEATURES is None:
+        features = codegen.get_host_cpu_features()  # type: ignore[no-untyped-call]
+        if "+avx512vbmi2" in features.split(","):
+            stated.CPU_FEATURES = f"{features},-prefer-256-bit"
 
 
 class _Cache:
