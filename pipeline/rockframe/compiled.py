@@ -165,7 +165,7 @@ def _allow_wide_vectors() -> None:
     """Let LLVM use vectors of 512 bits, unless the user states features of the processor to numba.
 
     LLVM avoids them because they slow the clock of the first processors that have them, which lack
-    VBMI2. On later ones the vectorised kernel takes a fifth less time with them, at the same bits.
+    VBMI2. On Emerald Rapids the vectorised kernel takes a fifth less time, at the same bits.
     """
     from numba.core import codegen, config
 
