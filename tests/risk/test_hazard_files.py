@@ -201,6 +201,13 @@ def test_a_site_is_chosen_by_its_name_or_as_the_nearest(tmp_path: Path) -> None:
         read_hazard(path, Site(name="nowhere"))
 
 
+@pytest.mark.parametrize("column", ["custom_site_id", "site_id", "name"])
+def test_sites_are_named_by_the_column_of_their_program(column: str, tmp_path: Path) -> None:
+    text = exported(tmp_path / "curve.csv").read_text()
+    (tmp_path / "curve.csv").write_text(text.replace("custom_site_id", column))
+    assert read_hazard(tmp_path / "curve.csv", Site(name="there")).site == "site there"
+
+
 def test_the_curve_of_a_folder_is_chosen_by_its_kind(tmp_path: Path) -> None:
     """The mean is the default; 0.1 and 0.3 tell which of the two files was read."""
     exported(tmp_path / "hazard_curve-mean-PGA_1.csv")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.rocking import GroundAcceleration, Scenarios, Verdict, respond, respond_scenarios
-from rockframe.rocking.kernels.tails import LEAST_DISTANCE
+from rockframe.rocking.kernels.tails import LEAST_DISTANCE, match_excursions
 from rockframe.rocking.response import as_ground
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
@@ -74,6 +74,22 @@ def test_the_highest_are_kept() -> None:
         nearest = np.abs(kept[:, 0] - impacts[one]).argmin()
         assert_allclose(kept[nearest, 0], impacts[one], rtol=0, atol=1e-6)
         assert_allclose(kept[nearest, 2], distance[one], rtol=0, atol=1e-4)
+
+
+def test_an_excursion_has_its_counterpart_in_the_neighbour() -> None:
+    """On the same side, at nearly the same time and distance; the others are alone."""
+    none = (math.nan, 1.0, -math.inf)
+    responses = np.array(
+        [
+            [(1.00, 1.0, 0.50), (2.00, -1.0, 0.30), none],
+            [(1.01, 1.0, 0.52), (3.00, 1.0, 0.40), (2.00, 1.0, 0.30)],
+            [(3.01, 1.0, 0.55), (1.00, -1.0, 0.50), none],
+        ]
+    )
+    alone, paired = np.empty((2, 2))
+    match_excursions(responses, 0.1, 0.2, alone, paired)
+    assert_allclose(alone, [0.40, 0.52])
+    assert_allclose(paired, [0.52 + 0.02, 0.55 + 0.15])
 
 
 def test_intervals_of_a_curved_ground_do_not_matter() -> None:

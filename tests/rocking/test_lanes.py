@@ -231,10 +231,29 @@ def test_each_form_of_the_vectorised_kernel(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """So few scenarios that the test also runs without compilation, in half a second."""
-    scales = [0.5, -1.0, 1.6, -2.5, 4.0, -9.0]
-    ground = few(degree, vertical)
+    scales = np.array([0.5, -1.0, 1.6, -2.5, 4.0, -9.0])
+    _assert_same_as_followed(few(degree, vertical), frames, scales, monkeypatch)
+
+
+def test_bounces_in_the_interval_of_the_uplift(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The ground exceeds the uplift acceleration for a part of one interval, and falls to zero."""
+    crest = FRAMES[0].uplift_acceleration
+    brief = GroundAcceleration.from_function(
+        lambda t: crest * (1.0 - ((t - 0.016) / 0.02) ** 2), 0.0, 0.04, intervals=1, degree=5
+    )
+    scales = 1.0 + np.geomspace(1e-3, 0.3, 15)
+    _assert_same_as_followed(brief.followed_by_rest(0.12), FRAMES[:1], scales, monkeypatch)
+
+
+def _assert_same_as_followed(
+    ground: GroundAcceleration,
+    frames: tuple[RockingFrame, ...],
+    scales: Float,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Compare with the scalar kernel, which computes all when no piece is left for the other."""
     ours = respond_many([ground], frames, scales)
-    monkeypatch.setattr(batch, "_MOST_PIECES", 0)  # none that is left for the vectorised kernel
+    monkeypatch.setattr(batch, "_MOST_PIECES", 0)
     theirs = respond_many([ground], frames, scales)
     for name in ("verdict", "impacts"):
         np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))

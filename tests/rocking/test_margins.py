@@ -228,6 +228,7 @@ def test_bounds_of_a_vertical_acceleration_contain_it() -> None:
     """Between its nodes, a curved acceleration dips below both."""
     span: dict[str, Any] = {"start_time": 0.0, "end_time": 4.0, "intervals": 5, "degree": 4}
     across = GroundAcceleration.from_function(np.zeros_like, **span)
+    assert across.upward_bounds() == (0.0, 0.0)
     curved = GroundAcceleration.from_function(lambda t: np.cos(7.0 * t), **span)
     for upwards in (curved, curved.scaled(-1.0)):
         low, high = across.with_vertical(upwards).upward_bounds()

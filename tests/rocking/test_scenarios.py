@@ -91,6 +91,15 @@ def test_an_interval_is_divided_into_at_most_sixteen_pieces() -> None:
     assert halves.tolist() == [1, 2, 4, 4, 0, 0, 0]
 
 
+@pytest.mark.parametrize("strength", [-0.9, 0.9])
+def test_a_jump_at_the_start_of_an_interval_uplifts_to_either_side(strength: float) -> None:
+    """Within the interval the ground acceleration falls to zero."""
+    lines = np.zeros((3, 2))
+    lines[1] = strength * GRAVITY * np.array([1.0, -100.0])
+    found = respond_scenarios([GroundAcceleration(lines, 0.01)], [BENT], [0], [0], [1.0])
+    assert found.uplift_time[0] == 0.01
+
+
 def test_a_motion_does_not_see_the_next_one_of_its_batch() -> None:
     """It ends at rest, and the next one begins far above the uplift acceleration."""
     weak, strong = (GroundAcceleration(np.full((20, 1), a * GRAVITY), 0.01) for a in (0.01, 0.9))

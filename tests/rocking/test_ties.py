@@ -117,6 +117,14 @@ def test_histories_are_those_of_another_solver(name: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", PAIRS)
+def test_the_other_direction_is_the_mirror_image(name: str) -> None:
+    one, other = (run(sign * rough(3, 1.0), 0.1, PAIRS[name]) for sign in (1.0, -1.0))
+    np.testing.assert_array_equal(one.theta, -other.theta)
+    np.testing.assert_array_equal(one.forces, other.forces)
+    np.testing.assert_array_equal(one.log, other.log)
+
+
+@pytest.mark.parametrize("name", PAIRS)
 def test_energy_is_kept_or_accounted_for(name: str) -> None:
     """In free rocking the lost energy equals that of impacts and yielding, to round-off."""
     ties = PAIRS[name]
