@@ -66,6 +66,13 @@ def test_a_sequence_of_one_record_is_the_record() -> None:
     assert in_sequence([MAIN], 90.0) is MAIN
 
 
+def test_the_other_direction_has_the_same_peaks() -> None:
+    """Also in the second motion, the peak of which lies between two nodes."""
+    one, other = (to_sequence(BENT, MAIN.scaled(s), AFTER.scaled(s)) for s in (1.0, -1.0))
+    ours, theirs = ([part.peak_rotation_ratio for part in found.parts] for found in (one, other))
+    assert ours == theirs
+
+
 @pytest.mark.parametrize("name", FORGETFUL)
 def test_a_frame_without_memory_responds_to_each_motion_as_if_alone(name: str) -> None:
     """It begins each motion at rest, and nothing else of its past enters eq (26)."""

@@ -174,6 +174,25 @@ def test_a_response_with_its_ensemble_states_the_share() -> None:
     assert "nominal verdict" in respond(BENT, NEAR).facts()
 
 
+@pytest.mark.parametrize(("a_p", "fallen"), [(0.5, 0), (1.0, 1)])
+def test_the_facts_of_an_ensemble_are_its_bands(a_p: float, fallen: int) -> None:
+    """A quantile that members reach by overturning is a word."""
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=a_p * NEAR.a_p, T_p=1.5)
+    [[found]] = ensemble_responses([pulse], [BENT])
+    bands = {
+        "θ/α": np.array(found.bands.peak_rotation_ratio),
+        "u": 100.0 * np.array(found.bands.peak_u),
+    }
+    for label, band in bands.items():
+        (words,) = (text for name, text in found.facts().items() if name.startswith(f"{label}, 16"))
+        known = band[np.isfinite(band)]
+        assert [float(word) for word in words.split()[: known.size]] == pytest.approx(
+            known, rel=0.01
+        )
+        assert words.split()[known.size :] == ["overturns"] * (3 - known.size)
+        assert known.size <= 3 - fallen
+
+
 def test_an_envelope_without_spreads_is_the_history() -> None:
     nothing = dict.fromkeys(("height", "width", "amplitude"), 0.0)
     alone = Ensemble(impact_loss=1.0, **nothing)

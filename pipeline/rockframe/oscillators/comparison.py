@@ -214,8 +214,9 @@ def bridge_draws(ensemble: BridgeEnsemble) -> dict[str, tuple[float, ...]]:
 
     Examples
     --------
-    >>> len(bridge_draws(BridgeEnsemble())["friction"])
-    64
+    >>> friction = bridge_draws(BridgeEnsemble())["friction"]
+    >>> len(friction), round(friction[0], 4)  # the same in each version
+    (64, 0.8539)
     """
     rng = np.random.default_rng([ensemble.seed, 1])  # not the draws of the rocking bridges
     drawn = hypercube(rng, ensemble.members, len(_SPREADS))

@@ -276,7 +276,13 @@ def _crossing(shares: Float, share: float) -> Float:
 
 
 def _first_place(shares: Float, share: float) -> Float:
-    """Return the interpolated row at which each column first reaches a share; NaN if never."""
+    """Return the interpolated row at which each column first reaches a share; NaN if never.
+
+    Examples
+    --------
+    >>> _first_place(np.array([[0.0, 0.5, 0.1], [0.5, 0.6, 0.1]]), 0.25).tolist()
+    [0.5, 0.0, nan]
+    """
     reached = shares >= share
     first = reached.argmax(axis=0)
     column = np.arange(shares.shape[1])
