@@ -67,7 +67,7 @@ def test_a_sequence_of_one_record_is_the_record() -> None:
 
 
 def test_the_other_direction_has_the_same_peaks() -> None:
-    """Also in the second motion, the peak of which lies between two nodes."""
+    """The peak of the second motion lies between two nodes."""
     one, other = (to_sequence(BENT, MAIN.scaled(s), AFTER.scaled(s)) for s in (1.0, -1.0))
     ours, theirs = ([part.peak_rotation_ratio for part in found.parts] for found in (one, other))
     assert ours == theirs
