@@ -9,7 +9,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numba
@@ -17,9 +19,10 @@ import numpy as np
 import pytest
 from numba.core import caching, codegen
 
+import rockframe.compiled as compilation
 from rockframe import GroundAcceleration, Pulse, PulseOptions, RockingFrame, find_pulses, respond
 from rockframe.cli.main import main
-from rockframe.compiled import _allow_wide_vectors, compiled
+from rockframe.compiled import _allow_wide_vectors, _Lock, compiled
 from rockframe.oscillators import kernel as oscillators
 from rockframe.rocking.kernels import kernel, lanes
 from rockframe.signals.processing import BandPass, correct
@@ -90,34 +93,67 @@ def test_what_compiled_functions_call_is_compiled_once_and_is_part_of_their_code
     }
 
 
-def test_a_function_waits_for_the_process_that_compiles_it(cached: Path) -> None:
-    """Another process may compile a function; then this one does not, and waits only once."""
-    waited = []
+def test_code_that_another_process_compiles_is_waited_for(
+    cached: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While this process waits for the lock, the other one compiles; then this one loads."""
 
-    def wait() -> None:
-        waited.append(again()(1.0))
+    def wait(path: Path) -> SimpleNamespace:
+        monkeypatch.undo()
+        monkeypatch.setattr(numba.config, "CACHE_DIR", str(cached))
+        assert again()(1.0) == 2.0  # as the other process does
+        return SimpleNamespace(release=lambda: waited.append(path))
 
+    waited: list[Path] = []
+    monkeypatch.setattr(compilation, "_Lock", wait)
     here = again()
     assert not here.cached()
-    here.compile_after(wait)
     assert (here(1.0), here(2.0), here(1)) == (2.0, 4.0, 2.0)
-    assert waited == [2.0]
+    assert len(waited) == 1
     assert sum(here.stats.cache_hits.values()) == 1
     assert here.cached()
-    assert list(cached.rglob("*.nbi"))
 
 
-def test_a_function_without_a_cache_waits_for_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a read-only installation, another process cannot pass its code on."""
+def test_one_process_holds_a_lock_and_another_waits(tmp_path: Path) -> None:
+    """Threads that open the file each for itself lock as processes do."""
+    path = tmp_path / "made" / "one.lock"
+    held = [_Lock(path)]
+    other = threading.Thread(target=lambda: held.append(_Lock(path)))
+    other.start()
+    other.join(0.2)
+    assert len(held) == 1
+    held[0].release()
+    other.join(60.0)
+    assert len(held) == 2
+    held[1].release()
+    assert not path.exists()
+
+
+def test_the_lock_is_released_when_code_is_made_or_cannot_be_made(cached: Path) -> None:
+    here = again()
+    assert here(1.0) == 2.0
+    with pytest.raises(numba.TypingError):
+        here({})
+    assert not list(cached.rglob("*.lock"))
+
+
+@pytest.mark.parametrize("missing", ["folder", "fcntl"])
+def test_without_a_cache_or_locks_nobody_waits(
+    cached: Path, monkeypatch: pytest.MonkeyPatch, missing: str
+) -> None:
+    """An installation may be read-only, and Windows locks otherwise."""
 
     def no_folder(_function: object) -> None:
         raise RuntimeError
 
-    monkeypatch.setattr(caching, "FunctionCache", no_folder)
+    if missing == "folder":
+        monkeypatch.setattr(caching, "FunctionCache", no_folder)
+    else:
+        monkeypatch.setitem(sys.modules, "fcntl", None)
     here = again()
-    assert here.cached()
-    here.compile_after(pytest.fail)
+    assert here.cached() is (missing == "folder")
     assert here(1.0) == 2.0
+    assert not list(cached.rglob("*.lock"))
 
 
 @pytest.mark.parametrize("searches", [True, False])

@@ -10,7 +10,7 @@ from contextlib import suppress
 from functools import cache, update_wrapper
 from pathlib import Path
 from threading import RLock
-from typing import Any, Final, TypeVar, cast
+from typing import IO, Any, Final, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -91,7 +91,8 @@ class _Compiled:
                 made = _prepared_numba().njit(**self._options)(self._function)
                 made.compile = _without_collection(made.compile)
                 with suppress(RuntimeError):  # no folder to cache in: a read-only installation
-                    made._cache = _Cache(self._function)  # noqa: SLF001  numba's own attribute
+                    made._cache = kept = _Cache(self._function)  # noqa: SLF001  numba's own
+                    made.compile = kept.one_process_at_a_time(made.compile)
                 self._dispatcher = made
             return self._dispatcher
 
@@ -99,12 +100,6 @@ class _Compiled:
         """Return True if the cache has code of this function, or if there is no cache."""
         cache_of_function = self.made()._cache  # noqa: SLF001  numba's own attribute
         return not isinstance(cache_of_function, _Cache) or cache_of_function.known()
-
-    def compile_after(self, wait: Callable[[], object]) -> None:
-        """Call `wait` before compiling; it returns when another process has cached the code."""
-        cache_of_function = self.made()._cache  # noqa: SLF001  numba's own attribute
-        if isinstance(cache_of_function, _Cache):
-            cache_of_function.wait = wait
 
     def part(self) -> Any:
         """Return the function that compiled functions call."""
@@ -177,28 +172,48 @@ def _allow_wide_vectors() -> None:
 
 
 class _Cache:
-    """Numba's cache on disk. After a full disk or a corrupted file, functions compile again."""
+    """Numba's cache on disk. After a full disk or a corrupted file, functions compile again.
+
+    Code that another process is compiling is waited for, not compiled twice.
+    """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         from numba.core.caching import FunctionCache
 
         self._files = cast("Any", FunctionCache)(function)
-        self._pattern = f"*.{function.__qualname__}-*.nbi"
-        #: Called once, before code is loaded.
-        self.wait: Callable[[], object] | None = None
+        self._name = function.__qualname__
+        self._lock: _Lock | None = None
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._files, name)
 
     def known(self) -> bool:
         """Return True if there is code, for whatever types of arguments."""
-        return any(Path(self._files.cache_path).glob(self._pattern))
+        return any(Path(self._files.cache_path).glob(f"*.{self._name}-*.nbi"))
+
+    def one_process_at_a_time(self, compile_: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """Return a function that compiles, and then lets the processes that wait for it go on."""
+
+        def alone(signature: Any) -> Any:
+            try:
+                return compile_(signature)
+            finally:
+                lock, self._lock = self._lock, None
+                if lock is not None:
+                    lock.release()
+
+        return alone
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return the cached code, or None."""
-        wait, self.wait = self.wait, None
-        if wait is not None:
-            wait()
+        """Return the cached code, or None: then no other process compiles it until this one has."""
+        code = self._loaded(signature, target)
+        if code is None and self._lock is None:
+            types = hashlib.sha256(str(signature).encode()).hexdigest()[:12]
+            self._lock = _Lock(Path(self._files.cache_path, f"{self._name}-{types}.lock"))
+            code = self._loaded(signature, target)
+        return code
+
+    def _loaded(self, signature: Any, target: Any) -> Any:
         try:
             return self._files.load_overload(signature, target)
         except (OSError, EOFError, pickle.UnpicklingError):
@@ -220,3 +235,26 @@ class _Cache:
             if "no compiled object" in str(error):
                 raise KeyboardInterrupt from error
             raise
+
+
+class _Lock:
+    """A file that one process at a time holds; another waits. Where files cannot be locked, as on
+    Windows, nobody waits.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file: IO[bytes] | None = None
+        with suppress(ImportError, OSError):
+            import fcntl
+
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("wb")
+            fcntl.flock(self._file, fcntl.LOCK_EX)
+
+    def release(self) -> None:
+        """Let another process go on. A process that opens the file later finds the code."""
+        if self._file is not None:
+            with suppress(OSError):
+                self._path.unlink()
+            self._file.close()

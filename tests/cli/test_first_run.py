@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -47,35 +50,28 @@ def test_the_other_process_compiles_the_forms_that_responses_to_records_need(
 
 
 @pytest.fixture
-def kernel(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
-    """Return a stand-in for the kernel; its compilation is a call of `os.getpid`."""
-    waits: list[Callable[[], object]] = []
-    stand_in = SimpleNamespace(cached=lambda: False, compile_after=waits.append, waits=waits)
+def kernel(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimpleNamespace:
+    """Return a stand-in for the kernel, whose compilation makes a folder."""
+    stand_in = SimpleNamespace(cached=lambda: False)
     monkeypatch.setattr(lanes, "integrate_lanes", stand_in)
     monkeypatch.setattr(engine, "cores", lambda: 2)
-    monkeypatch.setattr(shipped, "_compile_kernel", os.getpid)
+    monkeypatch.setattr(shipped, "_compile_kernel", partial(os.mkdir, tmp_path / "compiled"))
     return stand_in
 
 
-def test_the_first_run_waits_for_the_process_that_compiles(
-    kernel: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    results = []
-    monkeypatch.setattr(pool, "awaited", lambda future: results.append(future.result()))
+@pytest.mark.usefixtures("kernel")
+def test_the_first_run_compiles_in_another_process(tmp_path: Path) -> None:
     with shipped._kernel_compiled_meanwhile() as first_run:  # noqa: SLF001
-        [wait] = kernel.waits
-        wait()
-    [process] = results
-    assert first_run
-    assert process != os.getpid()
+        assert first_run
+        while not (tmp_path / "compiled").exists():
+            time.sleep(0.01)
 
 
-def test_a_process_that_dies_leaves_the_work_to_this_one(
-    kernel: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("kernel")
+def test_a_process_that_dies_leaves_the_work_to_this_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shipped, "_compile_kernel", os.abort)
-    with shipped._kernel_compiled_meanwhile():  # noqa: SLF001
-        kernel.waits[0]()
+    with shipped._kernel_compiled_meanwhile() as first_run:  # noqa: SLF001
+        assert first_run
 
 
 @pytest.mark.parametrize(("cached", "cores"), [(True, 2), (False, 1)])
@@ -87,4 +83,3 @@ def test_no_process_is_started_for_a_cached_kernel_or_on_one_core(
     monkeypatch.setattr(pool, "WorkerPool", pytest.fail)
     with shipped._kernel_compiled_meanwhile() as first_run:  # noqa: SLF001
         assert first_run is not cached
-    assert not kernel.waits

@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -201,21 +201,15 @@ def _kernel_compiled_meanwhile() -> Iterator[bool]:
     Yields False if the kernel is already compiled.
     """
     from rockframe.engines.engine import cores
-    from rockframe.engines.pool import WorkerDiedError, WorkerPool, awaited
+    from rockframe.engines.pool import WorkerPool
     from rockframe.rocking.kernels import lanes
 
-    kernel = cast("Any", lanes.integrate_lanes)
-    if kernel.cached() or cores() == 1:
-        yield not kernel.cached()
+    cached = cast("Any", lanes.integrate_lanes).cached()
+    if cached or cores() == 1:
+        yield not cached
         return
     with WorkerPool(1) as pool:
-        made = pool.submit(_compile_kernel)
-
-        def wait() -> None:
-            with suppress(WorkerDiedError):  # then this process compiles
-                awaited(made)
-
-        kernel.compile_after(wait)
+        pool.submit(_compile_kernel)
         yield True
 
 
