@@ -43,11 +43,11 @@ def integrate(
     ties: tuple[()] | tuple[Tie, Tie] = (),
 ) -> Outcome:
     """Run the kernel over a ground acceleration [g], shape (intervals, degree + 1)."""
-    ground = np.array(coefficients, dtype=np.float64)
+    ground = np.array(coefficients, dtype=np.float64, order="C")
     if vertical is None:
         lift = np.empty((0, ground.shape[1]))
     else:
-        lift = np.array(vertical, dtype=np.float64)
+        lift = np.array(vertical, dtype=np.float64, order="C")
     theta, omega = np.empty((2, ground.shape[0] + 1))
     impacts = np.empty((16384, 2))
     summary = np.empty(kernel.SUMMARY_SIZE)

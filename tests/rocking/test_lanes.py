@@ -106,8 +106,8 @@ class Asked:
                 constants[self.frame[some]].T
             )
             kernel.integrate_many(
-                motion.coefficients / GRAVITY,
-                vertical_in_g(motion),
+                np.ascontiguousarray(motion.coefficients / GRAVITY),
+                np.ascontiguousarray(vertical_in_g(motion)),
                 motion.time_step,
                 motion.start_time,
                 factor * self.scale[some],
