@@ -156,6 +156,15 @@ def test_without_a_cache_or_locks_nobody_waits(
     assert not list(cached.rglob("*.lock"))
 
 
+def test_without_compilation_the_function_is_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`NUMBA_DISABLE_JIT=1` lets a debugger and a measure of coverage see each line."""
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    here = again()
+    assert here(2.0) == 4.0
+    assert here.made() is twice
+    assert here.cached()
+
+
 @pytest.mark.parametrize("searches", [True, False])
 def test_compiling_searches_for_no_garbage(
     cached: Path, monkeypatch: pytest.MonkeyPatch, searches: bool

@@ -88,18 +88,20 @@ class _Compiled:
         """Return the function that Python calls, with its cache."""
         with _MAKING:  # threads may call a function at once, and it would be compiled twice
             if self._dispatcher is None:
-                made = _prepared_numba().njit(**self._options)(self._function)
-                made.compile = _without_collection(made.compile)
-                with suppress(RuntimeError):  # no folder to cache in: a read-only installation
-                    made._cache = kept = _Cache(self._function)  # noqa: SLF001  numba's own
-                    made.compile = kept.one_process_at_a_time(made.compile)
+                numba = _prepared_numba()
+                made = numba.njit(**self._options)(self._function)
+                if not numba.config.DISABLE_JIT:  # numba then returns the function as it is
+                    made.compile = _without_collection(made.compile)
+                    with suppress(RuntimeError):  # no folder to cache in: read-only installation
+                        made._cache = kept = _Cache(self._function)  # noqa: SLF001  numba's own
+                        made.compile = kept.one_process_at_a_time(made.compile)
                 self._dispatcher = made
             return self._dispatcher
 
     def cached(self) -> bool:
         """Return True if the cache has code of this function, or if there is no cache."""
-        cache_of_function = self.made()._cache  # noqa: SLF001  numba's own attribute
-        return not isinstance(cache_of_function, _Cache) or cache_of_function.known()
+        kept = getattr(self.made(), "_cache", None)
+        return not isinstance(kept, _Cache) or kept.known()
 
     def part(self) -> Any:
         """Return the function that compiled functions call."""
