@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,7 +14,9 @@ import pytest
 from tests.runs.small import FEW, STUDY, contents, make_study, run
 
 from rockframe.cli.main import main, parser
+from rockframe.engines.engine import ProcessPool
 from rockframe.errors import InputError
+from rockframe.options.model import FigureOptions
 from rockframe.provenance import MANIFEST, sealed, sha256_of
 from rockframe.results.response import read_rocking_spectrum
 from rockframe.results.screen_tables import write_screen_tables
@@ -104,6 +107,31 @@ def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_
     peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
     furthest = peaks.max(["slenderness", "mass_ratio", "column_period"]).argmax("record")
     assert figure.name == f"{spectrum['record_id'].values[furthest]}-mass-ratio-0.png"
+
+
+def test_workers_draw_the_same_bytes(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a worker gets, and what it returns, is pickled."""
+
+    class Pickled(ProcessPool):
+        def map(self, function: Any, batches: Any) -> Any:
+            asked.append((self.workers, len(batches)))
+            for batch in batches:
+                yield sent(function(sent(batch)))
+
+    def sent(value: Any) -> Any:
+        return pickle.loads(pickle.dumps(value))  # noqa: S301  our own value
+
+    asked: list[tuple[int | None, int]] = []
+    monkeypatch.setattr("rockframe.stages.figures.ProcessPool", Pickled)
+    files = [made / name for name in ("records.nc", "pulses.nc", "response.nc")]
+    drawn = figures_stage(files, tmp_path / "figures", FigureOptions(most=1), workers=3)
+    assert asked == [(3, 1)]
+    assert len(drawn) == 3
+    before = contents(made / "figures")
+    for file in drawn:
+        assert (tmp_path / "figures" / file).read_bytes() == before[file]
 
 
 def test_only_figures_of_changed_files_are_drawn_again(

@@ -89,6 +89,16 @@ def test_pools_of_steps_are_as_large_as_the_run_is_asked_for(
         assert work.engine == (ProcessPool(3) if work.step.workers else OneProcess())
 
 
+@pytest.mark.parametrize("histories", ["none", "all"])
+def test_figures_of_records_are_drawn_in_a_pool(tmp_path: Path, histories: str) -> None:
+    """There may be hundreds of them; curves are few."""
+    text = STUDY.replace("[respond]", f'[screen]\n[respond]\nhistories = "{histories}"')
+    assert f'histories = "{histories}"' in text
+    plan = make_plan(read_study(make_study(tmp_path, 1, text)), tmp_path / "run")
+    (step,) = (step for step in plan.steps if step.stage == "draw")
+    assert (step.workers, step.threads > 1) == (histories == "all", histories == "all")
+
+
 def test_what_a_study_does_not_state_is_the_default_of_the_stage(tmp_path: Path) -> None:
     tables = '[records]\npaths = ["motions"]\n[screen]\n'
     structures = STUDY[STUDY.index("[[structure]]") :]

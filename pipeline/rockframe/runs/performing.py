@@ -292,7 +292,8 @@ def _table(work: Work) -> None:
 def _draw(work: Work) -> None:
     from rockframe.stages.figures import figures_stage  # workers that compute draw nothing
 
-    figures_stage(work.inputs, work.output, FigureOptions(**work.step.options))
+    options = FigureOptions(**work.step.options)
+    figures_stage(work.inputs, work.output, options, workers=work.workers)
 
 
 def _manifest(work: Work) -> None:

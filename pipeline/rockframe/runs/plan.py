@@ -244,7 +244,8 @@ def _figures(study: Study, steps: list[Step]) -> list[Step]:
     files += [one.file for one in STAGES.values() if one.figures and one.file in made]
     if not files or not most:
         return []
-    return [Step("draw", "draw", tuple(files), ("figures/",), _json(study.tables.figures))]
+    step = Step("draw", "draw", tuple(files), ("figures/",), _json(study.tables.figures))
+    return [replace(step, threads=_THREADS, workers=True) if of_records else step]
 
 
 def _last(study: Study, steps: list[Step]) -> list[Step]:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import xarray as xr
+
 from rockframe.cells import write_rows
+from rockframe.engines.engine import ProcessPool
 from rockframe.errors import InputError, ParameterError
-from rockframe.figures.captioned import caption_path, save, save_captioned
+from rockframe.figures.captioned import Captioned, caption_path, save, save_captioned
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.joints import draw_forces
 from rockframe.figures.margins import draw_margin_strips
 from rockframe.figures.sensitivity import draw_sensitivity
+from rockframe.matching.match import Float, PulseMatch
 from rockframe.options import STAGES, loaded
 from rockframe.options.model import FigureOptions
 from rockframe.provenance import (
@@ -35,11 +40,14 @@ from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.forces import force_rows
 from rockframe.results.tables.rows import Row, stated_pulse
 from rockframe.results.tables.sensitivity import sensitivity_rows
+from rockframe.rocking import Strip
 from rockframe.stages.common import Progress, silent
 from rockframe.stages.table import table_rows_of
 
 #: File in the folder of figures that lists them.
 _INDEX: Final = "figures.csv"
+#: Time that the workers that draw need to start: matplotlib and xarray in each [s].
+_START: Final = 4.0
 #: Files from which the figure of a record is drawn.
 _OF_RECORDS: Final = ("records", "pulses", "response")
 
@@ -50,6 +58,7 @@ def figures_stage(
     options: FigureOptions | None = None,
     *,
     progress: Progress = silent,
+    workers: int | None = None,
 ) -> dict[str, str]:
     """Draw a figure of each record with its responses, and all curves.
 
@@ -66,6 +75,8 @@ def figures_stage(
         Number of figures.
     progress : callable
         Called with the number of records drawn and in total.
+    workers : int, optional
+        Largest number of processes that draw figures of records; by default one for each core.
 
     Returns
     -------
@@ -93,7 +104,7 @@ def figures_stage(
             key = key_of([sha256_of(file) for file in files_of], most)
             if not _keep(known.get(group, {}), key, output, partial):
                 if group == "response":
-                    shows = _draw_most_rotated(given, partial, most, progress)
+                    shows = _draw_most_rotated(given, partial, most, progress, workers)
                 else:
                     shows = draw_curves({group: given[group]}, partial, most)
                 pairs = [list(pair) for pair in shows.items()]  # in their order
@@ -176,7 +187,7 @@ def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
 
 
 def _draw_most_rotated(
-    given: Mapping[str, Path], folder: Path, most: int, progress: Progress
+    given: Mapping[str, Path], folder: Path, most: int, progress: Progress, workers: int | None
 ) -> dict[str, str]:
     """Draw the records with the largest rotations; return the description of each file."""
     files = tuple(given[kind] for kind in _OF_RECORDS)
@@ -188,7 +199,23 @@ def _draw_most_rotated(
             yield row
 
     chosen = _most_rotated(rows(), given["response"], most)
-    return draw_records(first.values(), files, folder, chosen, progress)
+    return draw_records(first.values(), files, folder, chosen, progress, workers)
+
+
+@dataclass(frozen=True)
+class _OfRecord:
+    """What the figures of one record show, and the folder of the figures."""
+
+    folder: Path
+    name: str
+    title: str
+    acceleration: Float
+    pulse: PulseMatch | None
+    tested: str
+    histories: list[xr.Dataset]
+    strips: dict[str, Strip]
+    spreads: list[Row]
+    forces: list[Row]
 
 
 def draw_records(
@@ -197,6 +224,7 @@ def draw_records(
     folder: Path,
     chosen: Sequence[str],
     progress: Progress = silent,
+    workers: int | None = None,
 ) -> dict[str, str]:
     """Draw each chosen record with the histories that were kept, and its margins, the sensitivity
     to the spreads of the ensemble and the forces at the joints if they are known.
@@ -207,38 +235,65 @@ def draw_records(
         The record of each figure by its file, relative to the folder.
     """
     drawn: dict[str, str] = {}
-    by_record = {row["record_id"]: row for row in rows}
-    pulses = best_pulses(files[1])
-    with open_records(files[0]) as records, open_response(files[2]) as response:
-        for i, name in enumerate(chosen):
-            title = f"{by_record[name]['event']}, {by_record[name]['record']}".removeprefix(", ")
-            kept = [response.sel(record=name, structure=s) for s in response.kept(name)]
-            if kept:
-                figure = draw_response_history(
-                    records.read(name).acceleration,
-                    pulses.get(name),
-                    kept,
-                    title,
-                    tested=stated_pulse(by_record[name]),
+    asked = _Chosen(rows, files, folder, chosen)
+    engine = ProcessPool(workers, patience=_START)
+    for i, names in enumerate(engine.map(_draw_record, asked)):
+        drawn |= dict.fromkeys(names, chosen[i])
+        progress(i + 1, len(chosen))
+    return drawn
+
+
+@dataclass(frozen=True)
+class _Chosen:
+    """What the figures of each chosen record show: read when it is drawn, and counted before."""
+
+    rows: Iterable[Row]
+    files: Sequence[Path]
+    folder: Path
+    names: Sequence[str]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __iter__(self) -> Iterator[_OfRecord]:
+        by_record = {row["record_id"]: row for row in self.rows}
+        pulses = best_pulses(self.files[1])
+        with open_records(self.files[0]) as records, open_response(self.files[2]) as response:
+            for name in self.names:
+                row = by_record[name]
+                kept = response.kept(name)
+                yield _OfRecord(
+                    folder=self.folder,
+                    name=name,
+                    title=f"{row['event']}, {row['record']}".removeprefix(", "),
+                    acceleration=records.read(name).acceleration,
+                    pulse=pulses.get(name),
+                    tested=stated_pulse(row),
+                    histories=[response.sel(record=name, structure=s) for s in kept],
+                    strips=response.strips(name),
+                    spreads=list(sensitivity_rows(response.dataset, name)),
+                    forces=list(force_rows(response.dataset, name)),
                 )
-                save(figure, folder / f"{name}.png")
-                drawn[f"{name}.png"] = name
-            strips = response.strips(name)
-            if strips:
-                file = f"margins/{name}.png"
-                save_captioned(draw_margin_strips(strips, title), folder / file)
-                drawn[file] = name
-            spreads = list(sensitivity_rows(response.dataset, name))
-            if spreads:
-                file = f"sensitivity/{name}.png"
-                save_captioned(draw_sensitivity(spreads, title), folder / file)
-                drawn[file] = name
-            forces = list(force_rows(response.dataset, name))
-            if forces:
-                file = f"forces/{name}.png"
-                save_captioned(draw_forces(forces, title), folder / file)
-                drawn[file] = name
-            progress(i + 1, len(chosen))
+
+
+def _draw_record(shown: _OfRecord) -> list[str]:
+    """Draw the figures of a record; return their files, relative to the folder."""
+    file, drawn = f"{shown.name}.png", []
+    if shown.histories:
+        figure = draw_response_history(
+            *(shown.acceleration, shown.pulse, shown.histories, shown.title), tested=shown.tested
+        )
+        save(figure, shown.folder / file)
+        drawn.append(file)
+    captioned: list[tuple[str, Callable[..., Captioned], Collection[Any]]] = [
+        ("margins", draw_margin_strips, shown.strips),
+        ("sensitivity", draw_sensitivity, shown.spreads),
+        ("forces", draw_forces, shown.forces),
+    ]
+    for kind, draw, content in captioned:
+        if content:
+            save_captioned(draw(content, shown.title), shown.folder / kind / file)
+            drawn.append(f"{kind}/{file}")
     return drawn
 
 
