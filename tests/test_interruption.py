@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from rockframe.engines.engine import OneProcess, ProcessPool, map_batches
+from rockframe.engines.engine import OneProcess, ProcessPool, map_tasks
 from rockframe.interruption import check, keeping, noting, raising
 from rockframe.provenance import whole_file
 
@@ -48,7 +48,7 @@ def test_a_signal_is_only_noted(one: int) -> None:
 
 @pytest.mark.parametrize("engine", [OneProcess(), ProcessPool(2), ProcessPool(2, patience=0.0)])
 def test_no_engine_begins_a_further_batch(engine: Any) -> None:
-    results = map_batches(abs, iter([-1, -2, -3]), engine=engine)
+    results = map_tasks(abs, iter([-1, -2, -3]), engine=engine)
     with noting():
         assert next(results) == 1
         signalled(signal.SIGINT)

@@ -8,7 +8,7 @@ from .engines.engine import DaskScheduler as DaskScheduler
 from .engines.engine import Engine as Engine
 from .engines.engine import OneProcess as OneProcess
 from .engines.engine import ProcessPool as ProcessPool
-from .engines.engine import map_batches as map_batches
+from .engines.engine import map_tasks as map_tasks
 from .errors import EngineError as EngineError
 from .errors import InputError as InputError
 from .errors import ParameterError as ParameterError

@@ -41,13 +41,13 @@ from rockframe.rocking import (
     respond_scenarios,
     robust_margins,
 )
-from rockframe.rocking.batch import Prepared
 from rockframe.rocking.margins.first_overturning import (
     LARGEST_SCALE,
     first_overturnings,
     largest_scale_of,
     least_scale_of,
 )
+from rockframe.rocking.scenarios import Prepared
 from rockframe.stages.ingest import ingest_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES, bundled_records, read_structures
 from rockframe.wavelets.pulse import Pulse

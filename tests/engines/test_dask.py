@@ -13,7 +13,7 @@ from tests.engines.clusters import distributed, local_cluster
 from tests.engines.test_engines import DIES, once
 from tests.screening import site, stored
 
-from rockframe.engines.engine import DaskScheduler, OneProcess, ProcessPool, map_batches
+from rockframe.engines.engine import DaskScheduler, OneProcess, ProcessPool, map_tasks
 from rockframe.errors import EngineError, InputError
 from rockframe.options.respond import ScreenOptions
 from rockframe.provenance import sha256_of
@@ -29,23 +29,23 @@ def address() -> Iterator[str]:
 
 
 def test_cluster_gives_the_bits_of_one_process(address: str) -> None:
-    batches = [np.linspace(0.0, n, 50) for n in range(1, 40)]
-    here = list(map_batches(np.cumsum, batches, engine=OneProcess()))
-    there = list(map_batches(np.cumsum, batches, engine=DaskScheduler(address)))
+    tasks = [np.linspace(0.0, n, 50) for n in range(1, 40)]
+    here = list(map_tasks(np.cumsum, tasks, engine=OneProcess()))
+    there = list(map_tasks(np.cumsum, tasks, engine=DaskScheduler(address)))
     assert [array.tobytes() for array in here] == [array.tobytes() for array in there]
 
 
 def test_short_batches_are_sent_together(address: str) -> None:
     """Each task costs the scheduler some milliseconds, whatever it computes."""
     task = "__import__('distributed').get_worker().get_current_task()"
-    batches = [f"({number}, {task})" for number in range(400)]
-    done = list(map_batches(eval, batches, engine=DaskScheduler(address)))
+    tasks = [f"({number}, {task})" for number in range(400)]
+    done = list(map_tasks(eval, tasks, engine=DaskScheduler(address)))
     assert [number for number, _ in done] == list(range(400))
     assert len({name for _, name in done}) < 40
 
 
 def test_stages_write_the_same_bytes(address: str, tmp_path: Path) -> None:
-    """The threads of a Dask worker share the netCDF library, so no batch may use it."""
+    """The threads of a Dask worker share the netCDF library, so no task may use it."""
     records = stored(site(12), tmp_path)
     files = []
     for engine in (OneProcess(), ProcessPool(2, patience=0.0), DaskScheduler(address)):
@@ -62,34 +62,34 @@ def test_stages_write_the_same_bytes(address: str, tmp_path: Path) -> None:
     assert files[0] == files[1] == files[2]
 
 
-def test_killed_worker_costs_its_batch(address: str, tmp_path: Path) -> None:
-    batches = ["0", once(tmp_path / "killed", DIES, "1"), "2"]
-    assert list(map_batches(eval, batches, engine=DaskScheduler(address))) == [0, 1, 2]
+def test_killed_worker_costs_its_task(address: str, tmp_path: Path) -> None:
+    tasks = ["0", once(tmp_path / "killed", DIES, "1"), "2"]
+    assert list(map_tasks(eval, tasks, engine=DaskScheduler(address))) == [0, 1, 2]
 
 
-def test_batch_that_kills_its_workers_is_named(address: str) -> None:
+def test_task_that_kills_its_workers_is_named(address: str) -> None:
     """It is alone here, because Dask blames all tasks of a worker for its death."""
-    with pytest.raises(EngineError, match="batch 1: its worker"):
-        list(map_batches(eval, [DIES], engine=DaskScheduler(address)))
+    with pytest.raises(EngineError, match="task 1: its worker"):
+        list(map_tasks(eval, [DIES], engine=DaskScheduler(address)))
 
 
 def test_error_of_the_user_comes_as_it_is(address: str) -> None:
     with pytest.raises(InputError, match="no-such-file: cannot be read"):
-        list(map_batches(sha256_of, [Path("no-such-file")], engine=DaskScheduler(address)))
+        list(map_tasks(sha256_of, [Path("no-such-file")], engine=DaskScheduler(address)))
 
 
 def test_scheduler_without_workers() -> None:
     with local_cluster(0) as cluster:
         engine = DaskScheduler(cluster.scheduler_address)
         with pytest.raises(EngineError, match="has no workers"):
-            list(map_batches(eval, ["1"], engine=engine))
+            list(map_tasks(eval, ["1"], engine=engine))
 
 
 def test_scheduler_that_loses_its_workers() -> None:
     """Without a nanny nobody replaces a worker, and Dask would wait for ever."""
     with local_cluster(1, processes=False, protocol="tcp") as cluster:
         engine = DaskScheduler(cluster.scheduler_address, patience=0.5)
-        results = map_batches(eval, ["1", *["__import__('time').sleep(5)"] * 9], engine=engine)
+        results = map_tasks(eval, ["1", *["__import__('time').sleep(5)"] * 9], engine=engine)
         assert next(results) == 1
         cluster.scale(0)
         with pytest.raises(EngineError, match=r"has had no workers for 0.5 s. Start workers"):

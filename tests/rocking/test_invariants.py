@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame, crushed
 from rockframe.parts import Abutment, Dissipater, Pivot, Tendon
-from rockframe.rocking.batch import respond_many
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.steps import LANDED, MOVING, Polynomial, flight
 from rockframe.rocking.kernels.ties import Pair
 from rockframe.rocking.response import Response, respond, ties_of
+from rockframe.rocking.scenarios import respond_many
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse

@@ -25,7 +25,7 @@ from rockframe import (
     respond_scenarios,
 )
 from rockframe.parts import Tendon
-from rockframe.rocking import batch
+from rockframe.rocking import scenarios
 from rockframe.rocking.kernels import kernel
 from rockframe.rocking.response import as_ground, vertical_in_g
 from rockframe.units import GRAVITY
@@ -253,7 +253,7 @@ def _assert_same_as_followed(
 ) -> None:
     """Compare with the scalar kernel, which computes all when no piece is left for the other."""
     ours = respond_many([ground], frames, scales)
-    monkeypatch.setattr(batch, "_MOST_PIECES", 0)
+    monkeypatch.setattr(scenarios, "_MOST_PIECES", 0)
     theirs = respond_many([ground], frames, scales)
     for name in ("verdict", "impacts"):
         np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))

@@ -21,7 +21,7 @@ from rockframe import (
     respond_scenarios,
 )
 from rockframe.parts import Dissipater, Tendon
-from rockframe.rocking import batch
+from rockframe.rocking import scenarios
 from rockframe.rocking.kernels import steps
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
@@ -66,8 +66,8 @@ def test_same_bits_in_any_company_and_order() -> None:
         same_bits(alone, together, slice(k, k + 1))
 
 
-def test_full_batches_are_computed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A batch that is full does not wait for other motions; the bits are the same."""
+def test_full_packs_are_computed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pack that is full does not wait for other motions; the bits are the same."""
 
     def computed() -> Scenarios:
         return respond_scenarios(
@@ -75,19 +75,19 @@ def test_full_batches_are_computed_at_once(monkeypatch: pytest.MonkeyPatch) -> N
         )
 
     together = computed()
-    monkeypatch.setattr(batch, "AT_A_TIME", 1)
+    monkeypatch.setattr(scenarios, "AT_A_TIME", 1)
     same_bits(computed(), together, slice(None))
 
 
 def test_an_interval_is_divided_into_at_most_sixteen_pieces() -> None:
     """Each piece is short enough for one step; the scalar kernel (0) computes longer intervals."""
-    still = batch.Prepared(GroundAcceleration(np.zeros((3, 1)), 1.0))
+    still = scenarios.Prepared(GroundAcceleration(np.zeros((3, 1)), 1.0))
     rates = steps.MAX_STRIDE * np.array([0.5, 1.0, 1.01, 2.0, 8.01, 16.0, 16.01])
     constants = np.zeros((rates.size, 13))  # as of `constants_of`, without ties
     constants[:, 1] = rates
     assert still.pieces(np.zeros(rates.size), constants).tolist() == [1, 1, 2, 2, 16, 16, 0]
     lowered = still.ground.with_vertical(GroundAcceleration(np.full((3, 1), -3.0 * GRAVITY), 1.0))
-    halves = batch.Prepared(lowered).pieces(np.ones(rates.size), constants)
+    halves = scenarios.Prepared(lowered).pieces(np.ones(rates.size), constants)
     assert halves.tolist() == [1, 2, 4, 4, 0, 0, 0]
 
 
@@ -100,7 +100,7 @@ def test_a_jump_at_the_start_of_an_interval_uplifts_to_either_side(strength: flo
     assert found.uplift_time[0] == 0.01
 
 
-def test_a_motion_does_not_see_the_next_one_of_its_batch() -> None:
+def test_a_motion_does_not_see_the_next_one_of_its_pack() -> None:
     """It ends at rest, and the next one begins far above the uplift acceleration."""
     weak, strong = (GroundAcceleration(np.full((20, 1), a * GRAVITY), 0.01) for a in (0.01, 0.9))
     found = respond_scenarios([weak, strong], [BENT], [0, 1], [0, 0], [1.0, 1.0])

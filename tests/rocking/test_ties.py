@@ -19,7 +19,6 @@ from tests.rocking.motions import BENT, noise, still
 
 from rockframe.parts import Abutment, Dissipater, Tendon
 from rockframe.rocking import kernels
-from rockframe.rocking.batch import respond_many
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.ties import (
     CABLE,
@@ -32,6 +31,7 @@ from rockframe.rocking.kernels.ties import (
     Tie,
 )
 from rockframe.rocking.response import respond
+from rockframe.rocking.scenarios import respond_many
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

@@ -24,7 +24,7 @@ from rockframe.record import Record
 from rockframe.results.screen import read_screening
 from rockframe.results.screen_tables import fragility_rows, screen_rows
 from rockframe.results.tables.entries import write_rows_as
-from rockframe.rocking import ScreeningBatch
+from rockframe.rocking import ScreeningTask
 from rockframe.signals.processing import peak
 from rockframe.stages.screen import Screening, screen_stage
 from rockframe.units import GRAVITY
@@ -75,7 +75,7 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
     records = [sine(f"s{n:03d}", 9.81 * drawn.uniform(0.2, 1.0)) for n in range(80)]
     capacity = {r.record_id: median * np.exp(beta * drawn.standard_normal()) for r in records}
 
-    def peaks(part: ScreeningBatch) -> dict[str, Any]:
+    def peaks(part: ScreeningTask) -> dict[str, Any]:
         motions = [motion for motion in part.motions if isinstance(motion, Record)]
         pga = np.array([peak(motion.acceleration) / GRAVITY for motion in motions])
         least = np.array([capacity[motion.record_id] for motion in motions])

@@ -216,8 +216,8 @@ def _kernel_compiled_meanwhile() -> Iterator[bool]:
 def _compile_kernel() -> None:
     """Compute two responses to samples, so that the forms of the kernel for them are cached."""
     from rockframe.frame import RockingFrame
-    from rockframe.rocking.batch import respond_scenarios
     from rockframe.rocking.excitation import GroundAcceleration
+    from rockframe.rocking.scenarios import respond_scenarios
 
     ground = GroundAcceleration.from_samples([0.0, 1.0, 0.0], 0.01)
     frame = RockingFrame(height=9.6, width=1.6)

@@ -1,4 +1,4 @@
-"""Engines, which compute batches in this process, a pool or on a Dask cluster; and threads.
+"""Engines, which compute tasks in this process, a pool or on a Dask cluster; and threads.
 
 All of them give the same results, bit for bit. Dask needs the extra ``dask``.
 """
@@ -97,7 +97,7 @@ def _mark_thread() -> None:
     _OF_THREAD.taken = True
 
 
-Batch = TypeVar("Batch")
+Task = TypeVar("Task")
 Submitted = TypeVar("Submitted")
 
 #: Time that a pool needs to start: Python, numba and compiled kernels in each worker [s].
@@ -128,27 +128,27 @@ def in_order(
 
 
 def serve(
-    function: Callable[..., Result], batches: Iterable[Any], workers: int, first: int = 1
+    function: Callable[..., Result], tasks: Iterable[Any], workers: int, first: int = 1
 ) -> Generator[Result, None, None]:
-    """Call a function in worker processes, and yield its results in the order of the batches.
+    """Call a function in worker processes, and yield its results in the order of the tasks.
 
     Parameters
     ----------
     function : callable
         A function of a module that the workers can import.
-    batches : iterable
+    tasks : iterable
         Taken one by one, when a worker needs the next.
     workers : int
         Number of processes, 1 or more.
     first : int
-        Number of the first batch, for error messages.
+        Number of the first task, for error messages.
 
     Raises
     ------
     RockframeError
         If the function raises one.
     EngineError
-        If a batch kills its workers.
+        If a task kills its workers.
     RuntimeError
         If the function raises anything else; the message contains the worker's traceback.
 
@@ -159,16 +159,16 @@ def serve(
     [2.0, 3.0]
     """
     with WorkerPool(workers) as pool:
-        futures = in_order(partial(pool.submit, function), ((b,) for b in batches), 2 * workers)
+        futures = in_order(partial(pool.submit, function), ((task,) for task in tasks), 2 * workers)
         for number, future in enumerate(futures, first):
             try:
                 yield awaited(future)
             except WorkerDiedError as death:
                 if death.said:
-                    failed = f"batch {number} failed in its worker:\n{death.said}"
+                    failed = f"task {number} failed in its worker:\n{death.said}"
                     raise RuntimeError(failed) from None
                 raise EngineError(
-                    f"batch {number}: its worker died {ATTEMPTS} times (last: {death.how}). "
+                    f"task {number}: its worker died {ATTEMPTS} times (last: {death.how}). "
                     "Check that there is enough memory, or use fewer workers."
                 ) from None
 
@@ -178,9 +178,9 @@ class Engine(ABC):
 
     @abstractmethod
     def map(
-        self, function: Callable[[Batch], Result], batches: Iterable[Batch]
+        self, function: Callable[[Task], Result], tasks: Iterable[Task]
     ) -> Generator[Result, None, None]:
-        """Yield the results of a function in the order of the batches."""
+        """Yield the results of a function in the order of the tasks."""
 
 
 @dataclass(frozen=True)
@@ -194,19 +194,19 @@ class OneProcess(Engine):
     """
 
     def map(
-        self, function: Callable[[Batch], Result], batches: Iterable[Batch]
+        self, function: Callable[[Task], Result], tasks: Iterable[Task]
     ) -> Generator[Result, None, None]:
-        """Yield the results of a function in the order of the batches."""
-        for batch in batches:
+        """Yield the results of a function in the order of the tasks."""
+        for task in tasks:
             check()
-            yield function(batch)
+            yield function(task)
 
 
 @dataclass(frozen=True)
 class ProcessPool(Engine):
     """Worker processes of one thread each, started only if there is enough work.
 
-    If a worker is killed, another worker repeats its batch. The workers end with this process.
+    If a worker is killed, another worker repeats its task. The workers end with this process.
 
     Parameters
     ----------
@@ -235,17 +235,17 @@ class ProcessPool(Engine):
             raise ParameterError(f"Invalid number of workers {self.workers}. Must be 1 or more.")
 
     def map(
-        self, function: Callable[[Batch], Result], batches: Iterable[Batch]
+        self, function: Callable[[Task], Result], tasks: Iterable[Task]
     ) -> Generator[Result, None, None]:
-        """Yield the results of a function in the order of the batches."""
+        """Yield the results of a function in the order of the tasks."""
         workers = cores() if self.workers is None else self.workers
-        total = len(batches) if isinstance(batches, Sized) else None
-        rest, spent, done = iter(batches), 0.0, 0
+        total = len(tasks) if isinstance(tasks, Sized) else None
+        rest, spent, done = iter(tasks), 0.0, 0
         while workers == 1 or not self._worthwhile(spent, done, total):
-            for batch in rest:
+            for task in rest:
                 check()
                 begin = perf_counter()
-                result = function(batch)
+                result = function(task)
                 spent, done = spent + perf_counter() - begin, done + 1
                 break
             else:
@@ -260,20 +260,20 @@ class ProcessPool(Engine):
         return total is None or done == 0 or spent / done * (total - done) > self.patience
 
 
-def map_batches(
-    function: Callable[[Batch], Result], batches: Iterable[Batch], *, engine: Engine | None = None
+def map_tasks(
+    function: Callable[[Task], Result], tasks: Iterable[Task], *, engine: Engine | None = None
 ) -> Generator[Result, None, None]:
-    """Call a function on each batch, and yield its results in the order of the batches.
+    """Call a function on each task, and yield its results in the order of the tasks.
 
-    Only a few batches and results are kept at a time, so memory does not grow with their number.
+    Only a few tasks and results are kept at a time, so memory does not grow with their number.
 
     Parameters
     ----------
     function : callable
-        A top-level function of a module that every worker can import. Batches and results can be
+        A top-level function of a module that every worker can import. Tasks and results can be
         pickled. The function opens no netCDF file, because a Dask worker may run several threads.
-    batches : iterable
-        Batches of about 0.1 to 1 s each. For a list, the engine knows how much work is left.
+    tasks : iterable
+        Tasks of about 0.1 to 1 s each. For a list, the engine knows how much work is left.
     engine : Engine, optional
         By default a `ProcessPool`.
 
@@ -282,14 +282,14 @@ def map_batches(
     RockframeError
         If the function raises one.
     EngineError
-        If a batch kills its workers repeatedly, or the scheduler cannot be reached.
+        If a task kills its workers repeatedly, or the scheduler cannot be reached.
 
     Examples
     --------
-    >>> list(map_batches(abs, [-1.0, 2.0], engine=OneProcess()))
+    >>> list(map_tasks(abs, [-1.0, 2.0], engine=OneProcess()))
     [1.0, 2.0]
     """
-    yield from (ProcessPool() if engine is None else engine).map(function, batches)
+    yield from (ProcessPool() if engine is None else engine).map(function, tasks)
 
 
 #: Longest wait for a scheduler to answer, and to have a worker, when work begins [s].
@@ -298,8 +298,8 @@ _PATIENCE: Final = 5.0
 _PAUSE: Final = 1.0
 #: Tasks that the cluster holds at a time, for each of its threads.
 _AHEAD: Final = 2
-#: Time that a task should take [s], because each costs the scheduler a few milliseconds; and the
-#: largest number of batches in a task.
+#: Time that a group of tasks should take [s], because each group costs the scheduler a few
+#: milliseconds; and the largest number of tasks in a group.
 _WORK: Final = 1.0
 _MOST: Final = 64
 _MUST_BE: Final = "Must be the address of a running Dask scheduler, tcp://HOST:PORT."
@@ -307,7 +307,7 @@ _MUST_BE: Final = "Must be the address of a running Dask scheduler, tcp://HOST:P
 
 @dataclass(frozen=True)
 class DaskScheduler(Engine):
-    """The workers of a Dask scheduler.
+    """The workers of a Dask scheduler, which get several short tasks at a time.
 
     Parameters
     ----------
@@ -317,7 +317,7 @@ class DaskScheduler(Engine):
         Longest time without any worker, once work has begun [s]: a cluster may replace its workers.
     shares_folder : bool
         True if the workers can read and write the folder of a run. If not, a run performs its steps
-        in its own process, and only their batches on the cluster.
+        in its own process, and only their tasks on the cluster.
 
     Raises
     ------
@@ -336,14 +336,14 @@ class DaskScheduler(Engine):
     shares_folder: bool = True
 
     def map(
-        self, function: Callable[[Batch], Result], batches: Iterable[Batch]
+        self, function: Callable[[Task], Result], tasks: Iterable[Task]
     ) -> Generator[Result, None, None]:
-        """Yield the results of a function in the order of the batches."""
+        """Yield the results of a function in the order of the tasks."""
         with _connected(self.address) as client:
             ahead = _AHEAD * _threads(client, self.address)
-            # with pure=True Dask would hash every batch, to share results of equal batches
+            # with pure=True Dask would hash every task, to share results of equal tasks
             submit = partial(client.submit, _timed, function, pure=False)
-            groups, number = _Groups(batches), 1
+            groups, number = _Groups(tasks), 1
             for future in in_order(submit, groups, ahead):
                 groups.seconds, results = self._result(client, number, future)
                 number += len(results)
@@ -359,7 +359,7 @@ class DaskScheduler(Engine):
             return future.result()
         except KilledWorker as error:
             raise EngineError(
-                f"batch {number}: its worker at {self.address} died repeatedly ({error}). "
+                f"task {number}: its worker at {self.address} died repeatedly ({error}). "
                 "Check the memory of the workers."
             ) from None
         except CancelledError:
@@ -392,13 +392,13 @@ class DaskScheduler(Engine):
 
 
 class _Groups:
-    """Batches in groups, of which each takes about `_WORK` in a worker.
+    """Tasks in groups, of which each takes about `_WORK` in a worker.
 
-    ``seconds`` is the time of the latest batch [s], unknown at first.
+    ``seconds`` is the time of the latest task [s], unknown at first.
     """
 
-    def __init__(self, batches: Iterable[Any]) -> None:
-        self._rest = iter(batches)
+    def __init__(self, tasks: Iterable[Any]) -> None:
+        self._rest = iter(tasks)
         self.seconds = math.inf
 
     def __iter__(self) -> Generator[tuple[tuple[Any, ...]], None, None]:
@@ -411,9 +411,9 @@ class _Groups:
 
 
 def _timed(function: Callable[[Any], Any], group: Sequence[Any]) -> tuple[float, list[Any]]:
-    """Return the time of a batch [s], and the results of the group."""
+    """Return the time of a task [s], and the results of the group."""
     begin = perf_counter()
-    results = [function(batch) for batch in group]
+    results = [function(task) for task in group]
     return (perf_counter() - begin) / len(group), results
 
 

@@ -16,9 +16,9 @@ from rockframe.notebook import Shown, history_dataset
 from rockframe.oscillators import kernel
 from rockframe.record import Record
 from rockframe.rivals import FixedFrame, IsolatedDeck
-from rockframe.rocking.batch import scales_of
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import as_ground
+from rockframe.rocking.scenarios import scales_of
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 

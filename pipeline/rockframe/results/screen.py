@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.engines.engine import Engine, map_batches
+from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import InputError, ParameterError
 from rockframe.provenance import key_of, whole_file
 from rockframe.results.reading import opened, positions
@@ -370,7 +370,7 @@ class Batches:
         Parameters
         ----------
         function : callable
-            The function to call, as in `map_batches`.
+            The function to call, as in `map_tasks`.
         tasks : iterable of (str, callable)
             The name of each batch, and a function that makes its task if the batch must be
             computed.
@@ -396,7 +396,7 @@ class Batches:
                 else:
                     done()
 
-        for number, arrays in enumerate(map_batches(function, to_do(), engine=engine)):
+        for number, arrays in enumerate(map_tasks(function, to_do(), engine=engine)):
             self.keep(missing[number], arrays)
             done()
         for name in names:

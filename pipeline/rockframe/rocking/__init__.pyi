@@ -10,10 +10,6 @@ from .assessments import Margin as Margin
 from .assessments import PartResponse as PartResponse
 from .assessments import RobustMargin as RobustMargin
 from .assessments import share_interval as share_interval
-from .batch import Peaks as Peaks
-from .batch import Scenarios as Scenarios
-from .batch import respond_many as respond_many
-from .batch import respond_scenarios as respond_scenarios
 from .contact import Impulses as Impulses
 from .contact import impact_friction_demand as impact_friction_demand
 from .contact import impact_impulses as impact_impulses
@@ -64,9 +60,13 @@ from .response import as_ground as as_ground
 from .response import refuse_flight as refuse_flight
 from .response import respond as respond
 from .response import with_pulse as with_pulse
+from .scenarios import Peaks as Peaks
+from .scenarios import Scenarios as Scenarios
+from .scenarios import respond_many as respond_many
+from .scenarios import respond_scenarios as respond_scenarios
 from .screening import PEAKS as PEAKS
 from .screening import Scenario as Scenario
-from .screening import ScreeningBatch as ScreeningBatch
+from .screening import ScreeningTask as ScreeningTask
 from .screening import margins_of as margins_of
 from .screening import member_peaks_of as member_peaks_of
 from .screening import peaks_of as peaks_of

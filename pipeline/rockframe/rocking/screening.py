@@ -1,4 +1,4 @@
-"""Responses and margins of every combination of motions, structures and scales of a batch."""
+"""Responses and margins of every combination of motions, structures and scales of a task."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
-from rockframe.rocking.batch import Prepared, respond_many, respond_scenarios, scales_of
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.ensemble import shaken
 from rockframe.rocking.margins.margins import margins
 from rockframe.rocking.margins.members import MakesVersions, draws, members
 from rockframe.rocking.response import Response, as_ground, respond
+from rockframe.rocking.scenarios import Prepared, respond_many, respond_scenarios, scales_of
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -25,8 +25,8 @@ PEAKS: Final = ("verdict", "peak_rotation", "impact_velocity")
 
 
 @dataclass(frozen=True)
-class ScreeningBatch:
-    """A batch of motions, structures and scales; every combination is computed.
+class ScreeningTask:
+    """A task: motions, structures and scales; every combination is computed.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def responses_of(scenarios: tuple[Scenario, ...]) -> list[Response]:
     return [respond(one.frame, as_ground(one.motion).scaled(one.scale)) for one in scenarios]
 
 
-def peaks_of(batch: ScreeningBatch) -> Arrays:
+def peaks_of(task: ScreeningTask) -> Arrays:
     """Return the verdict and peaks of each combination of motion, structure and scale.
 
     Returns
@@ -83,15 +83,15 @@ def peaks_of(batch: ScreeningBatch) -> Arrays:
     Examples
     --------
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
-    >>> batch = ScreeningBatch((shake,), (RockingFrame(height=9.6, width=1.6),), (0.1, 1.0))
-    >>> peaks_of(batch)["verdict"].tolist()
+    >>> task = ScreeningTask((shake,), (RockingFrame(height=9.6, width=1.6),), (0.1, 1.0))
+    >>> peaks_of(task)["verdict"].tolist()
     [[[0, 1]]]
     """
-    found = respond_many(batch.motions, batch.frames, batch.scales)
+    found = respond_many(task.motions, task.frames, task.scales)
     return {name: getattr(found, name) for name in PEAKS}
 
 
-def member_peaks_of(batch: ScreeningBatch) -> Arrays:
+def member_peaks_of(task: ScreeningTask) -> Arrays:
     """Return the verdict and peaks of each member of the ensemble in each scenario.
 
     The stated structure is not one of the members.
@@ -105,20 +105,20 @@ def member_peaks_of(batch: ScreeningBatch) -> Arrays:
     --------
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
     >>> frame, ensemble = RockingFrame(height=9.6, width=1.6), Ensemble(members=16)
-    >>> batch = ScreeningBatch((shake,), (frame,), (0.1, 1.0), ensemble)
-    >>> member_peaks_of(batch)["verdict"].sum(axis=3).tolist()
+    >>> task = ScreeningTask((shake,), (frame,), (0.1, 1.0), ensemble)
+    >>> member_peaks_of(task)["verdict"].sum(axis=3).tolist()
     [[[0, 16]]]
     """
-    ensemble = batch.ensemble or Ensemble()
-    scales, count = scales_of(batch.scales), ensemble.members
-    family = [member for frame in batch.frames for member in members(ensemble, frame)]
-    made_of = batch.uncertain or (None,) * len(batch.motions)
+    ensemble = task.ensemble or Ensemble()
+    scales, count = scales_of(task.scales), ensemble.members
+    family = [member for frame in task.frames for member in members(ensemble, frame)]
+    made_of = task.uncertain or (None,) * len(task.motions)
     versions = [
         None if one is None else one.versions(ensemble, motion)
-        for one, motion in zip(made_of, batch.motions, strict=True)
+        for one, motion in zip(made_of, task.motions, strict=True)
     ]
-    grounds, of_member = shaken(batch.motions, ensemble, versions)
-    shape = (len(batch.motions), len(batch.frames), scales.size, count)
+    grounds, of_member = shaken(task.motions, ensemble, versions)
+    shape = (len(task.motions), len(task.frames), scales.size, count)
     motion, frame, scale, member = (axis.ravel() for axis in np.indices(shape))
     found = respond_scenarios(
         [Prepared(ground) for ground in grounds],
@@ -130,7 +130,7 @@ def member_peaks_of(batch: ScreeningBatch) -> Arrays:
     return {name: getattr(found, name).reshape(shape) for name in PEAKS}
 
 
-def margins_of(batch: ScreeningBatch) -> Arrays:
+def margins_of(task: ScreeningTask) -> Arrays:
     """Return critical scales, numbers of islands, and robust margins.
 
     Returns
@@ -142,16 +142,16 @@ def margins_of(batch: ScreeningBatch) -> Arrays:
     Examples
     --------
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
-    >>> batch = ScreeningBatch((shake,), (RockingFrame(height=9.6, width=1.6),))
-    >>> margins_of(batch)["safe_islands"].tolist()
+    >>> task = ScreeningTask((shake,), (RockingFrame(height=9.6, width=1.6),))
+    >>> margins_of(task)["safe_islands"].tolist()
     [[0]]
     """
-    found = margins(batch.motions, batch.frames, ensemble=batch.ensemble)
+    found = margins(task.motions, task.frames, ensemble=task.ensemble)
     robust = {
         f"robust_{what}_{share}": np.array(
             [[getattr(margin.robust, f"{prefix}{share}") for margin in row] for row in found]
         )
-        for share in (() if batch.ensemble is None else (10, 25, 50))
+        for share in (() if task.ensemble is None else (10, 25, 50))
         for what, prefix in (("scale", "s"), ("error", "error"))
     }
     return robust | {

@@ -17,7 +17,7 @@ from rockframe.engines.engine import (
     OneProcess,
     ProcessPool,
     choose_engine,
-    map_batches,
+    map_tasks,
     serve,
 )
 from rockframe.errors import InputError, RockframeError
@@ -158,7 +158,7 @@ def _perform(
         alone = len(tasks) == 1 and not on_cluster  # one step needs no pool
         where = OneProcess() if alone else engine
         check()
-        for task, _ in zip(tasks, map_batches(how, tasks, engine=where), strict=True):
+        for task, _ in zip(tasks, map_tasks(how, tasks, engine=where), strict=True):
             done += 1
             on_step(task.step.name, done, len(todo))
         remove_partials(plan, folder)  # killed workers left partial files

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from rockframe.engines.engine import Engine, map_batches
+from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
 from rockframe.options.ingest import Filters
@@ -111,7 +111,7 @@ def compare_stage(
             name, reason = next(iter(filtered.items()))
             raise ParameterError(f"no record is left to compare; {name!r}: {reason}.")
         tasks = Counted(_tasks(files, chosen, tuple(compared), common.ensemble), len(names))
-        answers = map_batches(_answer, tasks, engine=engine)
+        answers = map_tasks(_answer, tasks, engine=engine)
         made = write_comparison(
             accepted(answers, names, WHOLE, left_out, progress),
             [rivals.frame for rivals in compared],

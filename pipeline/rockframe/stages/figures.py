@@ -204,7 +204,7 @@ def _draw_most_rotated(
 
 @dataclass(frozen=True)
 class _OfRecord:
-    """What the figures of one record show, and the folder of the figures."""
+    """The content of the figures of one record, and the folder to write them into."""
 
     folder: Path
     name: str
@@ -245,7 +245,7 @@ def draw_records(
 
 @dataclass(frozen=True)
 class _Chosen:
-    """What the figures of each chosen record show: read when it is drawn, and counted before."""
+    """The content of the figures of each chosen record; it is read when the record is drawn."""
 
     rows: Iterable[Row]
     files: Sequence[Path]

@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Final
 
-from rockframe.engines.engine import Engine, map_batches
+from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import ParameterError
 from rockframe.matching.record_pulses import pulses_or_reasons
 from rockframe.options.pulse import PulseOptions
@@ -96,7 +96,7 @@ def pulse_stage(
         tasks = Counted(
             _tasks(file, names, wanted, left_out, waiting), math.ceil(len(names) / _TOGETHER)
         )
-        found = chain.from_iterable(map_batches(pulses_or_reasons, tasks, engine=engine))
+        found = chain.from_iterable(map_tasks(pulses_or_reasons, tasks, engine=engine))
         pulses = accepted(found, names, batch, left_out, progress)
         made = write_pulses(
             ((waiting.pop(name), one) for name, one in pulses),

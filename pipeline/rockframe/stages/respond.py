@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self, TypeAlias
 
 from rockframe.components import vertical_beside
-from rockframe.engines.engine import Engine, map_batches, on_threads
+from rockframe.engines.engine import Engine, map_tasks, on_threads
 from rockframe.errors import InputError, ParameterError, RockframeWarning, require_known
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import RespondOptions
@@ -154,7 +154,7 @@ def respond_stage(
             _tasks(motions, tuple(frames), options, pulses),
             math.ceil(file.samples(names) * len(frames) / _NODES),
         )
-        answers = chain.from_iterable(map_batches(_rows, tasks, engine=engine))
+        answers = chain.from_iterable(map_tasks(_rows, tasks, engine=engine))
         made = write_response_rows(
             (row for _, row in accepted(answers, names, batch, left_out, progress)),
             frames,

@@ -10,7 +10,7 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.engines.engine import Engine, map_batches
+from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import invalid
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import QUANTILES, ScreenOptions
@@ -22,7 +22,7 @@ from rockframe.rocking import (
     Design,
     Histories,
     Scenario,
-    ScreeningBatch,
+    ScreeningTask,
     Verdict,
     as_ground,
     chosen_ensemble,
@@ -40,7 +40,7 @@ Float = NDArray[np.float64]
 
 
 Arrays = dict[str, NDArray[Any]]
-Task = tuple[str, Callable[[], ScreeningBatch]]
+_Named = tuple[str, Callable[[], ScreeningTask]]
 
 #: Peaks of a scenario that get the quantiles of the members.
 _BANDS: Final = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity")
@@ -233,7 +233,7 @@ class ScreeningRun:
     def histories(self) -> Iterator[KeptHistory]:
         """Yield the kept histories motion by motion; call after `rows`."""
         where = self._where()
-        for responses in map_batches(responses_of, self._scenarios(), engine=self._engine):
+        for responses in map_tasks(responses_of, self._scenarios(), engine=self._engine):
             for response in responses:
                 yield next(where), response
 
@@ -328,7 +328,7 @@ class ScreeningRun:
         width = max(1, min(_RESPONSES, _HELD // len(self.motions)) // self.members)
         return [candidates[k : k + width] for k in range(0, len(candidates), width)]
 
-    def _tasks(self, kind: str) -> Iterator[Task]:
+    def _tasks(self, kind: str) -> Iterator[_Named]:
         """Yield the batches of one kind: several motions, or some scales of one motion."""
         scales = self.request.scales
         if kind in ("margins", "design"):
@@ -354,11 +354,11 @@ class ScreeningRun:
         motions: Sequence[Motion],
         frames: tuple[RockingFrame, ...],
         scales: tuple[float, ...],
-    ) -> Callable[[], ScreeningBatch]:
+    ) -> Callable[[], ScreeningTask]:
         options = self.request.options
         ensemble = chosen_ensemble(options) if kind == "margins" else options.scenario_ensemble()
         responding = kind in ("members", "design")
-        return lambda: ScreeningBatch(
+        return lambda: ScreeningTask(
             tuple(map(self._chosen.read, motions)),
             frames,
             scales,

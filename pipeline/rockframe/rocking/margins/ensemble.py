@@ -16,7 +16,6 @@ from rockframe.options.respond import QUANTILES, Ensemble
 from rockframe.parts import Lever
 from rockframe.record import Record
 from rockframe.rocking.assessments import BANDS, Band, Bands, EnsembleResponse, JointForces
-from rockframe.rocking.batch import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.contact import impact_friction_demand, joint_forces
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.members import (
@@ -29,6 +28,7 @@ from rockframe.rocking.margins.members import (
 )
 from rockframe.rocking.reactions import reactions
 from rockframe.rocking.response import Response, as_ground, require_some, respond
+from rockframe.rocking.scenarios import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, Verdict
 from rockframe.wavelets.pulse import Pulse
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.rocking.assessments import FirstOverturning
-from rockframe.rocking.batch import Prepared, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.tails import match_excursions
+from rockframe.rocking.scenarios import Prepared, respond_scenarios
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 

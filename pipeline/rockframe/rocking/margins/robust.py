@@ -15,7 +15,6 @@ from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.record import Record
 from rockframe.rocking.assessments import RobustMargin
-from rockframe.rocking.batch import Prepared, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.first_overturning import (
     LARGEST_SCALE,
@@ -26,6 +25,7 @@ from rockframe.rocking.margins.first_overturning import (
 )
 from rockframe.rocking.margins.members import draws, members, require_members
 from rockframe.rocking.response import as_ground, refuse_flight, require_some
+from rockframe.rocking.scenarios import Prepared, respond_scenarios
 from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.engines.engine import Engine, OneProcess, map_batches, on_threads, threads
+from rockframe.engines.engine import Engine, OneProcess, map_tasks, on_threads, threads
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.parts import RECTANGULAR
@@ -40,12 +40,12 @@ LEAST_FREQUENCY_RATIO: Final = 0.01
 _INTERVALS: Final = 50
 _ROUGH_TOLERANCE: Final = 1e-6
 _FEWEST_UP_TO: Final = 4.0
-#: Number of responses in a batch: large enough that most rounds of the edge search are large too.
-_BATCH: Final = 320_000
+#: Number of responses in a task: large enough that most rounds of the edge search are large too.
+_TASK: Final = 320_000
 
 
 @dataclass(frozen=True)
-class _Batch:
+class _Task:
     """Pulses with their frequency ratios, and the frames that are computed under each of them."""
 
     grounds: tuple[tuple[Pulse, float], ...]
@@ -126,12 +126,12 @@ def overturning_spectrum(
         column_of(*of_frame) for of_frame in product(slenderness.tolist(), mass_ratio.tolist())
     )
     grounds = list(product(pulses, frequency_ratio.tolist()))
-    size = max(1, _BATCH // (len(frames) * amplitude.size))
-    batches = [
-        _Batch(tuple(grounds[start : start + size]), frames, amplitude, tolerance)
+    size = max(1, _TASK // (len(frames) * amplitude.size))
+    tasks = [
+        _Task(tuple(grounds[start : start + size]), frames, amplitude, tolerance)
         for start in range(0, len(grounds), size)
     ]
-    parts = list(map_batches(_scans, batches, engine=OneProcess() if engine is None else engine))
+    parts = list(map_tasks(_scans, tasks, engine=OneProcess() if engine is None else engine))
     # computed with the frames of a ground side by side; the dimensions have the frequency ratio
     # last
     shape = (len(pulses), frequency_ratio.size, slenderness.size, mass_ratio.size)
@@ -202,29 +202,29 @@ def increasing(label: str, values: ArrayLike, *, zero: bool = False) -> Float:
     return row
 
 
-def _scans(batch: _Batch) -> Scan:
-    """Scan a batch; each thread computes neighbouring grounds."""
-    number, count = len(batch.grounds), min(threads(), len(batch.grounds))
+def _scans(task: _Task) -> Scan:
+    """Scan a task; each thread computes neighbouring grounds."""
+    number, count = len(task.grounds), min(threads(), len(task.grounds))
     ends = [number * k // count for k in range(count + 1)]
-    parts = [replace(batch, grounds=batch.grounds[one:end]) for one, end in pairwise(ends)]
+    parts = [replace(task, grounds=task.grounds[one:end]) for one, end in pairwise(ends)]
     return _together(on_threads(_scan, parts))
 
 
-def _scan(batch: _Batch) -> Scan:
+def _scan(task: _Task) -> Scan:
     """Scan the frames under each ground; frames of one ground are computed side by side."""
     grounds = [
-        _stretched(_unit_ground(pulse, _intervals_of(ratio, batch.tolerance)), math.tau / ratio)
-        for pulse, ratio in batch.grounds
+        _stretched(_unit_ground(pulse, _intervals_of(ratio, task.tolerance)), math.tau / ratio)
+        for pulse, ratio in task.grounds
     ]
-    ground, frame = np.indices((len(grounds), len(batch.frames))).reshape(2, -1)
+    ground, frame = np.indices((len(grounds), len(task.frames))).reshape(2, -1)
     return scan(
         grounds,
-        batch.frames,
+        task.frames,
         ground,
         frame,
-        batch.amplitude,
-        tolerance=batch.tolerance,
-        unit=np.array([one.uplift_acceleration for one in batch.frames])[frame],
+        task.amplitude,
+        tolerance=task.tolerance,
+        unit=np.array([one.uplift_acceleration for one in task.frames])[frame],
     )
 
 

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.engines.engine import Engine, OneProcess, map_batches
+from rockframe.engines.engine import Engine, OneProcess, map_tasks
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
 from rockframe.record import Record
-from rockframe.rocking.batch import Scenarios, respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.scenarios import Scenarios, respond_scenarios
 from rockframe.rocking.spectra.overturning import column_of, increasing
 from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
@@ -129,8 +129,8 @@ def rocking_spectrum(
         column_of(*of_frame)
         for of_frame in product(slenderness.tolist(), mass_ratio.tolist(), period.tolist())
     )
-    batches = [(motion, frames) for motion in motions]
-    found = list(map_batches(_respond, batches, engine=OneProcess() if engine is None else engine))
+    tasks = [(motion, frames) for motion in motions]
+    found = list(map_tasks(_respond, tasks, engine=OneProcess() if engine is None else engine))
     shape = (len(motions), slenderness.size, mass_ratio.size, period.size)
     return RockingSpectrum(
         slenderness,
@@ -143,8 +143,8 @@ def rocking_spectrum(
     )
 
 
-def _respond(batch: tuple[Motion, tuple[RockingFrame, ...]]) -> Scenarios:
-    motion, frames = batch
+def _respond(task: tuple[Motion, tuple[RockingFrame, ...]]) -> Scenarios:
+    motion, frames = task
     number = len(frames)
     return respond_scenarios(
         [motion], frames, np.zeros(number, dtype=int), np.arange(number), np.ones(number)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
-from rockframe.rocking.batch import respond_scenarios
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.scenarios import respond_scenarios
 from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 

@@ -1,4 +1,4 @@
-"""Verdicts and peaks of many scenarios, packed into batches for the vectorised kernel."""
+"""Verdicts and peaks of many scenarios, packed for the vectorised kernel."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from rockframe.wavelets.pulse import Pulse
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-#: Largest numbers of scenarios and of ground coefficients in a batch; they limit its memory.
+#: Largest numbers of scenarios and of ground coefficients in a pack; they limit its memory.
 AT_A_TIME: Final = 16384
 _MOST_NUMBERS: Final = 2_000_000
 #: Places in `constants_of` of the first tie, and of the kinds of both ties.
@@ -46,7 +46,7 @@ _SCALAR: Final = 0
 
 
 @dataclass
-class _Batch:
+class _Pack:
     """Scenarios whose ground motions have rows of one form."""
 
     rows: list[Float] = field(default_factory=list)
@@ -145,7 +145,7 @@ class Results:
 
 
 class ScenarioPacker:
-    """Scenarios that one thread collects; each batch is computed when it is full.
+    """Scenarios that one thread collects; each pack is computed when it is full.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class ScenarioPacker:
 
     def __init__(self, results: Results) -> None:
         self._results = results
-        self._batches: dict[tuple[bool, bool, bool], _Batch] = {}
+        self._packs: dict[tuple[bool, bool, bool], _Pack] = {}
 
     def add(
         self,
@@ -177,10 +177,10 @@ class ScenarioPacker:
                 self._one_by_one(scenarios[some], motion, scale[some], constants[some])
                 continue
             form = (*motion.form, ties)
-            batch = self._batches.setdefault(form, _Batch())
+            pack = self._packs.setdefault(form, _Pack())
             rows, bounds = motion.rows(count)
             slots = np.zeros((some.size, lanes.ASKED_SIZE))
-            slots[:, lanes.FIRST] = batch.length
+            slots[:, lanes.FIRST] = pack.length
             slots[:, lanes.INTERVALS] = rows.shape[0]
             slots[:, lanes.TIME_STEP] = motion.ground.time_step / count
             slots[:, lanes.START_TIME] = motion.ground.start_time
@@ -191,40 +191,40 @@ class ScenarioPacker:
             if levers is not None:
                 slots[:, lanes.SWINGS] = levers[some]
             for one in np.unique(constants[some, 1]).tolist() if self._results.kept else ():
-                slots[slots[:, lanes.P_HAT] == one, lanes.AHEAD] = batch.nodes - batch.length
-                batch.ahead.append(motion.ahead(count, one))
-                batch.nodes += len(batch.ahead[-1])
-            batch.rows.append(rows)
-            batch.bounds.append(bounds)
-            batch.slots.append(slots)
-            batch.scenarios.append(scenarios[some])
-            batch.length += rows.shape[0]
-            many = sum(part.size for part in batch.scenarios)
-            numbers = batch.length * rows.shape[1] + batch.nodes
+                slots[slots[:, lanes.P_HAT] == one, lanes.AHEAD] = pack.nodes - pack.length
+                pack.ahead.append(motion.ahead(count, one))
+                pack.nodes += len(pack.ahead[-1])
+            pack.rows.append(rows)
+            pack.bounds.append(bounds)
+            pack.slots.append(slots)
+            pack.scenarios.append(scenarios[some])
+            pack.length += rows.shape[0]
+            many = sum(part.size for part in pack.scenarios)
+            numbers = pack.length * rows.shape[1] + pack.nodes
             if many >= AT_A_TIME or numbers >= _MOST_NUMBERS:
                 self._compute(form)
 
     def complete(self) -> None:
-        """Compute the batches that are not full."""
-        for key in list(self._batches):
+        """Compute the packs that are not full."""
+        for key in list(self._packs):
             self._compute(key)
 
     def _compute(self, key: tuple[bool, bool, bool]) -> None:
-        batch = self._batches.pop(key)
-        slots = np.concatenate(batch.slots)
+        pack = self._packs.pop(key)
+        slots = np.concatenate(pack.slots)
         # the longest first, so that all lanes finish at about the same time
         order = np.argsort(-slots[:, lanes.INTERVALS], kind="stable")
-        scenarios = np.concatenate(batch.scenarios)[order]
+        scenarios = np.concatenate(pack.scenarios)[order]
         verdicts = np.empty(scenarios.size, dtype=np.int8)
         summaries = np.empty((scenarios.size, kernel.SUMMARY_SIZE))
-        after = np.zeros(batch.rows[0].shape[1])
-        bounds = np.concatenate(batch.bounds)
+        after = np.zeros(pack.rows[0].shape[1])
+        bounds = np.concatenate(pack.bounds)
         excursions = self._results.excursions[scenarios if self._results.kept else []]
         coarse = bounds[: bounds.shape[0] // lanes.COARSE * lanes.COARSE]
         while len(coarse) > bounds.shape[0] // lanes.COARSE:
             coarse = np.maximum(coarse[::2], coarse[1::2])
         lanes.integrate_lanes(
-            np.concatenate([*(rows.ravel() for rows in batch.rows), after]),
+            np.concatenate([*(rows.ravel() for rows in pack.rows), after]),
             bounds,
             coarse,
             steps.YES if key[0] else steps.NO,
@@ -233,7 +233,7 @@ class ScenarioPacker:
             slots[order],
             verdicts,
             summaries,
-            np.concatenate([*batch.ahead, np.empty((0, 1 + key[1]))]),
+            np.concatenate([*pack.ahead, np.empty((0, 1 + key[1]))]),
             excursions,
             steps.YES if self._results.demands else steps.NO,
         )
