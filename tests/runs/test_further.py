@@ -112,7 +112,7 @@ def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_
 def test_workers_draw_the_same_bytes(
     made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What a worker gets, and what it returns, is pickled."""
+    """A worker gets its task, and returns its result, as pickles."""
 
     class Pickled(ProcessPool):
         def map(self, function: Any, batches: Any) -> Any:
