@@ -64,6 +64,19 @@ def files_need_not_survive_a_power_cut() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="module")
+def coarse_figures() -> Iterator[None]:
+    """Draw with few dots and without arranging panels, for tests of files and texts of figures;
+    `tests/figures` has tests of what figures show.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        for resolution in ("_PRINT", "_SCREEN"):
+            patch.setattr(f"rockframe.figures.captioned.{resolution}", 20)
+        engine = "matplotlib.layout_engine.ConstrainedLayoutEngine"
+        patch.setattr(f"{engine}.execute", lambda _engine, _figure: None)
+        yield
+
+
 @pytest.fixture(scope="session")
 def expected() -> Callable[[str], Any]:
     """Return a function that loads tests/expected/NAME.json."""
