@@ -283,6 +283,7 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
         Result of `read_screening`.
     """
     summary = []
+    screening = screening.drop_dims("record", errors="ignore")  # selecting in all takes long
     for structure in screening["structure"].values:
         one = with_its_limits(screening.sel(structure=structure))
         said: dict[str, Any] = {
@@ -471,13 +472,18 @@ def design_rows(screening: xr.Dataset) -> Rows:
     return rows_along(screening.assign(unit=unit), "structure design_step", columns)
 
 
-def scenario_rows(screening: xr.Dataset) -> Rows:
-    """Yield a row for each motion, structure and scale, with the intensity at that scale."""
+def _of_scenario(screening: xr.Dataset) -> dict[str, str]:
+    """Return the columns of the table of scenarios, with their variables."""
     columns = columns_of(
         "record_id structure scale verdict peak_rotation_ratio u_max_m=peak_u v_max_m=peak_v",
         "impact_velocity_m_s=peak_impact_velocity pga_g=pga pgv_m_s=pgv",
     )
-    columns |= _of_members(screening)
+    return columns | _of_members(screening)
+
+
+def scenario_rows(screening: xr.Dataset) -> Rows:
+    """Yield a row for each motion, structure and scale, with the intensity at that scale."""
+    columns = _of_scenario(screening)
     for row in rows_along(screening, "record structure scale", columns):
         intensities = {name: row[name] * row["scale"] for name in ("pga_g", "pgv_m_s")}
         yield row | intensities
@@ -486,7 +492,8 @@ def scenario_rows(screening: xr.Dataset) -> Rows:
 def _scenarios(path: Path) -> Rows:
     """Yield the rows of all scenarios; only some motions are in memory at a time."""
     with opened(path, SCREEN) as dataset:
-        known = dataset.drop_dims("obs", errors="ignore")
+        names = {name.partition(".")[0] for name in _of_scenario(dataset).values()}
+        known = dataset[[name for name in dataset.variables if name in names]]
         together = max(1, _TOGETHER // (known.sizes["structure"] * known.sizes["scale"]))
         for first in range(0, known.sizes["record"], together):
             yield from scenario_rows(known.isel(record=slice(first, first + together)).load())
