@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,7 +16,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.screening import names, sine, site, stored, structures, three
 
 from rockframe.cli.main import main
-from rockframe.engines.engine import OneProcess, ProcessPool
+from rockframe.engines.engine import Engine, OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.respond import DesignOptions, Ensemble, ScreenOptions
 from rockframe.results.screen import read_screen_history, read_screening
@@ -44,7 +45,7 @@ def test_scenarios_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> No
 
 def test_margins_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None:
     records = site(3)[1:]
-    ensemble = Ensemble(members=32)
+    ensemble = Ensemble(members=16)
     found = screen(records, margins="robust", ensemble=ensemble)
     expected = margins(records, read_structures(tmp_path / "structures.toml"), ensemble=ensemble)
     for i, row in enumerate(expected):
@@ -57,31 +58,56 @@ def test_margins_are_those_of_the_kernel(screen: Screen, tmp_path: Path) -> None
             assert_array_equal(one["robust_error_50"], margin.robust.error50)
 
 
-@pytest.mark.parametrize("scales", [[1.0], np.linspace(0.5, 2.0, 2000).tolist()])
-def test_engines_write_the_same_bytes(tmp_path: Path, scales: list[float]) -> None:
-    """A batch contains several motions or, with many scales, some of the scales of one motion."""
-    records = stored(site(6 if len(scales) == 1 else 1), tmp_path)
-    files = set()
-    for engine in (OneProcess(), ProcessPool(2, patience=0.0)):
-        output = tmp_path / "screen.nc"
+#: Several scales, of which each batch of these tests has some: see `few_in_a_batch`.
+SCALES = np.linspace(0.5, 2.0, 16).tolist()
+
+
+@pytest.fixture
+def few_in_a_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A batch contains four scales of one motion under the two structures."""
+    monkeypatch.setattr("rockframe.stages.screen_batches._RESPONSES", 8)
+
+
+def test_engines_and_batches_write_the_same_bytes(
+    tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    """One batch contains all motions; then each contains some of the scales of one motion.
+
+    Only the strong motion has histories to keep, so that only one worker more is started.
+    """
+    records = stored([sine("weak", 0.5), sine("strong", 3.0)], tmp_path)
+    output = tmp_path / "screen.nc"
+    options = ScreenOptions(scales=SCALES, margins="none", histories="selected")
+    done: list[int] = []
+
+    def screened(engine: Engine) -> tuple[bytes, bytes]:
         screen_stage(
             records,
             output,
-            options=ScreenOptions(
-                scales=scales, margins="none", histories="selected" if len(scales) == 1 else "none"
-            ),
+            options,
+            structures_path=structures(tmp_path),
             engine=engine,
+            progress=lambda _, total: done.append(total),
         )
-        files.add((output.read_bytes(), output.with_suffix(".csv").read_bytes()))
+        return output.read_bytes(), output.with_suffix(".csv").read_bytes()
+
+    files = {screened(OneProcess())}
+    assert set(done) == {1}
+    request.getfixturevalue("few_in_a_batch")
+    files |= {screened(engine) for engine in (OneProcess(), ProcessPool(2, patience=0.0))}
+    assert max(done) == 8
     assert len(files) == 1
+    assert read_screening(output).sizes["history"] > 1
 
 
+@pytest.mark.usefixtures("few_in_a_batch")
 def test_interrupted_run_leaves_batches_and_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A run stopped in its fifth batch keeps four; intact ones are not computed again."""
     records, calls = stored(site(3), tmp_path), list[Any]()
-    options = ScreenOptions(scales=np.linspace(0.5, 2.0, 2000), margins="none")
+    options = ScreenOptions(scales=SCALES, margins="none")
+    screened = partial(screen_stage, structures_path=structures(tmp_path), engine=OneProcess())
 
     def stop(*asked: Any) -> Any:
         calls.append(asked)
@@ -91,27 +117,29 @@ def test_interrupted_run_leaves_batches_and_goes_on(
 
     monkeypatch.setattr("rockframe.rocking.screening.respond_many", stop)
     output, total = tmp_path / "screen.nc", 10**9
-    screen_stage(records, tmp_path / "whole.nc", options, engine=OneProcess())
+    screened(records, tmp_path / "whole.nc", options)
     total = len(calls)
     assert total > 9
     with pytest.raises(KeyboardInterrupt):
-        screen_stage(records, output, options, engine=OneProcess())
+        screened(records, output, options)
     (folder,) = tmp_path.glob(".screen-*.batches")
     kept = sorted(folder.iterdir())
     assert len(kept) == 4
     assert not output.exists()
     kept[1].write_bytes(kept[1].read_bytes()[:-40])  # one of them is corrupted
     begun = len(calls)
-    screen_stage(records, output, options, engine=OneProcess())
+    screened(records, output, options)
     assert total - 4 <= len(calls) - begun <= total - 2
     assert output.read_bytes() == (tmp_path / "whole.nc").read_bytes()
     assert not list(tmp_path.glob(".screen-*"))
 
 
+@pytest.mark.usefixtures("few_in_a_batch")
 def test_killed_worker_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     records = stored(site(3), tmp_path)
-    options = ScreenOptions(scales=np.linspace(0.5, 2.0, 2000), margins="none")
-    screen_stage(records, tmp_path / "whole.nc", options, engine=OneProcess())
+    screened = partial(screen_stage, records, structures_path=structures(tmp_path))
+    options = ScreenOptions(scales=SCALES, margins="none")
+    screened(tmp_path / "whole.nc", options, engine=OneProcess())
     workers: list[subprocess.Popen[bytes]] = []
 
     def started(*words: Any, **how: Any) -> subprocess.Popen[bytes]:
@@ -125,7 +153,7 @@ def test_killed_worker_changes_no_byte(tmp_path: Path, monkeypatch: pytest.Monke
     module = SimpleNamespace(Popen=started, PIPE=subprocess.PIPE)
     monkeypatch.setattr("rockframe.engines.pool.subprocess", module)
     engine = ProcessPool(2, patience=0.0)
-    screen_stage(records, tmp_path / "screen.nc", options, engine=engine, progress=kill)
+    screened(tmp_path / "screen.nc", options, engine=engine, progress=kill)
     assert len(workers) == 3
     assert (tmp_path / "screen.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
 
@@ -189,10 +217,9 @@ def test_ranks_put_the_strongest_first(screen: Screen) -> None:
 @pytest.mark.parametrize("histories", ["selected", "all"])
 def test_histories_of_scenarios_are_kept(screen: Screen, tmp_path: Path, histories: str) -> None:
     records = site(4)
-    found = screen(records, histories=str(histories))
     plain = screen(records)
+    found = screen(records, histories=str(histories))
     assert_array_equal(found["peak_rotation_ratio"], plain["peak_rotation_ratio"])
-    screen(records, histories=str(histories))
     frame = read_structures(tmp_path / "structures.toml")[1]
     near = found["peak_rotation_ratio"].values >= 0.5
     assert found.sizes["history"] == (near.sum() if histories == "selected" else near.size)

@@ -65,17 +65,28 @@ def responses_one_by_one(
     return {name: np.reshape(values, shape) for name, values in found.items()}
 
 
-@pytest.fixture
-def four(screen: Screen) -> xr.Dataset:
-    """A screening with four members a scenario, and two further limits."""
-    return screen(site(6), scenario_members=4, limit_u_m=(0.1,), limit_rotation_ratio=(0.5,))
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a screening of four members a scenario, and two further limits."""
+    folder = tmp_path_factory.mktemp("four")
+    limits = {"limit_u_m": (0.1,), "limit_rotation_ratio": (0.5,)}
+    options = ScreenOptions(margins="none", scales=SCALES, scenario_members=4, **limits)
+    records, frames = stored(site(6), folder), structures(folder)
+    screen_stage(records, folder / "screen.nc", options, structures_path=frames)
+    return folder
 
 
-def test_shares_and_bands_are_those_of_single_responses(four: xr.Dataset, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def four(home: Path) -> xr.Dataset:
+    """The screening of `home`."""
+    return read_screening(home / "screen.nc")
+
+
+def test_shares_and_bands_are_those_of_single_responses(four: xr.Dataset, home: Path) -> None:
     """Each member responds as the same structure under the scaled motion does alone."""
     ensemble = ScreenOptions(scenario_members=4).scenario_ensemble()
     assert ensemble is not None
-    alone = responses_one_by_one(site(6), tmp_path, ensemble)
+    alone = responses_one_by_one(site(6), home, ensemble)
     fell, ratio, u = alone["fell"], alone["peak_rotation_ratio"], alone["peak_u"]
     shares = [fell, fell | (ratio >= 0.5), fell | (u >= 0.1)]
     assert four["limit_state"].values.tolist() == ["overturning", "rotation_ratio_0.5", "u_0.1m"]
@@ -163,10 +174,10 @@ def test_ranks_are_by_share_then_by_median(screen: Screen) -> None:
     assert found["demand_rank"].values.tolist() == [2.0, 3.0, 1.0]
 
 
-def test_results_over_all_motions_pool_the_members(four: xr.Dataset, tmp_path: Path) -> None:
+def test_results_over_all_motions_pool_the_members(four: xr.Dataset, home: Path) -> None:
     ensemble = ScreenOptions(scenario_members=4).scenario_ensemble()
     assert ensemble is not None
-    alone = responses_one_by_one(site(6), tmp_path, ensemble)
+    alone = responses_one_by_one(site(6), home, ensemble)
     u = np.where(alone["fell"], np.inf, alone["peak_u"])[:, :, 1]
     for k, row in enumerate(overall_rows(four)):
         assert row["share_overturned"] == alone["fell"][:, k, 1].mean()
@@ -214,13 +225,18 @@ def test_groups_of_candidates_change_nothing(
     assert parts.identical(whole.assign_attrs(parts.attrs))
 
 
-def test_engines_write_the_same_bytes(tmp_path: Path) -> None:
-    records = stored(site(4), tmp_path)
+def test_engines_write_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The stated structures respond in one batch, and their members in one batch for each motion,
+    of which a worker computes the second.
+    """
+    monkeypatch.setattr("rockframe.stages.screen_batches._RESPONSES", 20)
+    records, frames = stored([sine("a", 2.0), sine("b", 3.0)], tmp_path), structures(tmp_path)
     options = ScreenOptions(scales=[1.0, 2.0], margins="none", scenario_members=5)
     files = set()
-    for engine in (OneProcess(), ProcessPool(2, patience=0.0)):
-        screen_stage(records, tmp_path / "screen.nc", options, engine=engine)
-        files.add((tmp_path / "screen.nc").read_bytes())
+    for engine in (OneProcess(), ProcessPool(2, patience=1e-9)):
+        output = tmp_path / "screen.nc"
+        screen_stage(records, output, options, structures_path=frames, engine=engine)
+        files.add(output.read_bytes())
     assert len(files) == 1
 
 
@@ -246,7 +262,7 @@ def test_batches_of_other_members_are_not_taken(
     assert not list(tmp_path.glob(".screen-*.batches"))
 
 
-def test_tables_have_the_shares_and_quantiles(four: xr.Dataset, tmp_path: Path) -> None:
+def test_tables_have_the_shares_and_quantiles(four: xr.Dataset, home: Path) -> None:
     rows = list(scenario_rows(four))
     for name, limit in (("overturned", "overturning"), ("u_0.1m", "u_0.1m")):
         shares = four["share_reached"].sel(limit_state=limit).values.ravel()
@@ -264,7 +280,7 @@ def test_tables_have_the_shares_and_quantiles(four: xr.Dataset, tmp_path: Path) 
         assert (f"({100.0 * share:.0f} %)" in demand_words(row)) == (share > 0.0)
     content = screening_content(four)
     assert content["responses"] == "24 responses (6 motions, 4 members each)"
-    (stout, _) = screening_of(tmp_path / "screen.nc", "s05")
+    (stout, _) = screening_of(home / "screen.nc", "s05")
     expected = four["share_reached"].sel(structure="stout", limit_state="overturning")[5]
     assert [*stout["shares_overturned"].values()] == expected.values.tolist()
 
@@ -308,13 +324,13 @@ def test_numbers_of_members_that_cannot_be(members: int) -> None:
 
 
 def test_neither_copies_nor_members_narrow_a_band(screen: Screen) -> None:
-    """Bands are from recordings: twenty files of two recordings say as much as the two."""
+    """Bands are from recordings: eight files of two recordings say as much as the two."""
     two = {"a": 2.5, "b": 3.5}
     once = [sine(name, peak) for name, peak in two.items()]
-    often = [sine(f"{one}{n}", peak, station=one) for one, peak in two.items() for n in range(10)]
+    often = [sine(f"{one}{n}", peak, station=one) for one, peak in two.items() for n in range(4)]
     asked = {"scenario_members": 4, "ensemble": Ensemble(amplitude=0.3)}
     found, copied = screen(once, **asked), screen(often, **asked)
-    without_spread = [screen(once, scenario_members=k, ensemble=NO_SPREAD) for k in (2, 20)]
+    without_spread = [screen(once, scenario_members=k, ensemble=NO_SPREAD) for k in (2, 8)]
     assert (
         (found["overall_share_overturned"] > 0.0) & (found["overall_share_overturned"] < 1.0)
     ).any()
