@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from tests.runs.small import STUDY, make_study
 
-from rockframe.engines.engine import OneProcess, ProcessPool
+from rockframe.cli.main import main
+from rockframe.engines.engine import DaskScheduler, Engine, OneProcess, ProcessPool
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions, ScreenOptions
@@ -87,6 +88,31 @@ def test_pools_of_steps_are_as_large_as_the_run_is_asked_for(
     assert {work.step.name for work in seen} == {step.name for step in plan.steps}
     for work in seen:
         assert work.engine == (ProcessPool(3) if work.step.workers else OneProcess())
+
+
+@pytest.mark.parametrize(
+    ("words", "engine"),
+    [
+        (["--workers", "1"], OneProcess()),
+        (["--workers", "3"], ProcessPool(3)),
+        (["--scheduler", "tcp://one:1"], DaskScheduler("tcp://one:1")),
+    ],
+)
+def test_a_step_alone_is_computed_where_the_command_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], engine: Engine
+) -> None:
+    folder = tmp_path / "run"
+    assert main(["run", str(make_study(tmp_path, 1)), "--output", str(folder), "--plan"]) == 0
+    seen = list[Work]()
+
+    def note(work: Work) -> int:
+        seen.append(work)
+        return 0
+
+    monkeypatch.setattr("rockframe.runs.performing.perform", note)
+    assert main(["step", str(folder), "ingest", *words]) == 0
+    (work,) = seen
+    assert work.engine == engine
 
 
 @pytest.mark.parametrize("histories", ["none", "all"])

@@ -168,7 +168,7 @@ def chosen_structures(options: argparse.Namespace) -> Path:
 
 
 def chosen_engine(options: argparse.Namespace) -> Engine:
-    """Return the engine that computes batches."""
+    """Return the stated engine, which computes tasks."""
     from rockframe.engines.engine import choose_engine
 
     execution = chosen(options, ExecutionOptions)

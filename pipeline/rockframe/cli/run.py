@@ -200,15 +200,19 @@ def add_step(parser: argparse.ArgumentParser) -> None:
 
 def run_step(options: argparse.Namespace) -> int:
     """Perform the step. Return 1 if records were rejected."""
+    from rockframe.engines.engine import DaskScheduler
     from rockframe.runs.performing import Work, perform
     from rockframe.runs.state import read_plan
 
+    engine = arguments.chosen_engine(options)
+    cluster = engine if isinstance(engine, DaskScheduler) else None
     plan = read_plan(options.folder)
     steps = {step.name: step for step in plan.steps}
     require_known("step", options.name, steps)
     step = steps[options.name]
     workers = chosen(options, ExecutionOptions).workers
-    status = perform(Work(step, options.folder.resolve(), workers, plan.keys[step.name]))
+    folder, key = options.folder.resolve(), plan.keys[step.name]
+    status = perform(Work(step, folder, workers, key, cluster=cluster))
     if options.json:
         console.show_json(
             {"step": step.name, "outputs": list(step.outputs), "rejected": bool(status)}
