@@ -17,7 +17,9 @@ from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
 from rockframe.cli.shown import FigureRequest
 from rockframe.errors import ParameterError
-from rockframe.figures.captioned import Captioned
+from rockframe.figures.captioned import caption_path
+from rockframe.paper.claim import Claim
+from rockframe.paper.claims import all_claims
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration, as_ground
 from rockframe.wavelets.pulse import Pulse
@@ -45,10 +47,17 @@ def stated(motions: Path) -> tuple[str | Path, ...]:
 
 
 @pytest.fixture(scope="module")
-def paper(motions: Path) -> tuple[Path, list[dict[str, str]]]:
+def claims() -> list[Claim]:
+    """All claims that need no records, which take a second to check."""
+    return all_claims()
+
+
+@pytest.fixture(scope="module")
+def paper(motions: Path, claims: list[Claim]) -> tuple[Path, list[dict[str, str]]]:
     """The folder that `paper` writes for these motions, and the claims that it prints."""
     folder, printed = motions.with_name("paper"), StringIO()
-    with redirect_stdout(printed):
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed):
+        patch.setattr("rockframe.paper.claims.all_claims", lambda: claims)
         assert run("paper", "--output", folder, *stated(motions), "--json") == 0
     return folder, json.loads(printed.getvalue())["claims"]
 
@@ -131,7 +140,10 @@ def test_the_users_mistake_is_one_line_and_status_2(
     assert not list(motions.parent.glob("a.*"))
 
 
-def test_a_claim_is_shown_alone(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_claim_is_shown_alone(
+    claims: list[Claim], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rockframe.paper.claims.all_claims", lambda: claims)
     assert run("paper", "--claim", "temple-p") == 0
     printed = capsys.readouterr().out
     assert "1.381 rad/s" in printed
@@ -163,13 +175,13 @@ def test_the_paper_checked_again_is_the_same(
 ) -> None:
     """The figures are copied here, because another test draws each of them again."""
 
-    def drawn_before(drawn: Captioned, path: Path) -> None:
-        path.parent.mkdir(exist_ok=True)
-        shutil.copy(paper[0] / "figures" / path.name, path)
-        caption = f"{drawn.title}. {drawn.caption}\n"
-        path.with_suffix(".caption.txt").write_text(caption, encoding="utf-8")
+    def drawn_before(folder: Path, _grid: int) -> dict[str, str]:
+        copied = Path(shutil.copytree(paper[0] / "figures", folder / "figures"))
+        drawn = [copied / f"figure-{name}.png" for name in FIGURES]
+        texts = [caption_path(path).read_text(encoding="utf-8") for path in drawn]
+        return {f"figures/{path.name}": text[:-1] for path, text in zip(drawn, texts, strict=True)}
 
-    monkeypatch.setattr("rockframe.figures.captioned.save_captioned", drawn_before)
+    monkeypatch.setattr("rockframe.cli.shipped._draw_all", drawn_before)
     again = tmp_path / "again"
     assert run("paper", "--output", again, *stated(motions), "--json") == 0
     assert (again / "manifest.json").read_bytes() == (paper[0] / "manifest.json").read_bytes()
