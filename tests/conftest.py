@@ -66,14 +66,14 @@ def files_need_not_survive_a_power_cut() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def coarse_figures() -> Iterator[None]:
-    """Draw with few dots and without arranging panels, for tests of files and texts of figures;
-    `tests/figures` has tests of what figures show.
+    """Draw with few dots and without ticks, and do not arrange panels, for tests of files and
+    texts of figures; `tests/figures` has tests of what figures show.
     """
     with pytest.MonkeyPatch.context() as patch:
         for resolution in ("_PRINT", "_SCREEN"):
             patch.setattr(f"rockframe.figures.captioned.{resolution}", 20)
-        engine = "matplotlib.layout_engine.ConstrainedLayoutEngine"
-        patch.setattr(f"{engine}.execute", lambda _engine, _figure: None)
+        for what in ("axis.Axis.draw", "layout_engine.ConstrainedLayoutEngine.execute"):
+            patch.setattr(f"matplotlib.{what}", lambda _self, _renderer_or_figure: None)
         yield
 
 

@@ -26,8 +26,9 @@ from rockframe.ingest import FORMATS
 from rockframe.paper.pulses import find_paper_record
 from rockframe.wavelets.pulse import Pulse
 
-#: Options for a quick run when only the records matter.
-ONE = ("--structure", "bridge-bent", "--margins", "none", "--surrogates", "0")
+#: Options for a quick run when only the records matter, with figures and without.
+DRAWN = ("--structure", "bridge-bent", "--margins", "none", "--surrogates", "0")
+ONE = (*DRAWN, "--histories", "none", "--ensemble-members", "0")
 
 
 def test_from_a_text_file_to_verdicts(motion: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -217,7 +218,8 @@ def test_table1_computes_what_its_study_states_unless_the_command_line_does(
 
 def test_table1_is_repeated_to_the_byte(motion: Path, tmp_path: Path) -> None:
     read = ("--records", motion, "--units", "g", "--time-step", "0.01")
-    words = (*read, "--structure", "slender-column")
+    few = ("--surrogates", "19", "--ensemble-members", "16")
+    words = (*read, "--structure", "slender-column", *few)
     folders = (tmp_path / "one", tmp_path / "other")
     assert [run("table1", *words, "--output", folder, "--json") for folder in folders] == [0, 0]
     one, other = (json.loads((f / "manifest.json").read_text()) for f in folders)
@@ -276,7 +278,7 @@ def test_a_record_that_is_not_the_papers_says_so(
 
 def test_what_an_older_run_wrote_does_not_linger(motion: Path, tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    own = ("--units", "g", "--time-step", "0.01", "--output", folder, *ONE)
+    own = ("--units", "g", "--time-step", "0.01", "--output", folder, *DRAWN)
     assert run("table1", "--records", motion, *own) == 0
     other = motion.with_name("other.csv")
     motion.rename(other)
