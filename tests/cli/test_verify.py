@@ -18,6 +18,9 @@ from rockframe.results.run import read_run
 from rockframe.stages.report import verify_run
 from rockframe.wavelets.pulse import Pulse
 
+#: Options of responses that take little time.
+FEW = ("--structure", "bridge-bent", "--margins", "none", "--ensemble-members", "0")
+
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -25,8 +28,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("verify")
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=1.0, time=3.0)
     np.savetxt(home / "motion.csv", pulse.acceleration(0.01 * np.arange(801)), fmt="%.8f")
-    words = ["--units", "g", "--time-step", "0.01", "--structure", "bridge-bent"]
-    words += ["--margins", "none"]
+    words = ["--units", "g", "--time-step", "0.01", "--surrogates", "0", *FEW]
     paths = ["--records", str(home / "motion.csv"), "--output", str(home / "run")]
     assert main(["table1", *paths, *words]) == 0
     return home / "run"
@@ -182,14 +184,7 @@ def test_numbers_agree_within_the_tolerance_and_counts_exactly(
 
 def test_response_to_other_pulses_is_of_another_run(run: Path) -> None:
     """With `--pulses`, response.nc has pulse-only responses, so the pulses must be the run's."""
-    words = [
-        "--structure",
-        "bridge-bent",
-        "--margins",
-        "none",
-        "--output",
-        str(run / "response.nc"),
-    ]
+    words = [*FEW, "--output", str(run / "response.nc")]
     pulses = ["--pulses", str(run / "pulses.nc")]
     assert main(["respond", str(run / "records.nc"), *pulses, *words]) == 0
     restated(run, "response.nc")
@@ -214,7 +209,7 @@ def test_record_that_is_lost_between_two_stages_is_a_fault(tmp_path: Path) -> No
     for name, height in (("one", 0.4), ("two", 0.5)):
         pulse = Pulse(wavelet="symmetric_ricker", a_p=height, T_p=1.0, time=3.0)
         np.savetxt(tmp_path / f"{name}.csv", pulse.acceleration(0.01 * np.arange(601)), fmt="%.8f")
-    folder, words = tmp_path / "run", ["--structure", "bridge-bent", "--margins", "none"]
+    folder, words = tmp_path / "run", [*FEW, "--histories", "none"]
     given = ["--records", str(tmp_path / "one.csv"), str(tmp_path / "two.csv")]
     given += ["--units", "g", "--time-step", "0.01", "--surrogates", "0", "--output", str(folder)]
     assert main(["table1", *given, *words]) == 0
