@@ -170,7 +170,7 @@ def test_damaged_file_is_named_and_made_again(
 def test_changed_record_is_read_again(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     motion = home / "motions" / "motion-2.csv"
     motion.write_text(motion.read_text().replace("0.3", "0.2"))
-    (home / "small.toml").write_text(PLAIN)
+    (home / "small.toml").write_text(PLAIN.replace("records = 1", "records = 9"))
     assert "ingest" in steps_done(home, capsys)
     assert main(["verify", str(home / "run")]) == 0
 

@@ -79,12 +79,15 @@ def test_record_that_compare_rejects_is_a_rejection_of_the_run(
 def test_record_that_compare_has_lost_is_a_fault(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The comparison is replaced by one of a run that has only the first record."""
-    text = BENT.replace("[figures]", RIVAL)
-    both, one = tmp_path / "both" / "run", tmp_path / "one" / "run"
-    for folder, count in ((both, 2), (one, 1)):
-        assert run(make_study(folder.parent, count, text), folder) == 0
-    (both / "compare.nc").write_bytes((one / "compare.nc").read_bytes())
+    """The comparison is replaced by one of the first record."""
+    both = tmp_path / "run"
+    assert run(make_study(tmp_path, 2, BENT.replace("[figures]", RIVAL)), both) == 0
+    structure = "".join(BENT.partition("[[structure]]")[1:])
+    (tmp_path / "bent.toml").write_text(structure + RIVAL.removesuffix("[figures]"))
+    records, first = str(tmp_path / "records.nc"), str(tmp_path / "motions" / "motion-0.csv")
+    assert main(["ingest", first, "--units", "g", "--time-step", "0.01", "--output", records]) == 0
+    words = ["--structures", str(tmp_path / "bent.toml"), "--output", str(both / "compare.nc")]
+    assert main(["compare", records, *words]) == 0
     manifest = json.loads((both / MANIFEST).read_text())
     manifest["outputs"]["compare.nc"] = sha256_of(both / "compare.nc")
     (both / MANIFEST).write_bytes(sealed(manifest))
