@@ -41,7 +41,7 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def options(verb: str, records: Path) -> list[object]:
     """Return options for a quick run; five structures would take longer and run the same code."""
-    few = ["--structures", structures(records.parent), "--margins", "first"]
+    few = ["--structures", structures(records.parent), "--margins", "first", "--members", "16"]
     return few if verb == "respond" else ["--surrogates", "19"]
 
 
@@ -91,22 +91,23 @@ def test_batches_together_are_the_whole(
 def test_a_merge_holds_few_matrices_at_a_time(
     records: Path, wholes: dict[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Here each is a group, and has several blocks: neither changes a value."""
-    held: list[int] = []
+    """Here groups are of a kilobyte, and matrices have several blocks: neither changes a value."""
+    held: list[list[int]] = []
 
     def counted(dataset: xr.Dataset, *where: Any, **origin: Any) -> None:
-        held.append(sum({"record", "structure"} <= {*one.dims} for one in dataset.values()))
+        matrices = (one for one in dataset.values() if {"record", "structure"} <= {*one.dims})
+        held.append([one.nbytes for one in matrices])
         writing.put(dataset, *where, **origin)
 
-    monkeypatch.setattr(merging, "_GROUP", 1)
+    monkeypatch.setattr(merging, "_GROUP", 1000)
     monkeypatch.setattr(merging, "put", counted)
     monkeypatch.setattr(writing, "_ONE_BLOCK", 0)
     monkeypatch.setattr(writing, "CHUNK", 4)
-    _, parts = in_batches("respond", records, 2)
-    merged = records.with_name("in-groups.nc")
-    merge(parts, merged, "response")
-    assert len(held) > 20
-    assert set(held) == {1}
+    merged, _ = in_batches("respond", records, 2)
+    assert len(held) > 5
+    assert all(0 < sum(sizes) <= 1000 or len(sizes) == 1 for sizes in held)
+    # no group is written before the next matrix would not fit, since each reads all batches
+    assert all(sum(one) + other[0] > 1000 for one, other in zip(held, held[1:], strict=False))
     equal(merged, wholes["respond"])
     with netCDF4.Dataset(merged) as file:
         assert file["peak_u"].shape == (6, 2)
@@ -159,9 +160,10 @@ def test_what_no_batch_could_do_is_said(records: Path) -> None:
 
 def test_batches_of_other_options_are_refused(records: Path) -> None:
     parts = [records.with_name(f"odd-{k}.nc") for k in (1, 2)]
-    assert run("pulse", records, "--batch", "1/2", "--output", parts[0]) == 0
+    few = ("--surrogates", 0, "--output")
+    assert run("pulse", records, "--batch", "1/2", *few, parts[0]) == 0
     words = ("--periods", "0.3", "4", "--batch", "2/2")
-    assert run("pulse", records, *words, "--output", parts[1]) == 0
+    assert run("pulse", records, *words, *few, parts[1]) == 0
     with pytest.raises(InputError, match="not the parameters of"):
         merge(parts, records.with_name("odd.nc"), "pulses")
 

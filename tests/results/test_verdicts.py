@@ -62,7 +62,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
             for name, h, w, m in STRUCTURES
         )
     )
-    record = Path(__file__).parents[2] / "records" / "ridgecrest2019" / "Ridgecrest2019-CCC.V1"
+    whole = Path(__file__).parents[2] / "records" / "ridgecrest2019" / "Ridgecrest2019-CCC.V1"
+    channels = whole.read_bytes().split(b"Uncorrected Accelerogram Data")
+    record = home / f"{RECORD}.V1"  # only its channel at 360 degrees
+    alone = channels[2].replace(b"(3 Chns of  3 at Sta)", b"(1 Chns of  3 at Sta)")
+    record.write_bytes(b"Uncorrected Accelerogram Data" + alone)
     words = ("--records", record, "--structures", structures)
     assert run("table1", *words, "--output", home / "run") == 0
     assert run("report", home / "run") == 0
@@ -151,7 +155,7 @@ def test_the_explorer_calls_a_verdict_without_an_ensemble_nominal(folder: Path) 
     ground = GroundAcceleration.from_samples(record.acceleration, record.time_step)
     stated = {"section": "rectangular", "scale": "1", "vertical": "0", "pulse": "0"}
     stated |= {"from": "0", "to": "99"}
-    for name, height, width, mass_ratio in STRUCTURES:
+    for name, height, width, mass_ratio in STRUCTURES[::2]:  # may overturn, overturns, no uplift
         values = {"height": height, "width": width, "mass_ratio": mass_ratio}
         asked = {key: str(value) for key, value in values.items()}
         settings = read_settings({"record": RECORD, "restitution_factor": "1", **stated, **asked})
