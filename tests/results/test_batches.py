@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -107,7 +108,7 @@ def test_a_merge_holds_few_matrices_at_a_time(
     assert len(held) > 5
     assert all(0 < sum(sizes) <= 1000 or len(sizes) == 1 for sizes in held)
     # no group is written before the next matrix would not fit, since each reads all batches
-    assert all(sum(one) + other[0] > 1000 for one, other in zip(held, held[1:], strict=False))
+    assert all(sum(one) + other[0] > 1000 for one, other in pairwise(held))
     equal(merged, wholes["respond"])
     with netCDF4.Dataset(merged) as file:
         assert file["peak_u"].shape == (6, 2)

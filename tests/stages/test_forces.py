@@ -43,7 +43,7 @@ from rockframe.results.tables.forces import (
     kilonewtons,
 )
 from rockframe.rocking import joint_forces, with_forces
-from rockframe.study.structures import StructureEntry, bundled_records
+from rockframe.study.structures import StructureEntry
 from rockframe.units import GRAVITY
 
 STRUCTURES = """
@@ -221,19 +221,19 @@ def test_figures_need_forces_and_are_drawn_for_each_record(
     assert {file.stem for file in (tmp_path / "drawn" / "forces").glob("*.png")} == names
 
 
-def test_a_run_draws_forces_and_its_report_lists_them(tmp_path: Path) -> None:
+def test_a_run_draws_forces_and_its_report_lists_them(motion: Path, tmp_path: Path) -> None:
     study = tmp_path / "study.toml"
     (tmp_path / "structures.toml").write_text(STRUCTURES, encoding="utf-8")
-    record = bundled_records() / "Ridgecrest2019-TOW2.V1"
     study.write_text(
-        f'name = "forces"\nstructures = "structures.toml"\n[records]\npaths = ["{record}"]\n'
-        '[pulse]\nsurrogates = 0\n[respond]\nforces = true\nmargins = "none"\n',
+        f'name = "forces"\nstructures = "structures.toml"\n[records]\npaths = ["{motion}"]\n'
+        'units = "g"\ntime_step_s = 0.01\n[pulse]\nsurrogates = 0\n'
+        '[respond]\nforces = true\nmargins = "none"\nensemble = { members = 16 }\n',
         encoding="utf-8",
     )
     assert run("run", study, "--output", tmp_path / "run") == 0
-    assert (tmp_path / "run" / "figures" / "forces" / "Ridgecrest2019-TOW2-090.png").is_file()
+    assert (tmp_path / "run" / "figures" / "forces" / "motion.png").is_file()
     content = read_run(tmp_path / "run")
-    pair = ("Ridgecrest2019-TOW2-090", "bent")
+    pair = ("motion", "bent")
     facts, _ = payload(content, read_histories(tmp_path / "run", [pair]))
     [shown] = facts["pairs"]
     rows = content.forces[pair]

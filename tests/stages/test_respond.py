@@ -72,7 +72,13 @@ def test_what_was_written_has_the_rows_of_the_file(records_file: Path, tmp_path:
     part = Batch(2, 3)  # two of the six records
     wanted = PulseOptions(surrogates=0, runners_up=1)
     pulse_stage(records_file, matched, wanted, batch=part, written=written.append)
-    respond_stage(records_file, response, pulses_path=matched, batch=part, written=written.append)
+    options = PLAIN.replaced(margins="robust", structure="bridge-bent")
+    respond_stage(
+        *(records_file, response, options),
+        pulses_path=matched,
+        batch=part,
+        written=written.append,
+    )
     assert len(found := pulse_rows(written[0])) > 2
     assert str(found) == str(pulse_rows(matched))
     rows = list(response_rows(written[1]))
@@ -121,13 +127,17 @@ def test_commands_print_rows_without_opening_what_they_wrote(
 
 
 def test_engines_write_the_same_bytes(
-    records_file: Path, all_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    records_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A worker computes the second of two batches."""
-    monkeypatch.setattr("rockframe.stages.respond._NODES", 10_000)
-    path = tmp_path / "response.nc"
-    assert respond_stage(records_file, path, PLAIN, engine=ProcessPool(2, patience=1e-9)) == ()
-    assert path.read_bytes() == all_file.read_bytes()
+    """A worker computes the second of two batches, with histories, ensembles and robust margins."""
+    monkeypatch.setattr("rockframe.stages.respond._NODES", 2000)
+    options = PLAIN.replaced(structure="bridge-bent", margins="robust")
+    files = set()
+    for engine in (OneProcess(), ProcessPool(2, patience=1e-9)):
+        path = tmp_path / "response.nc"
+        assert respond_stage(records_file, path, options, engine=engine) == ()
+        files.add(path.read_bytes())
+    assert len(files) == 1
 
 
 def equal_but_for_histories(one: Path, other: Path) -> bool:

@@ -13,7 +13,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from rockframe.cli.main import main
-from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble, RespondOptions
@@ -146,15 +145,9 @@ def test_the_command_says_it(
 
 def test_batches_are_merged(records_file: Path, response_file: Path, tmp_path: Path) -> None:
     parts = [tmp_path / f"part-{k}.nc" for k in (1, 2)]
-    engines = (ProcessPool(2, patience=0.0), OneProcess())
-    for k, (part, engine) in enumerate(zip(parts, engines, strict=True), start=1):
-        respond_stage(
-            records_file,
-            part,
-            options=RespondOptions(structure="bridge-bent"),
-            batch=Batch(k, 2),
-            engine=engine,
-        )
+    options = RespondOptions(structure="bridge-bent")
+    for k, part in enumerate(parts, start=1):
+        respond_stage(records_file, part, options, batch=Batch(k, 2))
     merge_stage(parts, tmp_path / "whole.nc")
     with open_response(tmp_path / "whole.nc") as merged, open_response(response_file) as whole:
         assert merged.dataset.load().equals(whole.dataset.load())
@@ -170,8 +163,7 @@ def test_table1_without_margins(tmp_path: Path) -> None:
         "0.01",
         "--output",
         str(tmp_path / "run"),
-        "--surrogates",
-        "0",
+        *("--surrogates", "0", "--structure", "bridge-bent", "--ensemble-members", "16"),
     ]
     assert main(["table1", "--records", str(record), "--margins", "none", *words]) == 0
     with (tmp_path / "run" / "table.csv").open(newline="") as stream:
