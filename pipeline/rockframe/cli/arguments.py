@@ -112,7 +112,7 @@ def write_tables(
     options: argparse.Namespace, tables: Mapping[str, Sequence[Mapping[str, Any]]], main: str
 ) -> list[str]:
     """Write the tables of ``--format`` beside the output, with its options; return their names."""
-    from rockframe.results.attributes import kind_of
+    from rockframe.results.stored import kind_of
     from rockframe.results.tables import entries
 
     if not options.format:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 
 from rockframe.errors import InputError
 from rockframe.interruption import check
-from rockframe.record import Orientation
 from rockframe.results.reading import opened
 from rockframe.results.writing import growing, named, put, slices
 
@@ -278,56 +276,3 @@ def _relative_difference(one: NDArray[Any], other: NDArray[Any] | None, largest:
         return 0.0
     gap = float(np.abs(one[unequal] - other[unequal]).max())
     return gap / largest if math.isfinite(gap) and largest > 0.0 else math.inf
-
-
-@dataclass(frozen=True)
-class Described:
-    """The records, inputs and structures of a file of a stage.
-
-    Parameters
-    ----------
-    records : tuple of str
-        Identifiers of the records.
-    inputs : mapping of str to str
-        Name and SHA-256 of each input of the file.
-    structures : int
-        Number of structures.
-    left_out : tuple of str
-        Identifiers of the records that the stage rejected.
-    only : str
-        The one record that the options ask for; empty if they ask for all.
-    horizontal : tuple of str
-        Identifiers of the records that are not vertical, if the file states orientations.
-    """
-
-    records: tuple[str, ...]
-    inputs: Mapping[str, str]
-    structures: int = 0
-    left_out: tuple[str, ...] = ()
-    only: str = ""
-    horizontal: tuple[str, ...] = ()
-
-
-def describe(path: Path, kind: str) -> Described:
-    """Read every value of a file, and return its records, inputs and structures.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, of another kind, or corrupted: each block has a checksum.
-    """
-    with opened(path, kind, empty=True) as dataset:
-        for one in dataset.variables.values():  # all samples together may not fit in memory
-            one.copy(deep=False).to_numpy()  # a dataset caches values that were read
-        names = dataset["record_id"].values.tolist() if "record_id" in dataset else []
-        directions = dataset["orientation"].values.tolist() if "orientation" in dataset else []
-        return Described(
-            tuple(names),
-            json.loads(dataset.attrs["input_sha256"]),
-            dataset.sizes.get("structure", 0),
-            tuple(json.loads(dataset.attrs["left_out"])),
-            str(json.loads(dataset.attrs["parameters"]).get("record") or ""),
-            tuple(
-                n for n, to in zip(names, directions, strict=False) if not Orientation(to).upright
-            ),
-        )

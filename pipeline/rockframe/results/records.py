@@ -24,9 +24,10 @@ from rockframe.components import (
 from rockframe.components import rotd as rotd_of
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.record import Orientation, Part, Record
-from rockframe.results.reading import damage_named, opened
+from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS
 from rockframe.results.schema.records import RECORDS_NC
+from rockframe.results.stored import damage_named
 from rockframe.results.writing import Growing, Row, slices, write_rows
 from rockframe.signals.corner import UNCHANGED, Corner, CornerSource
 from rockframe.signals.measures import housner_intensity, spectral_acceleration

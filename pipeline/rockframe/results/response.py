@@ -16,7 +16,7 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import QUANTILES
 from rockframe.oscillators.comparison import Compared
-from rockframe.results.reading import damage_named, opened, positions
+from rockframe.results.reading import opened, positions
 from rockframe.results.schema import RESPONSE
 from rockframe.results.schema.response import (
     ABUTMENT,
@@ -30,6 +30,7 @@ from rockframe.results.schema.response import (
     FateUnderPulse,
     Overturning,
 )
+from rockframe.results.stored import damage_named
 from rockframe.results.tables.forces import kilonewtons
 from rockframe.results.tables.rows import (
     OF_BANDS,

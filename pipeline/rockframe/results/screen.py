@@ -25,9 +25,9 @@ from rockframe.provenance import key_of, whole_file
 from rockframe.results.reading import opened, positions
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import SCREEN_NC
+from rockframe.results.stored import CHUNK
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import (
-    CHUNK,
     as_os_error,
     create_variable,
     growing,

@@ -20,15 +20,12 @@ from rockframe.errors import InputError
 from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
 from rockframe.results.schema import KINDS
 from rockframe.results.schema.declare import FileKind
+from rockframe.results.stored import CHUNK, WITHOUT_RECORDS
 from rockframe.units import GRAVITY
 
 #: The series of a record and its other values, both by variable.
 Row = tuple[Mapping[str, NDArray[np.float64]], Mapping[str, Any]]
 
-#: Title of the file of a batch without accepted records, which has no variables.
-WITHOUT_RECORDS: Final = "Batch without records"
-#: Number of samples in one compressed block.
-CHUNK: Final = 16384
 #: Largest size of values of records that are one compressed block [bytes]; more are in several.
 _ONE_BLOCK: Final = 2**20
 #: Encoding of each variable, with checksums that detect a flipped bit.

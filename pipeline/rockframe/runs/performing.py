@@ -365,7 +365,8 @@ def _recomputed(
     stage: Stage, step: Step, folder: Path, elsewhere: Path, sample: int
 ) -> tuple[str, list[str]]:
     """Recompute a step; of a stage that computes batches, only a batch of the records."""
-    from rockframe.results.merging import describe, differences
+    from rockframe.results.merging import differences
+    from rockframe.results.stored import describe
 
     whole, kind, batch = folder / stage.file, stage.kind, (1, 1)
     if stage.batches:

@@ -546,8 +546,8 @@ def changed_inputs(inputs: Iterable[Input]) -> list[tuple[str, str]]:
 
 def _read_by_ingest(folder: Path) -> dict[str, str]:
     """Return the name and SHA-256 of each file that ingest read, from records.nc."""
-    from rockframe.results.attributes import attributes_of
     from rockframe.results.schema import RECORDS
+    from rockframe.results.stored import attributes_of
 
     records = folder / "records.nc"
     if not records.is_file():

@@ -32,10 +32,10 @@ from rockframe.provenance import (
     sealed,
     sha256_of,
 )
-from rockframe.results.attributes import kind_of
 from rockframe.results.pulses import best_pulses
 from rockframe.results.records import open_records
 from rockframe.results.response import open_response
+from rockframe.results.stored import kind_of
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.forces import force_rows
 from rockframe.results.tables.rows import Row, stated_pulse

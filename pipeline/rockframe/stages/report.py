@@ -24,8 +24,8 @@ from rockframe.provenance import (
     versions,
     whole_file,
 )
-from rockframe.results.merging import Described, describe
 from rockframe.results.schema import KINDS, SCREEN
+from rockframe.results.stored import Described, describe
 from rockframe.results.tables.entries import rows_of
 
 #: Files of a run with datasets, in the order of the stages.

@@ -13,10 +13,10 @@ from rockframe.options.ingest import FetchOptions
 from rockframe.outcome import InputOutcome
 from rockframe.paper.pulses import with_paper_facts
 from rockframe.provenance import refuse_obstacles, refuse_overwriting
-from rockframe.results.attributes import kind_of
 from rockframe.results.merging import merge
 from rockframe.results.pulses import recordings_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
+from rockframe.results.stored import kind_of
 from rockframe.results.tables.entries import (
     beside,
     format_of,

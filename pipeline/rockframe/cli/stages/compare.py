@@ -119,7 +119,7 @@ def run_compare(options: argparse.Namespace) -> int:
 def _show_comparison(
     rows: Sequence[Row], designs: Sequence[Row], best: Sequence[Row], output: Path
 ) -> None:
-    from rockframe.results.attributes import attributes_of
+    from rockframe.results.stored import attributes_of
     from rockframe.results.tables.designs import BEST, COMPARISON, DESIGN_LEGEND, design_columns
 
     if len(rows) <= MOST_RESPONSES:

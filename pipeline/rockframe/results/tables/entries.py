@@ -15,7 +15,7 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.options import STAGES
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import versions, whole_file
-from rockframe.results.attributes import attributes_of
+from rockframe.results.stored import attributes_of
 
 if TYPE_CHECKING:
     from rockframe.signals.passport import Passport

@@ -1,0 +1,494 @@
+"""Files of stages as they are stored, checked against the declaration of their kind.
+
+Nothing here imports xarray, which takes long: `rockframe.results.reading` returns datasets.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
+from enum import IntFlag
+from functools import cached_property, reduce
+from operator import or_
+from pathlib import Path
+from typing import Any, Final
+
+import netCDF4
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.record import Orientation, is_record_id
+from rockframe.results.schema import KINDS, FileKind, Variable
+from rockframe.units import conversion_factor
+
+#: Title of the file of a batch without accepted records, which has no variables.
+WITHOUT_RECORDS: Final = "Batch without records"
+#: Number of samples in one compressed block.
+CHUNK: Final = 16384
+#: Errors from opening a corrupted file; netCDF4 reports an unreadable attribute as missing.
+UNREADABLE: Final = (OSError, ValueError, AttributeError, RuntimeError)
+#: First bytes of netCDF files; for other files the library raises several kinds of errors.
+_MAGIC: Final = (b"\x89HDF", b"CDF")
+#: Attributes of packed variables, whose stored numbers differ from their values.
+_PACKED: Final = ("scale_factor", "add_offset", "missing_value", "_Unsigned")
+#: Kinds of NumPy types that are allowed for each declared type.
+_TYPES: Final = {"text": "SO", "flags": "iu", "integers": "iu", "numbers": "fiu"}
+#: Largest compression ratio that netCDF can reach.
+_MOST_COMPRESSED: Final = 1032
+#: Number of values that are checked at once.
+_BLOCK: Final = 2**20
+#: Global attributes that contain JSON, and the required type.
+_JSON: Final = {"input_sha256": dict, "parameters": dict, "left_out": dict, "filtered": list}
+#: Global attributes that every file of this package has.
+_NEEDED: Final = ("input_sha256", "parameters", "left_out", "source_code_hash")
+
+
+def require_file(path: Path, wanted: str) -> None:
+    """Raise an error if there is no such file."""
+    if not path.is_file():
+        what = "a folder" if path.is_dir() else "no such file"
+        raise InputError(path, f"{what}. Must be {wanted}.")
+
+
+def require_netcdf(path: Path, instead: str) -> None:
+    """Raise an error, with what to do instead, if a file is not a netCDF file."""
+    with path.open("rb") as stream:
+        if not stream.read(4).startswith(_MAGIC):
+            raise InputError(path, f"is not a netCDF file. {instead}")
+
+
+def kind_of(path: Path) -> str:
+    """Return the kind that a file states in its attributes.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, corrupted, or of an unknown kind.
+    """
+    require_file(path, "the output of a stage")
+    try:
+        require_netcdf(path, "Must be the output of a stage, such as `rockframe ingest`.")
+        with netCDF4.Dataset(path) as file:
+            kind = str(getattr(file, "rockframe_kind", "unknown"))
+    except UNREADABLE as error:
+        raise InputError(path, f"cannot be read as netCDF ({error}).") from error
+    if kind not in KINDS:
+        raise InputError(path, f"is of kind {kind!r}. Must be one of: {', '.join(KINDS)}.")
+    return kind
+
+
+def attributes_of(path: Path, kind: str) -> Mapping[str, Any]:
+    """Return the global attributes of a file, without reading or checking its variables.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        One of `KINDS`.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or corrupted, or if another stage wrote it.
+    """
+    require_file(path, f"a {kind} file")
+    try:
+        require_netcdf(path, "Must be the output of a stage.")
+        with netCDF4.Dataset(path) as file:
+            attrs = {name: file.getncattr(name) for name in file.ncattrs()}
+    except UNREADABLE as error:
+        raise not_of(path, kind, f"cannot be read as netCDF ({error}).") from error
+    require_attributes(path, kind, attrs)
+    return attrs
+
+
+def not_of(path: Path, kind: str, what: str) -> InputError:
+    """Return the error of a file that is not a whole file of a kind."""
+    return InputError(path, f"{what} Must be the output of `rockframe {KINDS[kind].stage}`.")
+
+
+def require_attributes(path: Path, kind: str, attrs: Mapping[str, Any]) -> None:
+    """Raise an error if the global attributes are not those of a file of a kind."""
+    found = str(attrs.get("rockframe_kind", "unknown"))
+    if found != kind:
+        raise not_of(path, kind, f"is a netCDF file of kind {found!r}.")
+    for name in (*_NEEDED, *_JSON):
+        if name not in attrs and name not in _NEEDED:
+            continue
+        try:
+            value = json.loads(attrs[name]) if name in _JSON else attrs[name]
+        except (KeyError, TypeError, ValueError, RecursionError):
+            value = None
+        if not isinstance(value, _JSON.get(name, str)):
+            raise not_of(path, kind, f"without a global attribute {name!r} that can be read.")
+
+
+@contextmanager
+def _alone(path: Path) -> Iterator[tuple[netCDF4.Dataset, Any]]:
+    with netCDF4.Dataset(path) as file:
+        yield file, nullcontext()
+
+
+@contextmanager
+def opened_file(
+    path: Path,
+    kind: str,
+    *,
+    empty: bool = False,
+    held: Callable[[Path], AbstractContextManager[tuple[netCDF4.Dataset, Any]]] = _alone,
+) -> Iterator[tuple[Mapping[str, Any], list[Stored]]]:
+    """Open a file of one kind, and close it at the end of the block.
+
+    Yields its global attributes, and the variables that are declared for the kind. Values that have
+    to be checked are, and were read unless they are many.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        One of `KINDS`.
+    empty : bool
+        Accept the file of a batch without accepted records too, which has no variables.
+    held : callable
+        Opens the file, and yields it with a lock that is held while a variable is read.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or corrupted, if another stage wrote it, or if its content does not
+        match the declaration of the kind.
+    """
+    require_file(path, f"a {kind} file")
+    # By default netCDF would cache 64 MB of samples per variable, although they are read once.
+    netCDF4.set_chunk_cache(4 * 8 * CHUNK)
+    must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
+    with ExitStack() as stack:
+        try:
+            require_netcdf(path, f"Run `rockframe {KINDS[kind].stage}` first and state its output.")
+            file, lock = stack.enter_context(held(path))
+            attrs = {name: file.getncattr(name) for name in file.ncattrs()}
+            stored = _stored(path, KINDS[kind], file, attrs, lock)
+        except UNREADABLE as error:
+            raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
+        with damage_named(path, kind):
+            if not (stored or empty):
+                raise InputError(
+                    path,
+                    "contains no record, because all records of its batch were rejected. Merge it "
+                    "with the other batches.",
+                )
+            _require_valid(path, stored)
+            yield attrs, stored
+
+
+@contextmanager
+def damage_named(path: Path, kind: str) -> Iterator[None]:
+    """Name the file in errors that netCDF raises within the block.
+
+    Raises
+    ------
+    InputError
+        If netCDF finds the file corrupted.
+    """
+    try:
+        yield
+    except (OSError, RuntimeError, UnicodeDecodeError) as error:
+        must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
+        raise InputError(path, f"is corrupted ({error}). {must_be}") from error
+
+
+class Stored:
+    """A declared variable of an open file.
+
+    Its values are text as text, numbers in the declared unit, and NaN where nothing was written.
+    """
+
+    def __init__(self, declared: Variable, found: netCDF4.Variable[Any], lock: Any) -> None:
+        found.set_auto_maskandscale(False)
+        found.set_auto_chartostring(False)
+        self.declared, self._found, self._lock = declared, found, lock
+        self.stored_attrs = {name: found.getncattr(name) for name in found.ncattrs()}
+        self.stored_type = np.dtype(object if found.dtype is str else found.dtype)
+        self._whole = found.shape
+        self._characters = self.stored_type.kind == "S"
+        self.shape = self._whole[:-1] if self._characters else self._whole
+        self.dims = found.dimensions[:-1] if self._characters else found.dimensions
+
+    @cached_property
+    def dtype(self) -> np.dtype[Any]:
+        """Type of the values that are read."""
+        if self.declared.holds == "text":
+            return np.dtype(object)
+        return np.dtype(float) if self._factor != 1.0 else self.stored_type.newbyteorder("=")
+
+    @cached_property
+    def units(self) -> str:
+        """The allowed unit in which the values are read: the stated one if it is allowed."""
+        also = self.declared.also_units.split(" or ")
+        return self._stated if self._stated and self._stated in also else self.declared.units
+
+    @property
+    def _stated(self) -> str:
+        return str(self.stored_attrs.get("units", "1" if self.declared.units == "1" else ""))
+
+    @cached_property
+    def _factor(self) -> float:
+        """Size of the stated unit in the unit of the values; NaN if they cannot be converted."""
+        same = self._stated == self.units
+        factor = 1.0 if same else conversion_factor(self._stated, self.units)
+        return math.nan if factor is None else factor
+
+    @cached_property
+    def attrs(self) -> dict[str, Any]:
+        """The declared attributes, except the names of coordinates, which the dataset has."""
+        declared = self.declared.described(self.units)
+        return {name: value for name, value in declared.items() if name != "coordinates"}
+
+    @property
+    def bytes(self) -> int:
+        """Number of bytes that the variable may need, with a chunk that is read for one value."""
+        chunk = self._found.chunking()
+        of_chunk = math.prod(chunk) if isinstance(chunk, list) else 0
+        return max(math.prod(self._whole), of_chunk) * int(self.stored_type.itemsize)
+
+    def require_declared(self, path: Path, kind: FileKind) -> None:
+        """Reject the file if the variable differs from its declaration."""
+        one, what = self.declared, f"variable {self.declared.name!r}"
+        if self.stored_type.kind not in _TYPES[one.holds]:
+            raise not_of(path, kind.name, f"{what} holds {self.stored_type}, not {one.holds}.")
+        if self.dims != one.dims:
+            along, must = (f"({', '.join(names)})" for names in (self.dims, one.dims))
+            raise InputError(path, f"{what} on {along}. Must be on {must}.")
+        packed = next((name for name in _PACKED if name in self.stored_attrs), "")
+        if packed:
+            raise InputError(path, f"{what} with {packed}. Must hold plain values.")
+        if self._factor != 1.0 and (math.isnan(self._factor) or one.holds != "numbers"):
+            raise InputError(path, f"{what} in {self._stated!r}. Must be in {self.units!r}.")
+        meanings = str(self.stored_attrs.get("flag_meanings", ""))
+        former = meanings != "" and meanings == one.former_meanings
+        for name in () if former else ("flag_values", "flag_masks", "flag_meanings"):
+            stated, must_be = self.stored_attrs.get(name, ()), self.attrs.get(name, ())
+            if name in self.stored_attrs and not np.array_equal(stated, must_be):
+                raise InputError(path, f"{what} with {name} {stated}. Must be {must_be}.")
+
+    @property
+    def is_checked(self) -> bool:
+        """True if the values are checked before use; series are checked as they are read."""
+        one = self.declared
+        of_any_value = one.holds == "numbers" and not (one.valid or one.key or one.refers_to)
+        return "obs" not in one.dims and not of_any_value
+
+    @property
+    def is_read(self) -> bool:
+        """True if the values were read to be checked, and are kept."""
+        return self.is_checked and math.prod(self.shape) <= _BLOCK
+
+    @cached_property
+    def values(self) -> NDArray[Any]:
+        """All values."""
+        return self.read((slice(None),) * len(self.shape))
+
+    def read(self, key: tuple[Any, ...]) -> NDArray[Any]:
+        """Read the values at an index of each dimension."""
+        with self._lock:
+            read = self._found[(*key, slice(None)) if self._characters else key]
+        if self.declared.holds == "text":
+            return _joined(read) if self._characters else np.asarray(read, dtype=object)
+        values = np.array(read, dtype=self.stored_type.newbyteorder("="), copy=None)
+        if values.dtype.kind == "f":  # values that were not written are netCDF's own fill value
+            default = netCDF4.default_fillvals[self.stored_type.str[1:]]
+            fill = self.stored_attrs.get("_FillValue", default)
+            if not np.isnan(fill):
+                values = np.where(values == fill, values.dtype.type(math.nan), values)
+        return values if self._factor == 1.0 else values * self._factor
+
+    def blocks(self) -> Iterator[NDArray[Any]]:
+        """Yield all values, in blocks along the first dimension if they are many."""
+        if self.is_read or not self.shape:
+            yield self.values
+            return
+        rows = max(1, _BLOCK * self.shape[0] // max(1, math.prod(self.shape)))
+        rest = (slice(None),) * (len(self.shape) - 1)
+        for k in range(0, self.shape[0], rows):
+            yield self.read((slice(k, k + rows), *rest))
+
+
+def _joined(characters: NDArray[np.bytes_]) -> NDArray[np.object_]:
+    """Return the texts whose characters are along the last dimension."""
+    *shape, length = characters.shape
+    joined = np.ascontiguousarray(characters).view(f"S{length}") if length else characters
+    texts = [one.decode() for one in joined.ravel()] if length else [""] * math.prod(shape)
+    return np.array(texts, dtype=object).reshape(shape)
+
+
+def _stored(
+    path: Path, kind: FileKind, file: netCDF4.Dataset, attrs: Mapping[str, Any], lock: Any
+) -> list[Stored]:
+    """Return the variables of an open file, checked against its kind before memory is allocated."""
+    require_attributes(path, kind.name, attrs)
+    found = file.variables
+    if attrs.get("title") == WITHOUT_RECORDS and not found:
+        return []
+    groups = {one.group for one in kind.variables if one.group and one.name in found}
+    stored = []
+    for one in kind.variables:
+        if one.name in found:
+            stored.append(Stored(one, found[one.name], lock))
+            stored[-1].require_declared(path, kind)
+        elif not one.group or one.group in groups:
+            raise _without(path, kind, one, found)
+    claimed, present = sum(one.bytes for one in stored), path.stat().st_size
+    if claimed > _MOST_COMPRESSED * present:
+        raise not_of(path, kind.name, f"states {claimed:.3g} bytes of values, but has {present}.")
+    return stored
+
+
+def _without(path: Path, kind: FileKind, one: Variable, found: Container[str]) -> InputError:
+    in_group = [v.name for v in kind.variables if v.group == one.group and v.name in found]
+    beside = f", but with {in_group[0]!r}" if one.group else ""
+    must_be = f"Use a file that this version of `rockframe {kind.stage}` wrote."
+    return InputError(path, f"without variable {one.name!r}{beside}. {must_be}")
+
+
+def _sizes(stored: Sequence[Stored]) -> dict[str, int]:
+    """Return the size of each dimension."""
+    return {name: size for one in stored for name, size in zip(one.dims, one.shape, strict=True)}
+
+
+def _require_valid(path: Path, stored: Sequence[Stored]) -> None:
+    """Reject values outside their declared range."""
+    sizes = _sizes(stored)
+    of = {one.declared.name: one for one in stored}
+    for one in stored:
+        if one.is_checked:
+            _require_allowed(path, one, of, sizes)
+
+
+def _require_allowed(
+    path: Path, stored: Stored, of: Mapping[str, Stored], sizes: Mapping[str, int]
+) -> None:
+    one = stored.declared
+    for values in stored.blocks():
+        wrong = ~_allowed(one, values, of, sizes)
+        if wrong.any():
+            value = values[wrong].item(0)
+            raise InputError(path, f"{one.name} {value!r}. Must be {_required(one)}.")
+    if one.key:
+        names, counts = np.unique(stored.values.astype(str), return_counts=True)
+        if (counts > 1).any():
+            twice = str(names[counts > 1][0])
+            raise InputError(path, f"{one.name} {twice!r} occurs twice. Must be unique.")
+    if "sample_dimension" in one.attrs:
+        stated, present = sum(stored.values.tolist()), sizes["obs"]
+        if stated != present:
+            raise InputError(
+                path, f"{stated} samples in {one.name}, {present} along obs. Must be equal."
+            )
+
+
+def _allowed(
+    one: Variable, values: NDArray[Any], of: Mapping[str, Stored], sizes: Mapping[str, int]
+) -> NDArray[np.bool_]:
+    """Return a mask that is True where a value is allowed."""
+    if one.holds == "flags":
+        if issubclass(one.dtype, IntFlag):
+            return np.asarray(values & ~reduce(or_, (bit.value for bit in one.dtype)) == 0)
+        return np.asarray(np.isin(values, [member.value for member in one.dtype]))
+    if one.holds == "integers":
+        end = sizes[one.refers_to] if one.refers_to else np.inf
+        return np.asarray(((values >= 0) | (one.valid == "any")) & (values < end))
+    if one.holds == "numbers":
+        allowed = np.isfinite(values) & ((values > 0.0) | (one.valid != "positive"))
+    else:
+        texts = [_is_text(one, value) for value in values.ravel()]
+        allowed = np.array(texts, dtype=bool).reshape(values.shape)
+    if one.refers_to:
+        allowed &= np.isin(values, of[one.refers_to].values)
+    return np.asarray(allowed)
+
+
+def _is_text(one: Variable, value: Any) -> bool:
+    if not isinstance(value, str) or (one.choices and value not in one.choices):
+        return False
+    return not one.key or is_record_id(value)
+
+
+def _required(one: Variable) -> str:
+    """Return a description of the values that a variable may have."""
+    if one.refers_to:
+        return f"one of those of {one.refers_to}"
+    if one.choices:
+        return f"one of: {', '.join(map(repr, one.choices))}"
+    if one.holds == "flags":
+        return f"one of: {', '.join(f'{m.value} {m.name}'.lower() for m in one.dtype)}"
+    if one.holds == "text":
+        return "1 to 64 letters, digits, points, hyphens or underscores" if one.key else "text"
+    return (
+        "positive"
+        if one.valid == "positive"
+        else "0 or more"
+        if one.holds == "integers"
+        else "finite"
+    )
+
+
+@dataclass(frozen=True)
+class Described:
+    """The records, inputs and structures of a file of a stage.
+
+    Parameters
+    ----------
+    records : tuple of str
+        Identifiers of the records.
+    inputs : mapping of str to str
+        Name and SHA-256 of each input of the file.
+    structures : int
+        Number of structures.
+    left_out : tuple of str
+        Identifiers of the records that the stage rejected.
+    only : str
+        The one record that the options ask for; empty if they ask for all.
+    horizontal : tuple of str
+        Identifiers of the records that are not vertical, if the file states orientations.
+    """
+
+    records: tuple[str, ...]
+    inputs: Mapping[str, str]
+    structures: int = 0
+    left_out: tuple[str, ...] = ()
+    only: str = ""
+    horizontal: tuple[str, ...] = ()
+
+
+def describe(path: Path, kind: str) -> Described:
+    """Read every value of a file, and return its records, inputs and structures.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, of another kind, or corrupted: each block has a checksum.
+    """
+    with opened_file(path, kind, empty=True) as (attrs, stored):
+        for one in stored:  # all samples together may not fit in memory
+            for _ in one.blocks():
+                pass
+        sizes = _sizes(stored)
+        texts = {one.declared.name: one for one in stored}
+        names = texts["record_id"].values.tolist() if "record_id" in texts else []
+        directions = texts["orientation"].values.tolist() if "orientation" in texts else []
+        return Described(
+            tuple(names),
+            json.loads(attrs["input_sha256"]),
+            sizes.get("structure", 0),
+            tuple(json.loads(attrs["left_out"])),
+            str(json.loads(attrs["parameters"]).get("record") or ""),
+            tuple(
+                n for n, to in zip(names, directions, strict=False) if not Orientation(to).upright
+            ),
+        )
