@@ -61,14 +61,20 @@ def test_the_answer_is_that_of_respond(bundled: list[Motion]) -> None:
     np.testing.assert_allclose(time, record.time, rtol=1e-6)
 
 
+@pytest.fixture(scope="module")
+def strong(bundled: list[Motion]) -> Record:
+    """The strong 30 s of a record of 100 s, enough for margins and members."""
+    record = bundled[0].record
+    return replace(record, acceleration=record.acceleration[2400:5400])
+
+
 @pytest.mark.parametrize("scale", ["1", "1.3"])
 def test_members_are_shaken_by_the_versions_of_an_uncorrected_record(
-    bundled: list[Motion], scale: str
+    strong: Record, scale: str
 ) -> None:
-    raw = bundled[0].record
     band = BandPass(0.063, 40.0)
-    record = replace(raw, acceleration=correct(raw.acceleration, raw.time_step, band)[0])
-    uncertain = Uncertain(record, AsRead(raw.acceleration, band))
+    record = replace(strong, acceleration=correct(strong.acceleration, strong.time_step, band)[0])
+    uncertain = Uncertain(record, AsRead(strong.acceleration, band))
     motion = Motion(record, as_ground(record), uncertain=uncertain)
     found = margin({record.record_id: motion}, settings_of(record, scale=scale))
     frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
@@ -78,7 +84,7 @@ def test_members_are_shaken_by_the_versions_of_an_uncorrected_record(
     [[unvaried]] = ensemble_responses([ground], [frame])
     assert found["bands"] == varied.facts() != unvaried.facts()
     drawn = with_envelope(respond(frame, ground), ground, None, versions)
-    assert len(found["envelope"]["high"]) == -(-ground.at_nodes()[0].size // 5)
+    assert len(found["envelope"]["high"]) == -(-ground.at_nodes()[0].size // 2)
     highest = float(np.asarray(drawn.theta_high).max())
     assert max(found["envelope"]["high"]) == pytest.approx(highest, abs=1e-6)
 
@@ -87,16 +93,16 @@ def settings_of(record: Record, **other: str) -> Settings:
     return read_settings({"record": record.record_id, **BENT, **other})
 
 
-def test_the_margin_is_that_of_margins(bundled: list[Motion]) -> None:
+def test_the_margin_is_that_of_margins(bundled: list[Motion], strong: Record) -> None:
     column = RockingFrame(height=2.0, width=0.2)
     stated = {"height": "2", "width": "0.2", "mass_ratio": "0", "scale": "1"}
     held = {motion.record.record_id: motion for motion in bundled}
-    name = bundled[0].record.record_id
-    found = margin(held, read_settings({"record": name, **BENT, **stated}))
-    [[expected]] = margins([bundled[0].record], [column], ensemble=Ensemble())
+    held[strong.record_id] = Motion(strong, as_ground(strong))
+    found = margin(held, settings_of(strong, **stated))
+    [[expected]] = margins([strong], [column], ensemble=Ensemble())
     assert f"<title>{expected.strip.words}</title>" in found["strip"]
     assert found["strip"].count("strip-falls") == len(expected.strip.overturning)
-    [[share]] = ensemble_responses([bundled[0].record], [column])
+    [[share]] = ensemble_responses([strong], [column])
     assert found["bands"] == share.facts()
     assert expected.robust is not None
     assert found["words"].endswith(f"10 % overturn at {expected.robust.s10:.2f}")

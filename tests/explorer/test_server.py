@@ -231,13 +231,11 @@ def test_the_command_says_where_and_stops_with_one_line(motion: Path) -> None:
 
 
 @pytest.mark.usefixtures("explorer")
-def test_a_port_in_use_is_refused() -> None:
+def test_a_port_in_use_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])
-        words = [COMMAND, "explore", "--no-browser", "--port", port]
-        found = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert found.returncode == 2
-    assert found.stderr == (
+        assert main(["explore", "--no-browser", "--port", port]) == 2
+    assert capsys.readouterr().err == (
         f"rockframe: error: port {port} cannot be opened: {os.strerror(errno.EADDRINUSE)}. "
         "Choose another with --port.\n"
     )
