@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from matplotlib.image import imread
+from numpy.typing import NDArray
 from PIL import Image
 
 #: Largest root mean square difference of all pixels and colours, on a scale to 255.
@@ -39,10 +39,17 @@ def difference(known: Path, drawn: Path) -> float:
     if _DRAW:
         known.write_bytes(drawn.read_bytes())
         _DRAWN_BY.write_text(_HERE, encoding="utf-8")
-    wanted, found = (np.asarray(imread(path), dtype=np.float64) for path in (known, drawn))
+    wanted, found = pixels_of(known), pixels_of(drawn)
     if found.shape != wanted.shape:
         return float("inf")
-    return float(255.0 * np.sqrt(np.mean((found - wanted) ** 2)))
+    return float(np.sqrt(np.mean(np.square(found - wanted))))
+
+
+def pixels_of(path: Path) -> NDArray[np.int32]:
+    """Return the colours of all pixels, on a scale to 255."""
+    with Image.open(path) as picture:
+        colours = picture.convert("RGBA") if picture.mode == "P" else picture
+        return np.asarray(colours, dtype=np.int32)
 
 
 def for_page(drawn: Path, page: Path) -> Path:
