@@ -8,6 +8,7 @@ import re
 import shutil
 import signal
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -64,8 +65,8 @@ def files_need_not_survive_a_power_cut() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="module")
-def coarse_figures() -> Iterator[None]:
+@contextmanager
+def coarse() -> Iterator[None]:
     """Draw with few dots and without ticks, and do not arrange panels, for tests of files and
     texts of figures; `tests/figures` has tests of what figures show.
     """

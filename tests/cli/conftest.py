@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
+from tests.conftest import coarse
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _coarse(coarse_figures: None) -> None:
-    pass
+def coarse_figures() -> Iterator[None]:
+    """Draw the figures of all tests here coarsely."""
+    with coarse():
+        yield

@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.figures.captioned import Captioned, save, save_captioned, styled
+from rockframe.figures.captioned import Captioned, caption_path, save, save_captioned, styled
 from rockframe.figures.histories import draw_response_grid, draw_response_history
 from rockframe.figures.joints import draw_joints, draw_moment_rotation, draw_phase_portrait
 from rockframe.figures.parameters import draw_equivalent_size, draw_restitution
@@ -279,26 +279,33 @@ def test_the_legend_of_the_ground_covers_no_trace() -> None:
 
 # Files
 
-formats = pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+ENDINGS = ("png", "pdf", "svg")
+formats = pytest.mark.parametrize("ending", ENDINGS)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a subfolder for each format: a figure and its caption."""
+    folder = tmp_path_factory.mktemp("figures")
+    for ending in ENDINGS:
+        (folder / ending).mkdir()
+        save_captioned(draw_restitution(), folder / ending / f"one.{ending}")
+    return folder
 
 
 @formats
-def test_the_same_figure_has_the_same_bytes(tmp_path: Path, ending: str) -> None:
-    written = []
-    for name in ("one", "two"):
-        drawn = draw_restitution()
-        path = tmp_path / f"{name}.{ending}"
-        save_captioned(drawn, path)
-        written.append(path.read_bytes())
-    assert written[0] == written[1]
-    assert b"Matplotlib v" not in written[0]
+def test_the_same_figure_has_the_same_bytes(folder: Path, tmp_path: Path, ending: str) -> None:
+    written = (folder / ending / f"one.{ending}").read_bytes()
+    path = tmp_path / f"two.{ending}"
+    assert save_captioned(draw_restitution(), path) == caption_path(path)
+    assert path.read_bytes() == written
+    assert b"Matplotlib v" not in written
 
 
 @formats
-def test_the_caption_is_in_the_file_and_beside_it(tmp_path: Path, ending: str) -> None:
-    drawn = draw_restitution()
-    path = tmp_path / f"figure.{ending}"
-    beside = save_captioned(drawn, path)
+def test_the_caption_is_in_the_file_and_beside_it(folder: Path, ending: str) -> None:
+    drawn, path = draw_restitution(), folder / ending / f"one.{ending}"
+    beside = caption_path(path)
     assert beside.read_text(encoding="utf-8") == f"{drawn.title}. {drawn.caption}\n"
     assert drawn.title.encode() in path.read_bytes()
     if ending == "svg":
