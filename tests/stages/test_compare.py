@@ -54,10 +54,10 @@ modulus_pa = 30.0e9
 """
 
 
-@pytest.fixture
-def records(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
     time = np.arange(0.0, 4.0, 0.01)
-    path = tmp_path / "shake.txt"
+    path = tmp_path_factory.mktemp("one") / "shake.txt"
     np.savetxt(path, 0.4 * np.sin(4.0 * time) * np.sin(time * math.pi / 4.0))
     return ingested(path)
 
@@ -120,18 +120,19 @@ def test_base_shear_is_also_in_kilonewtons(records: Path, tmp_path: Path) -> Non
     assert math.isnan(comparison_rows(output)[0]["base_shear_kn"])
 
 
-@pytest.fixture
-def several(tmp_path: Path) -> tuple[Path, Path, Path]:
+@pytest.fixture(scope="module")
+def several(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
     """Return records.nc of two motions together, and of each of them alone."""
+    home = tmp_path_factory.mktemp("several")
     time, files = np.arange(0.0, 4.0, 0.01), []
     for name, size in (("first", 0.4), ("second", 0.2)):
-        files.append(tmp_path / f"{name}.txt")
+        files.append(home / f"{name}.txt")
         np.savetxt(files[-1], size * np.sin(4.0 * time) * np.sin(time * math.pi / 4.0))
     stated = ("--units", "g", "--time-step", "0.01", "--workers", "0", "--output")
     outputs = []
     for name, motions in (("both", files), ("a", files[:1]), ("b", files[1:])):
-        (tmp_path / name).mkdir()
-        outputs.append(tmp_path / name / "records.nc")
+        (home / name).mkdir()
+        outputs.append(home / name / "records.nc")
         assert run("ingest", *motions, *stated, outputs[-1]) == 0
     both, first, second = outputs
     return both, first, second
