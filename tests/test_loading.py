@@ -2,30 +2,36 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.runs.small import FEW, make_study, run
 
 #: Packages that only other commands need; each takes as long to import as these commands run.
 OTHERS = {"numba", "scipy.signal", "matplotlib", "obspy"}
 SCRIPT = """
-import sys
+import json, sys
 from rockframe.cli.main import main
-status = main(sys.argv[1:])
-print("imported", *sys.modules)
-sys.exit(status)
+for words in json.loads(sys.argv[1]):
+    status = main(words)
+    print("imported", *sys.modules)
+    if status:
+        sys.exit(status)
 """
 
 
-def imported(*words: object) -> tuple[set[str], list[str]]:
-    """Return all modules that a command imports in a process of its own, and the package's."""
-    command = [sys.executable, "-c", SCRIPT, *map(str, words)]
+def imported(*commands: Sequence[object]) -> list[tuple[set[str], list[str]]]:
+    """Return all modules, and the package's, that are loaded after each command of a process."""
+    given = json.dumps([[str(word) for word in words] for words in commands])
+    command = [sys.executable, "-c", SCRIPT, given]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    modules = set(done.stdout.splitlines()[-1].split())
-    return modules, sorted(name for name in modules if name.split(".")[0] == "rockframe")
+    found = [set(x.split()) for x in done.stdout.splitlines() if x.startswith("imported ")]
+    return [(one, sorted(m for m in one if m.split(".")[0] == "rockframe")) for one in found]
 
 
 @pytest.fixture(scope="module")
@@ -35,28 +41,27 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_ingest_imports_no_computation(home: Path) -> None:
-    words = ("--units", "g", "--time-step-s", "0.01", "--output", home / "records.nc")
-    modules, own = imported("ingest", home / "motions", *words)
+def test_ingest_imports_no_computation_and_no_package_of_filters(home: Path) -> None:
+    """The package's own loop filters a file that is uncorrected."""
+    samples = np.random.default_rng(1).normal(0.0, 0.1, 2000)
+    np.savetxt(home / "raw.csv", samples * np.hanning(2000))
+    stated = ("--units", "g", "--time-step-s", "0.01", "--output", home / "records.nc")
+    (modules, own), (filtering, _) = imported(
+        ("ingest", home / "motions", *stated),
+        ("ingest", home / "raw.csv", "--uncorrected", *stated),
+    )
     assert not modules & OTHERS
     assert not [name for name in own if name.split(".")[1:2] in (["rocking"], ["matching"])]
     assert len(own) <= 85
+    assert filtering & OTHERS == {"numba"}
 
 
-def test_a_filter_needs_no_package_of_filters(bundled_records: Path, tmp_path: Path) -> None:
-    """This file is uncorrected: the package's own loop filters it."""
-    record = bundled_records / "Ridgecrest2019-CCC.V1"
-    modules, _ = imported("ingest", record, "--output", tmp_path / "records.nc")
-    assert modules & OTHERS == {"numba"}
-
-
-def test_verifying_a_run_computes_and_draws_nothing_and_makes_no_dataset(home: Path) -> None:
-    modules, _ = imported("verify", home / "run")
-    assert not modules & (OTHERS | {"xarray", "pandas"})
-
-
-def test_a_run_with_nothing_to_do_imports_no_stage(home: Path) -> None:
-    modules, own = imported("run", home / "small.toml", "--output", home / "run")
+def test_a_run_with_nothing_to_do_imports_no_stage_and_verifying_it_draws_nothing(
+    home: Path,
+) -> None:
+    again = ("run", home / "small.toml", "--output", home / "run")
+    (modules, own), (verifying, _) = imported(again, ("verify", home / "run"))
     others = {"xarray", "scipy", "rockframe.stages", "rockframe.engines"}
     assert not modules & (OTHERS | others)
     assert len(own) <= 48
+    assert not verifying & (OTHERS | {"xarray", "pandas"})
