@@ -37,8 +37,8 @@ PLAIN: Final = {"NUMBA_DISABLE_JIT": "1", "OMP_NUM_THREADS": "1"}
 OWN: Final = ("rocking", "oscillators", "matching", "risk")
 #: Tests of other rooms that reach these.
 REACHING: Final = (
-    *("tests/stages", "tests/results", "tests/figures", "tests/test_notebook.py"),
-    *("tests/explorer/test_answer.py", "tests/runs/test_further.py", "tests/test_paper.py"),
+    *("tests/stages", "tests/results", "tests/figures", "tests/selection", "tests/test_paper.py"),
+    *("tests/explorer/test_answer.py", "tests/runs/test_further.py", "tests/test_notebook.py"),
 )
 #: Environment variables: seconds after which a test ends, and the file of `Taken`.
 _LONGEST: Final = "ROCKFRAME_LONGEST_TEST"

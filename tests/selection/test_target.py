@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pytest
@@ -97,6 +98,10 @@ def test_a_uniform_hazard_spectrum_of_openquake_is_read() -> None:
     assert "2 % in 50 years, the nearest site, at -0.10071 -0.28913" in target.words
 
 
+#: First line of a uniform hazard spectrum of OpenQuake.
+UHS: Final = '#,,,,,"investigation_time=50.0"\n'
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -114,6 +119,8 @@ def test_a_uniform_hazard_spectrum_of_openquake_is_read() -> None:
             ":2: sigma_ln_sa -0.6. Must be zero or positive.",
         ),
         ("lon,lat,0.1~PGA\n0,0,1\n", ":1: no investigation_time"),
+        (UHS + "lon,lat,0.1~PGA\n0,0,1\n", ":3: no SA(T) of probability 0.1. Must be one or more."),
+        (UHS + "lon,lat,0.1~SA(1.0)\n0,0,0\n", ":3: 0.1~SA(1.0) 0. Must be above 0."),
     ],
 )
 def test_a_file_that_is_no_target_is_named(text: str, message: str, tmp_path: Path) -> None:
