@@ -69,7 +69,7 @@ def test_energies_are_those_of_the_theory() -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_brute_force_finds_nothing_better(wavelet: str, seed: int) -> None:
     """Brute force tries a grid of periods, times, half cycles; phases follow by least squares."""
-    record = noise(seed, 700)
+    record = noise(seed, 400)
     time = 0.01 * np.arange(record.size)
     match = match_pulse(record, 0.01, wavelet, periods_s=(0.4, 2.0))
     numbers = (1.0, 2.0, 3.0) if WAVELETS[wavelet].has_half_cycles else (None,)

@@ -69,12 +69,16 @@ def test_larger_columns_turn_less() -> None:
 
 
 def test_the_same_bits_in_a_pool() -> None:
+    """A worker computes the second of two motions."""
     motions = [PULSE, Pulse(wavelet="antisymmetric_ricker", a_p=4.0, T_p=0.8)]
     asked = ([0.1, 0.2], [0.0], np.linspace(2.0, 9.0, 8))
     alone = rocking_spectrum(motions, *asked)
-    pooled = rocking_spectrum(motions, *asked, engine=ProcessPool(2, patience=0.0))
+    pooled = rocking_spectrum(motions, *asked, engine=ProcessPool(2, patience=1e-9))
     assert_array_equal(alone.peak_rotation_ratio, pooled.peak_rotation_ratio)
     assert_array_equal(alone.peak_velocity, pooled.peak_velocity)
+    second = rocking_spectrum(motions[1:], *asked)
+    assert_array_equal(alone.peak_velocity[1:], second.peak_velocity)
+    assert (alone.peak_velocity[0] != second.peak_velocity[0]).any()
 
 
 @pytest.mark.parametrize(
