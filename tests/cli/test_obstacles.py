@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -112,7 +113,7 @@ def test_a_name_that_is_too_long_is_one_line(tmp_path: Path, capsys: Any) -> Non
 def test_once_the_folder_is_moved_the_run_goes_on(made: Path, tmp_path: Path, capsys: Any) -> None:
     """The obstacle replaced a finished file: the run makes that file again."""
     study, folder = made / "small.toml", tmp_path / "run"
-    assert run(study, folder) == 0
+    shutil.copytree(made / "run", folder)
     table = folder / "table.csv"
     before = table.read_bytes()
     table.unlink()

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -83,7 +84,7 @@ def test_a_bad_file_is_a_row_and_the_others_are_read(folder: Path) -> None:
 @pytest.mark.usefixtures("bad_reader", "many")
 def test_a_file_that_takes_too_long_is_a_row_and_the_next_has_its_turn(tmp_path: Path) -> None:
     """All files hang, because even a good file might exceed the limit on a busy machine."""
-    files = [tmp_path / f"hang-{number}.csv" for number in range(3)]
+    files = [tmp_path / f"hang-{number}.csv" for number in range(2)]
     for file in files:
         file.write_text(TABLE)
     records, rejections = sorted_out(collect(files, workers=1, limits=Limits(seconds=0.5)))
@@ -102,13 +103,16 @@ def test_memory(folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("many")
-def test_the_same_bytes_however_many_workers(bundled_records: Path, tmp_path: Path) -> None:
+def test_the_same_bytes_however_many_workers(
+    folder: Path, bundled_records: Path, tmp_path: Path
+) -> None:
+    shutil.copy(bundled_records / "Ridgecrest2019-CLC.V1", folder)
     outputs = []
-    for workers in (0, 1, 3):
+    for workers in (0, 2):
         path = tmp_path / f"{workers}.nc"
-        ingest_stage([bundled_records], path, workers=workers)
+        ingest_stage([folder], path, workers=workers)
         outputs.append((path.read_bytes(), path.with_suffix(".csv").read_bytes()))
-    assert outputs[0] == outputs[1] == outputs[2]
+    assert outputs[0] == outputs[1]
 
 
 def test_samples_stay_read_only(folder: Path) -> None:

@@ -8,7 +8,7 @@ import unicodedata
 from pathlib import Path
 
 import pytest
-from tests.runs.small import FEW, STUDY, make_study, run
+from tests.runs.small import FEW, make_study, run
 
 from rockframe.cli.main import main
 from rockframe.results.run import read_run
@@ -38,7 +38,9 @@ def shown(folder: Path, record: str, capsys: pytest.CaptureFixture[str]) -> dict
 def test_names_keep_their_letters_from_file_to_figure(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    study = make_study(tmp_path, 1, STUDY.replace("bridge-bent", "Κίων").replace("first", "none"))
+    study = make_study(
+        tmp_path, 1, FEW.replace("bridge-bent", "Κίων").replace("most = 0", "most = 1")
+    )
     motion = tmp_path / "motions" / "motion-0.csv"
     # DejaVu Sans has no Chinese characters: the figure shows boxes, without a warning.
     motion.rename(motion.with_name("Αθήνα 神戸.csv"))
@@ -95,6 +97,7 @@ def test_file_of_several_records_asks_which(
 ) -> None:
     words = ["--records", str(bundled_records / "Ridgecrest2019-CCC.V1"), "--margins", "none"]
     words += ["--surrogates", "0", "--structure", "bridge-bent", "--output", str(tmp_path)]
+    words += ["--histories", "none", "--ensemble-members", "0"]
     assert main(["table1", *words]) == 0
     assert main(["show", str(tmp_path), "Ridgecrest2019-CCC.V1"]) == 2
     assert (

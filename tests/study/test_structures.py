@@ -178,6 +178,7 @@ def test_a_command_warns_in_one_line_and_goes_on(
     path = written(tmp_path, GOOD.replace("4.0", "400.0"))
     words = ["--units", "g", "--time-step", "0.01", "--output", str(tmp_path / "run")]
     words += ["--structures", str(path), "--margins", "none", "--surrogates", "0"]
+    words += ["--histories", "none", "--ensemble-members", "0"]
     assert main(["table1", "--records", str(motion), *words]) == 0
     lines = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
     assert lines == [
