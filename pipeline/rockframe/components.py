@@ -401,7 +401,7 @@ def fault_components(pair: HorizontalPair, strike: float) -> tuple[Record, Recor
 #: Default azimuths [degree]; from 180 degrees on, the motion only changes sign.
 HALF_TURN: Final = tuple(float(azimuth) for azimuth in range(180))
 #: Number of azimuths that are rotated at a time, to limit memory.
-_BATCH: Final = 16
+_TOGETHER: Final = 16
 
 
 @dataclass(frozen=True)
@@ -490,8 +490,8 @@ def rotd(
         for record in (pair.first, pair.second)
     ]
     values: list[float] = []
-    for start in range(0, toward.size, _BATCH):
-        rotated = pair.toward(toward[start : start + _BATCH], components)
+    for start in range(0, toward.size, _TOGETHER):
+        rotated = pair.toward(toward[start : start + _TOGETHER], components)
         if measure is None:
             values += np.abs(rotated).max(axis=1).tolist()
         else:

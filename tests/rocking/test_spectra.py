@@ -129,7 +129,7 @@ def test_a_pulse_reversed_overturns_at_the_same_amplitudes() -> None:
 
 def test_the_same_bits_in_a_pool(monkeypatch: pytest.MonkeyPatch) -> None:
     """A worker computes the second of two frequency ratios."""
-    monkeypatch.setattr(spectra, "_BATCH", 500)
+    monkeypatch.setattr(spectra, "_TASK", 500)
     asked = ([SYMMETRIC], [0.17, 0.25], [0.0, 1.0], [2.0, 3.0], np.arange(1.0, 9.0, 0.02))
     alone, pooled = (
         overturning_spectrum(*asked, engine=engine)

@@ -39,7 +39,7 @@ _PER_OCTAVE: Final = 5
 _HALF_CYCLES: Final = 3
 _FINENESS: Final = 6
 #: Number of surrogates that are searched together.
-_BATCH: Final = 10
+_TOGETHER: Final = 10
 #: Number of surrogates that are searched together with the record; with fewer than 19, no verdict
 #: is certain.
 _FIRST: Final = 20
@@ -161,7 +161,7 @@ def likeness(
     while (rest := options.surrogates - drawn.shape[1]) > 0:
         if ((drawn >= own).sum(axis=1) > allowed).all():
             break
-        further = _indices(source.draw(min(_BATCH, rest)), time_step, options)
+        further = _indices(source.draw(min(_TOGETHER, rest)), time_step, options)
         drawn = np.concatenate([drawn, further], axis=1)
     beaten = (drawn >= own).sum(axis=1).tolist()
     levels = np.quantile(drawn, (0.5, 1.0 - LEVEL), axis=1)

@@ -527,5 +527,4 @@ def _uphill(slope: Float, bend: Float) -> Float:
     values, axes = np.linalg.eigh(bend) if slope.size > 1 else (bend[0], np.eye(1))
     along = axes.T @ slope
     move = axes @ (along / np.maximum(np.abs(values), 1e-6))
-    longest = float(np.abs(move).max())
-    return np.asarray(move * min(1.0, _LONGEST_MOVE / longest) if longest > 0.0 else move)
+    return np.asarray(move * (_LONGEST_MOVE / max(float(np.abs(move).max()), _LONGEST_MOVE)))

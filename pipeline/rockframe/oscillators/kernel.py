@@ -735,7 +735,6 @@ def integrate(  # noqa: C901  one loop, see above
             histories[0, i], histories[1, i], histories[2, i] = u, v, force
     end = time + rows.shape[0] * h
     if i < rows.shape[0] or _settle(end, oscillator, state, summary, work):
-        histories[:, i + 1 :] = math.nan
         _note_collapse(oscillator, strongest, histories, summary)
 
 

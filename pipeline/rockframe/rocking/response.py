@@ -369,7 +369,7 @@ class Response(Shown):
     @property
     def peak_u(self) -> float:
         """Largest |u| [m]; |u| grows with |theta| up to overturning."""
-        return abs(float(self.frame.horizontal_displacement(self.peak_rotation)))
+        return float(self.frame.horizontal_displacement(self.peak_rotation))
 
     @property
     def peak_v(self) -> float:

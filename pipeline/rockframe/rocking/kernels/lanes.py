@@ -375,16 +375,12 @@ def _weigh_last(
     a0 = pool[q + _SIDE] * pool[q + _LIFT] * across
     v0 = pool[q + P2] + pool[q + _LIFT] * upwards
     psi = pool[q + ALPHA] - pool[q + THETA]
+    held = 0.0
     if len(tied) > 0:
         a0 += pool[q + TURNED]
         held = pool[q + TIE] * math.cos(0.5 * pool[q + THETA])
-        f0 = v0 * math.sin(psi) + a0 * math.cos(psi) + held
-        force, friction = demands(
-            pool, q, psi, pool[q + OMEGA], f0, a0, v0, (0.0, 0.0), pool[q + THETA]
-        )
-    else:
-        f0 = v0 * math.sin(psi) + a0 * math.cos(psi)
-        force, friction = demands(pool, q, psi, pool[q + OMEGA], f0, a0, v0, (), pool[q + THETA])
+    f0 = v0 * math.sin(psi) + a0 * math.cos(psi) + held
+    force, friction = demands(pool, q, psi, pool[q + OMEGA], f0, a0, v0, tied, pool[q + THETA])
     pool[q + SHEAR] = max(pool[q + SHEAR], force)
     pool[q + FRICTION] = max(pool[q + FRICTION], friction)
 

@@ -173,21 +173,13 @@ CHANGED: Final = 3  # a tie has left its branch
 
 
 @inlined
-def _push(a: float, v: float, s: float, k: float, lifts: Marker) -> float:
-    """Return a term of the right-hand side: ground coefficients times those of cos and sin."""
-    return a * k + v * s if len(lifts) > 0 else a * k
-
-
-@inlined
-def series(  # noqa: C901  sums written out
+def series(
     w0: float,
     w1: float,
     s0: float,
     k0: float,
     a: Polynomial,
     v: Polynomial,
-    curved: Marker,
-    lifts: Marker,
     tie: tuple[()] | tuple[float, float, float],
 ) -> tuple[float, float, float, float, float, float, float]:
     """Return Taylor coefficients w2 to w8 of the rate omega = w0 + w1 t + ..., from eq (26).
@@ -197,15 +189,14 @@ def series(  # noqa: C901  sums written out
     horizontal ground acceleration [g], and v is p_hat^2 times one plus the vertical one. The sums
     are written out so that all numbers stay in registers. In each sum the newest terms come last,
     so that the processor does not wait for them.
-    `curved` is on if the degree of the ground acceleration is above 1, `lifts` if there is a
-    vertical acceleration. `tie` is empty, or contains p_hat^2 times the force of the ties at
-    theta = 0, sin(theta/2) and cos(theta/2); the last two have the coefficients g and q.
+    `tie` is empty, or contains p_hat^2 times the force of the ties at theta = 0, sin(theta/2) and
+    cos(theta/2); the last two have the coefficients g and q.
     """
     a0, a1, a2, a3, a4, a5, _, _, _, _ = a
     v0, v1, v2, v3, v4, v5, _, _, _, _ = v
     s1 = -k0 * w0
     k1 = s0 * w0
-    x = _push(a1, v1, s0, k0, lifts)
+    x = a1 * k0 + v1 * s0
     if len(tie) > 0:
         f, g0, q0 = tie
         g1 = 0.5 * q0 * w0
@@ -214,9 +205,8 @@ def series(  # noqa: C901  sums written out
     w2 = -1.0 / 2.0 * (x + a0 * k1 + v0 * s1)
     s2 = -1.0 / 2.0 * (k0 * w1 + k1 * w0)
     k2 = 1.0 / 2.0 * (s0 * w1 + s1 * w0)
-    x = _push(a1, v1, s1, k1, lifts)
-    if len(curved) > 0:
-        x += _push(a2, v2, s0, k0, lifts)
+    x = a1 * k1 + v1 * s1
+    x += a2 * k0 + v2 * s0
     if len(tie) > 0:
         g2 = 1.0 / 4.0 * (q0 * w1 + q1 * w0)
         q2 = -1.0 / 4.0 * (g0 * w1 + g1 * w0)
@@ -224,9 +214,8 @@ def series(  # noqa: C901  sums written out
     w3 = -1.0 / 3.0 * (x + a0 * k2 + v0 * s2)
     s3 = -1.0 / 3.0 * (k1 * w1 + k0 * w2 + k2 * w0)
     k3 = 1.0 / 3.0 * (s1 * w1 + s0 * w2 + s2 * w0)
-    x = _push(a1, v1, s2, k2, lifts)
-    if len(curved) > 0:
-        x += _push(a3, v3, s0, k0, lifts) + _push(a2, v2, s1, k1, lifts)
+    x = a1 * k2 + v1 * s2
+    x += (a3 * k0 + v3 * s0) + (a2 * k1 + v2 * s1)
     if len(tie) > 0:
         g3 = 1.0 / 6.0 * (q0 * w2 + q1 * w1 + q2 * w0)
         q3 = -1.0 / 6.0 * (g0 * w2 + g1 * w1 + g2 * w0)
@@ -234,13 +223,8 @@ def series(  # noqa: C901  sums written out
     w4 = -1.0 / 4.0 * (x + a0 * k3 + v0 * s3)
     s4 = -1.0 / 4.0 * (k1 * w2 + k2 * w1 + k0 * w3 + k3 * w0)
     k4 = 1.0 / 4.0 * (s1 * w2 + s2 * w1 + s0 * w3 + s3 * w0)
-    x = _push(a1, v1, s3, k3, lifts)
-    if len(curved) > 0:
-        x += (
-            _push(a4, v4, s0, k0, lifts)
-            + _push(a3, v3, s1, k1, lifts)
-            + _push(a2, v2, s2, k2, lifts)
-        )
+    x = a1 * k3 + v1 * s3
+    x += (a4 * k0 + v4 * s0) + (a3 * k1 + v3 * s1) + (a2 * k2 + v2 * s2)
     if len(tie) > 0:
         g4 = 1.0 / 8.0 * (q0 * w3 + q1 * w2 + q2 * w1 + q3 * w0)
         q4 = -1.0 / 8.0 * (g0 * w3 + g1 * w2 + g2 * w1 + g3 * w0)
@@ -248,14 +232,8 @@ def series(  # noqa: C901  sums written out
     w5 = -1.0 / 5.0 * (x + a0 * k4 + v0 * s4)
     s5 = -1.0 / 5.0 * (k2 * w2 + k1 * w3 + k3 * w1 + k0 * w4 + k4 * w0)
     k5 = 1.0 / 5.0 * (s2 * w2 + s1 * w3 + s3 * w1 + s0 * w4 + s4 * w0)
-    x = _push(a1, v1, s4, k4, lifts)
-    if len(curved) > 0:
-        x += (
-            _push(a5, v5, s0, k0, lifts)
-            + _push(a4, v4, s1, k1, lifts)
-            + _push(a3, v3, s2, k2, lifts)
-            + _push(a2, v2, s3, k3, lifts)
-        )
+    x = a1 * k4 + v1 * s4
+    x += (a5 * k0 + v5 * s0) + (a4 * k1 + v4 * s1) + (a3 * k2 + v3 * s2) + (a2 * k3 + v2 * s3)
     if len(tie) > 0:
         g5 = 1.0 / 10.0 * (q0 * w4 + q1 * w3 + q2 * w2 + q3 * w1 + q4 * w0)
         q5 = -1.0 / 10.0 * (g0 * w4 + g1 * w3 + g2 * w2 + g3 * w1 + g4 * w0)
@@ -263,14 +241,8 @@ def series(  # noqa: C901  sums written out
     w6 = -1.0 / 6.0 * (x + a0 * k5 + v0 * s5)
     s6 = -1.0 / 6.0 * (k2 * w3 + k3 * w2 + k1 * w4 + k4 * w1 + k0 * w5 + k5 * w0)
     k6 = 1.0 / 6.0 * (s2 * w3 + s3 * w2 + s1 * w4 + s4 * w1 + s0 * w5 + s5 * w0)
-    x = _push(a1, v1, s5, k5, lifts)
-    if len(curved) > 0:
-        x += (
-            _push(a5, v5, s1, k1, lifts)
-            + _push(a4, v4, s2, k2, lifts)
-            + _push(a3, v3, s3, k3, lifts)
-            + _push(a2, v2, s4, k4, lifts)
-        )
+    x = a1 * k5 + v1 * s5
+    x += (a5 * k1 + v5 * s1) + (a4 * k2 + v4 * s2) + (a3 * k3 + v3 * s3) + (a2 * k4 + v2 * s4)
     if len(tie) > 0:
         g6 = 1.0 / 12.0 * (q0 * w5 + q1 * w4 + q2 * w3 + q3 * w2 + q4 * w1 + q5 * w0)
         q6 = -1.0 / 12.0 * (g0 * w5 + g1 * w4 + g2 * w3 + g3 * w2 + g4 * w1 + g5 * w0)
@@ -278,14 +250,8 @@ def series(  # noqa: C901  sums written out
     w7 = -1.0 / 7.0 * (x + a0 * k6 + v0 * s6)
     s7 = -1.0 / 7.0 * (k3 * w3 + k2 * w4 + k4 * w2 + k1 * w5 + k5 * w1 + k0 * w6 + k6 * w0)
     k7 = 1.0 / 7.0 * (s3 * w3 + s2 * w4 + s4 * w2 + s1 * w5 + s5 * w1 + s0 * w6 + s6 * w0)
-    x = _push(a1, v1, s6, k6, lifts)
-    if len(curved) > 0:
-        x += (
-            _push(a5, v5, s2, k2, lifts)
-            + _push(a4, v4, s3, k3, lifts)
-            + _push(a3, v3, s4, k4, lifts)
-            + _push(a2, v2, s5, k5, lifts)
-        )
+    x = a1 * k6 + v1 * s6
+    x += (a5 * k2 + v5 * s2) + (a4 * k3 + v4 * s3) + (a3 * k4 + v3 * s4) + (a2 * k5 + v2 * s5)
     if len(tie) > 0:
         x += f * (
             -1.0 / 14.0 * (g0 * w6 + g1 * w5 + g2 * w4 + g3 * w3 + g4 * w2 + g5 * w1 + g6 * w0)
@@ -323,12 +289,12 @@ def taylor(
         w1 = -(v[0] * s0 + a[0] * k0 + tie[0] * tie[2])
         if start == FROM_UPLIFT:
             w1 = 0.0  # exactly zero at this instant; round-off must not start the motion
-        w2, w3, w4, w5, w6, w7, w8 = series(omega, w1, s0, k0, a, v, YES, YES, tie)
+        w2, w3, w4, w5, w6, w7, w8 = series(omega, w1, s0, k0, a, v, tie)
     else:
         w1 = -(v[0] * s0 + a[0] * k0)
         if start == FROM_UPLIFT:
             w1 = 0.0
-        w2, w3, w4, w5, w6, w7, w8 = series(omega, w1, s0, k0, a, v, YES, YES, ())
+        w2, w3, w4, w5, w6, w7, w8 = series(omega, w1, s0, k0, a, v, ())
     return (
         theta,
         omega,

@@ -283,7 +283,7 @@ def demands(
     f0: float,
     a0: float,
     v0: float,
-    tie: tuple[()] | tuple[float, float],
+    tied: Marker,
     theta: float,
 ) -> tuple[float, float]:
     """Return base shear, times p_hat^2, and friction demand of a lane (see `reactions`).
@@ -294,7 +294,7 @@ def demands(
     s, k = _sine_cosine(psi)
     across, upwards = a0, v0
     lean, press = 0.0, 0.0
-    if len(tie) > 0:
+    if len(tied) > 0:
         across -= pool[j + TURNED]
         upwards += pool[j + LIGHTER]
         sine, cosine = _sine_cosine(0.5 * theta)
@@ -308,7 +308,7 @@ def demands(
     shear_top = across + pool[j + SWING_TOP] * (s_top * square - k_top * f0)
     down_top = upwards - pool[j + SWING_TOP] * (k_top * square + s_top * f0)
     force = abs(shear)
-    if len(tie) > 0:
+    if len(tied) > 0:
         shear += pool[j + TIED] * lean
         down += pool[j + TIED] * press
         shear_top += pool[j + TIED_TOP] * lean
@@ -342,7 +342,7 @@ def stride(
             tie = ()  # type: ignore[assignment]  # of another kernel
             f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, 1.0, curved, lifts, tie)
         if len(weighed) > 0:
-            force, friction = demands(pool, j, psi, omega, f0, a[0], v[0], tie, theta)
+            force, friction = demands(pool, j, psi, omega, f0, a[0], v[0], tied, theta)
             left = (pool[j + END] - pool[j + AT]) * pool[j + SHARE]
             counts = (pool[j + PENDING] == 0.0) & (left > 0.0) & (np.floor(left) == left)
             pool[j + SHEAR] = most_of(force, pool[j + SHEAR]) if counts else pool[j + SHEAR]
