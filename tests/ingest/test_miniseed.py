@@ -337,6 +337,7 @@ def test_options_of_the_command_line(write: Write, tmp_path: Path) -> None:
     xml.parent.mkdir()
     (tmp_path / "CI.CLC.xml").rename(xml)
     arguments = ["ingest", str(path), "--output", str(output), "--station-xml", str(xml)]
+    arguments += ["--workers", "0"]
     assert main([*arguments, "--water-level", "60"]) == 2
     long = mseed(trace(np.random.default_rng(1).integers(-9000, 9000, 3000)))
     path.write_bytes(long)
