@@ -55,12 +55,12 @@ def things() -> dict[str, Shown]:
 
 
 def test_html_holds_the_facts_and_a_drawing(things: dict[str, Shown]) -> None:
-    for thing in things.values():
-        page: str = thing._repr_html_()
-        assert page.count("<tr>") == len(thing.facts()) > 1
+    pages: dict[str, str] = {name: thing._repr_html_() for name, thing in things.items()}
+    for name, page in pages.items():
+        assert page.count("<tr>") == len(things[name].facts()) > 1
         assert 'src="data:image/png;base64,iVBOR' in page
-    assert "a &lt; b" in things["record"]._repr_html_()  # names are text, not markup
-    assert "&lt;bent&gt;" in things["response"]._repr_html_()
+    assert "a &lt; b" in pages["record"]  # names are text, not markup
+    assert "&lt;bent&gt;" in pages["response"]
 
 
 def test_axes_are_taken_and_given_back(things: dict[str, Shown]) -> None:

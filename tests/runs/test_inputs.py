@@ -111,17 +111,13 @@ def test_pipe_beside_a_record_is_no_station_file(tmp_path: Path) -> None:
     assert listed(study) == ["motion-0.csv"]
 
 
-def test_damaged_archive_is_the_affair_of_ingest(
+def test_records_in_archives_are_inputs_beside_their_archives(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    study = stating(make_study(tmp_path, 1), '["motions"]')
-    (tmp_path / "motions" / "event.zip").write_bytes(DAMAGED_ZIP + bytes(6))
-    assert run(study, tmp_path / "run") == 1
-    assert "rejected: event.zip" in capsys.readouterr().err
+    """A record states the hash of its member; the list of inputs states that of the archive.
 
-
-def test_records_in_archives_are_inputs_beside_their_archives(tmp_path: Path) -> None:
-    """A record states the hash of its member; the list of inputs states that of the archive."""
+    The plan takes damaged archives as they are, and ingest rejects them.
+    """
     study = stating(make_study(tmp_path, 3), '["motions"]')
     motions = tmp_path / "motions"
     with zipfile.ZipFile(motions / "event.zip", "w") as archive:
@@ -129,46 +125,51 @@ def test_records_in_archives_are_inputs_beside_their_archives(tmp_path: Path) ->
     (motions / "motion-1.csv.gz").write_bytes(
         gzip.compress((motions / "motion-1.csv").read_bytes())
     )
-    (motions / "notes.zip").write_bytes(DAMAGED_ZIP)
+    damaged = {"notes.zip": DAMAGED_ZIP, "strong.zip": DAMAGED_ZIP + bytes(6)}
+    for name, content in damaged.items():
+        (motions / name).write_bytes(content)
     held = {
         f"motions/{name}": sha256_of(motions / name.partition(":")[2])
         for name in ("event.zip:motion-0.csv", "motion-1.csv.gz:motion-1.csv")
     }
     for name in ("motion-0.csv", "motion-1.csv"):
         (motions / name).unlink()
-    assert run(study, tmp_path / "run") == 1  # the invalid archive is rejected
+    assert run(study, tmp_path / "run") == 1
+    said = capsys.readouterr().err
+    assert all(f"rejected: {name}" in said for name in damaged)
     planned = {row["file"]: row["sha256"] for row in rows_of(tmp_path / "run" / "inputs.csv")}
     manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
     assert manifest["inputs"] == planned | held
     assert main(["verify", str(tmp_path / "run")]) == 0
 
 
-@pytest.mark.parametrize("name", [b"El Centro\n(NS).csv", b"\xff.csv"])
-def test_name_that_does_not_print_is_listed_as_it_is_said(tmp_path: Path, name: bytes) -> None:
-    study = stating(make_study(tmp_path, 1), '["motions"]')
-    record = tmp_path / "motions" / "motion-0.csv"
-    try:
-        record.rename(Path(os.fsdecode(os.fsencode(tmp_path / "motions") + b"/" + name)))
-    except OSError:
-        pytest.skip("a file system that refuses such names")
+def test_names_that_do_not_print_are_listed_as_they_are_said(tmp_path: Path) -> None:
+    study = stating(make_study(tmp_path, 2), '["motions"]')
+    for k, name in enumerate((b"El Centro\n(NS).csv", b"\xff.csv")):
+        record = tmp_path / "motions" / f"motion-{k}.csv"
+        try:
+            record.rename(Path(os.fsdecode(os.fsencode(tmp_path / "motions") + b"/" + name)))
+        except OSError:
+            pytest.skip("a file system that refuses such names")
     assert run(study, tmp_path / "run") == 0
-    (row,) = rows_of(tmp_path / "run" / "records.csv")
-    (entry,) = rows_of(tmp_path / "run" / "inputs.csv")
-    assert entry["file"] == f"motions/{row['file']}"
-    assert main(["show", str(tmp_path / "run"), row["file"]]) == 0
+    rows, entries = (list(rows_of(tmp_path / "run" / f"{n}.csv")) for n in ("records", "inputs"))
+    assert len(rows) == 2
+    assert [entry["file"] for entry in entries] == [f"motions/{row['file']}" for row in rows]
+    for row in rows:
+        assert main(["show", str(tmp_path / "run"), row["file"]]) == 0
 
 
-@pytest.mark.parametrize("option", ["limits", "catalogue"])
 def test_file_of_an_option_that_is_none_leaves_an_older_run_alone(
-    tmp_path: Path, option: str, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     study = make_study(tmp_path, 1, FEW)
     assert run(study, tmp_path / "run") == 0
     (tmp_path / "option.txt").write_text("bogus = 1\n")
-    study.write_text(FEW.replace('units = "g"', f'units = "g"\n{option} = "option.txt"'))
-    assert run(study, tmp_path / "run") == 2
-    assert "option.txt:1: " in capsys.readouterr().err
-    assert main(["verify", str(tmp_path / "run")]) == 0
+    for option in ("limits", "catalogue"):
+        study.write_text(FEW.replace('units = "g"', f'units = "g"\n{option} = "option.txt"'))
+        assert run(study, tmp_path / "run") == 2
+        assert "option.txt:1: " in capsys.readouterr().err
+        assert main(["verify", str(tmp_path / "run")]) == 0
 
 
 def test_hazard_curve_that_is_none_is_refused_before_anything_runs(tmp_path: Path) -> None:
