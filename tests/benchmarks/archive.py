@@ -37,6 +37,9 @@ time_step_s = 0.01
 histories = "none"
 margins = "none"
 
+[respond.ensemble]
+members = {members}
+
 [screen]
 scales = [0.5, 0.75, 1.0, 1.5, 2.0, 3.0]
 margins = "none"
@@ -83,6 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--records", type=int, default=sized(1000, 1))
     parser.add_argument("--structures", type=int, default=sized(50, 1))
+    parser.add_argument("--members", type=int, default=64, help="plausible structures of a pair")
     parser.add_argument("--batch", type=int, default=100, help="records of a batch, with --run")
     parser.add_argument("--run", action="store_true", help="measure `rockframe run` too")
     options = parser.parse_args(arguments)
@@ -92,7 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         make_structures(home / "fifty.toml", options.structures)
         (home / "hazard.csv").write_text(HAZARD)
         study = home / "site.toml"
-        study.write_text(STUDY.format(batch=10**9))
+        study.write_text(STUDY.format(batch=10**9, members=options.members))
         bare = home / "bare"
         bare.mkdir()
         plan = make_plan(read_study(study), bare)
@@ -102,7 +106,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             costs[step.name] = cost(["step", str(bare), step.name], bare)
             print(step.name, costs[step.name], flush=True)
         if options.run:
-            study.write_text(STUDY.format(batch=options.batch))
+            study.write_text(STUDY.format(batch=options.batch, members=options.members))
             words = ["run", str(study), "--output", str(home / "run")]
             costs["rockframe run"] = cost(words, home)
             costs["rockframe run, unchanged"] = cost(words, home)
