@@ -286,10 +286,11 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
     screening = screening.drop_dims("record", errors="ignore")  # selecting in all takes long
     for structure in screening["structure"].values:
         one = with_its_limits(screening.sel(structure=structure))
+        fits = one[[name for name in one if str(name).startswith("fragility_")]]
         said: dict[str, Any] = {
             "structure": str(structure),
             "fragility": [
-                _fit(one, str(limit), measure_of(str(measure)))
+                _fit(fits, str(limit), measure_of(str(measure)))
                 for limit in one["limit_state"].values
                 for measure in one["measure"].values
             ],
