@@ -32,9 +32,9 @@ def as_csv(value: object) -> str:
     return "" if value is None else str(value)
 
 
-@pytest.fixture
-def records(tmp_path: Path) -> Path:
-    motion = tmp_path / "shake.txt"
+@pytest.fixture(scope="module")
+def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    motion = tmp_path_factory.mktemp("records") / "shake.txt"
     motion.write_text("\n".join(str(0.4 * math.sin(0.05 * k)) for k in range(600)))
     return ingested(motion)
 

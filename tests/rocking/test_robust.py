@@ -114,8 +114,9 @@ def test_another_draw_agrees_within_the_errors() -> None:
 
 
 def test_the_same_whatever_is_beside() -> None:
-    together = robust_margins([PULSE, ROUGH], [BENT, SLENDER])
-    assert robust_margins([ROUGH], [SLENDER]) == [[together[1][1]]]
+    few = Ensemble(members=16)
+    together = robust_margins([PULSE, ROUGH], [BENT, SLENDER], few)
+    assert robust_margins([ROUGH], [SLENDER], few) == [[together[1][1]]]
 
 
 def test_nothing_overturns() -> None:
