@@ -20,6 +20,7 @@ from rockframe.cli.main import main
 from rockframe.components import pair_horizontals, rotate
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.options.ingest import Filters
+from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import Ensemble, ScreenOptions
 from rockframe.record import SiteType
 from rockframe.results.records import read_records
@@ -33,6 +34,8 @@ from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
 Screen = Callable[..., xr.Dataset]
+#: Which motions are chosen does not depend on the structures.
+QUICK = ScreenOptions(scales=(1.0,), margins="none", structure="slender-column")
 
 
 def test_selection_leaves_out_and_says_why(tmp_path: Path) -> None:
@@ -41,7 +44,7 @@ def test_selection_leaves_out_and_says_why(tmp_path: Path) -> None:
         stored(records, tmp_path),
         tmp_path / "screen.nc",
         filters=Filters(magnitude=(5.25, 9.0), vs30_m_s=(0.0, 330.0)),
-        options=ScreenOptions(scales=(1.0,), margins="none"),
+        options=QUICK,
     )
     found = read_screening(tmp_path / "screen.nc")
     assert found["record_id"].values.tolist() == ["s03", "s04", "s05", "s06"]
@@ -60,7 +63,7 @@ def test_only_the_free_field(tmp_path: Path) -> None:
         stored(records, tmp_path),
         tmp_path / "screen.nc",
         filters=Filters(site=("free-field",)),
-        options=ScreenOptions(scales=(1.0,), margins="none"),
+        options=QUICK,
     )
     found = read_screening(tmp_path / "screen.nc")
     assert found["record_id"].values.tolist() == ["s00"]
@@ -85,7 +88,7 @@ def test_sites_are_kept_and_left_out(tmp_path: Path, filters: Filters, kept: lis
         stored(records, tmp_path),
         tmp_path / "screen.nc",
         filters=filters,
-        options=ScreenOptions(scales=(1.0,), margins="none"),
+        options=QUICK,
     )
     found = read_screening(tmp_path / "screen.nc")
     assert found["record_id"].values.tolist() == kept
@@ -106,7 +109,7 @@ def test_a_screening_says_that_motions_are_not_of_free_ground(
     screen_stage(
         stored(records, tmp_path),
         tmp_path / "screen.nc",
-        options=ScreenOptions(scales=(1.0,), margins="none"),
+        options=QUICK,
     )
     note = site_note(read_screening(tmp_path / "screen.nc"))
     assert note.startswith(
@@ -204,7 +207,7 @@ def test_azimuths_without_a_pair_are_named(tmp_path: Path) -> None:
     done = screen_stage(
         records,
         output,
-        options=ScreenOptions(azimuths_degree=(45.0,), scales=(1.0,), margins="none"),
+        options=QUICK.replaced(azimuths_degree=(45.0,)),
     )
     assert [(r.file, "only horizontal" in r.reason) for r in done.rejections] == [("alone", True)]
     assert json.loads(read_screening(output).attrs["left_out"])["alone"]
@@ -237,7 +240,7 @@ def test_vertical_of_another_length_is_named(tmp_path: Path) -> None:
 
 def test_vertical_that_would_fall_at_the_largest_scale_is_left_out(tmp_path: Path) -> None:
     records = stored([*three("a"), *three("b", upward=6.0)], tmp_path)
-    options = ScreenOptions(vertical=True, scales=(1.0, 2.0), margins="none")
+    options = QUICK.replaced(vertical=True, scales=(1.0, 2.0))
     done = screen_stage(records, tmp_path / "s.nc", options)
     assert [r.file for r in done.rejections] == ["b-e", "b-n"]
     assert "lose contact" in done.rejections[0].reason
@@ -246,8 +249,8 @@ def test_vertical_that_would_fall_at_the_largest_scale_is_left_out(tmp_path: Pat
 def test_pulses_are_measures_and_must_be_of_the_same_records(tmp_path: Path) -> None:
     records, output = stored(site(4), tmp_path), tmp_path / "screen.nc"
     pulses = tmp_path / "pulses.nc"
-    pulse_stage(records, pulses)
-    options = ScreenOptions(scales=(1.0,), margins="none", pulse_period_s=(0.5, 2.0))
+    pulse_stage(records, pulses, PulseOptions(wavelet=("symmetric_ricker",), surrogates=0))
+    options = QUICK.replaced(pulse_period_s=(0.5, 2.0))
     screen_stage(records, output, options, pulses_path=pulses)
     found = read_screening(output)
     assert_allclose(found["L_p"], found["a_p"] * found["T_p"] ** 2, rtol=1e-12)
@@ -265,13 +268,13 @@ def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> 
         sine("noise", 0.0, acceleration=noise),
     ]
     path, pulses = stored(records, tmp_path), tmp_path / "pulses.nc"
-    pulse_stage(path, pulses)
+    pulse_stage(path, pulses, PulseOptions(wavelet=("symmetric_ricker",)))
     for like, name in ((True, "pulse"), (False, "noise")):
         done = screen_stage(
             path,
             tmp_path / "screen.nc",
             pulses_path=pulses,
-            options=ScreenOptions(margins="none", pulse_like=like),
+            options=QUICK.replaced(pulse_like=like),
         )
         found = read_screening(tmp_path / "screen.nc")
         assert found["record_id"].values.tolist() == [name]
