@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Final
 
 import pytest
-from tests.results.test_foreign_files import made as made
 
 from rockframe.errors import InputError
 from rockframe.results.pulses import best_pulses, pulse_rows
