@@ -448,12 +448,6 @@ CASES: Final = [
 ]
 
 
-def without_its_first_numbers(path: Path, kind: str) -> None:
-    one = next(v for v in KINDS[kind].variables if v.holds == "numbers" and not v.group)
-    with netCDF4.Dataset(path, "a") as file:
-        renamed(file, one)
-
-
 def of_strange_units(path: Path, kind: str) -> None:
     one = next(v for v in KINDS[kind].variables if v.holds == "numbers" and not v.group)
     with netCDF4.Dataset(path, "a") as file:
@@ -462,7 +456,7 @@ def of_strange_units(path: Path, kind: str) -> None:
 
 @pytest.mark.parametrize(
     "damage",
-    [empty, of_another_kind, of_more_than_there_is, without_its_first_numbers, of_strange_units],
+    [empty, of_another_kind, of_more_than_there_is, of_strange_units],
     ids=lambda damage: damage.__name__,
 )
 @pytest.mark.parametrize(("name", "kind"), CASES, ids=["-".join(case) for case in CASES])
