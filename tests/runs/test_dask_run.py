@@ -14,6 +14,11 @@ from tests.runs.small import FEW, contents, make_study, run
 from rockframe.cli.main import main
 
 
+@pytest.fixture(scope="module", autouse=True)
+def coarse_figures() -> None:
+    """Draw all dots here, as the workers of a cluster do."""
+
+
 def test_cluster_gives_the_bytes_of_one_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
