@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import netCDF4
+import numpy as np
 import xarray as xr
 from xarray.core import indexing
 
 from rockframe.errors import require_known
 from rockframe.results.stored import Stored, opened_file
+
+#: Largest size of a variable that is read whole when a part of it is needed [bytes].
+_SMALL: Final = 2**16
 
 
 @contextmanager
@@ -87,9 +91,17 @@ class _Lazy(xr.backends.BackendArray):
         self._stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
-        """Read values; xarray calls this."""
-        support = indexing.IndexingSupport.OUTER
-        return indexing.explicit_indexing_adapter(key, self.shape, support, self._stored.read)
+        """Read values; xarray calls this. A small variable is read once, whatever part is needed,
+        because netCDF takes 0.2 ms for each part.
+        """
+        if "obs" not in self._stored.dims and self._stored.bytes <= _SMALL:
+            support, read = indexing.IndexingSupport.BASIC, self._part
+        else:
+            support, read = indexing.IndexingSupport.OUTER, self._stored.read
+        return indexing.explicit_indexing_adapter(key, self.shape, support, read)
+
+    def _part(self, key: tuple[int | slice, ...]) -> Any:
+        return np.array(self._stored.values[key], dtype=self.dtype)
 
 
 def _variable(stored: Stored) -> xr.Variable:
