@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import time
 from collections.abc import Callable
 from functools import partial
@@ -16,7 +17,7 @@ import pytest
 
 from rockframe import Ensemble, GroundAcceleration, RockingFrame, margins
 from rockframe.cli import shipped
-from rockframe.engines import engine, pool
+from rockframe.engines import engine
 from rockframe.rocking.kernels import lanes
 from rockframe.rocking.margins.ensemble import member_peaks
 
@@ -61,7 +62,7 @@ def kernel(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimpleNamespace:
 
 @pytest.mark.usefixtures("kernel")
 def test_the_first_run_compiles_in_another_process(tmp_path: Path) -> None:
-    with shipped._kernel_compiled_meanwhile() as first_run:  # noqa: SLF001
+    with shipped._helped() as (first_run, _):  # noqa: SLF001
         assert first_run
         while not (tmp_path / "compiled").exists():
             time.sleep(0.01)
@@ -70,8 +71,21 @@ def test_the_first_run_compiles_in_another_process(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("kernel")
 def test_a_process_that_dies_leaves_the_work_to_this_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shipped, "_compile_kernel", os.abort)
-    with shipped._kernel_compiled_meanwhile() as first_run:  # noqa: SLF001
+    with shipped._helped(drawing=True) as (first_run, engine):  # noqa: SLF001
         assert first_run
+        assert list(engine.map(abs, [-1.0, 2.0, -3.0])) == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize("cached", [False, True])
+def test_another_process_is_ready_to_draw(
+    kernel: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cached: bool
+) -> None:
+    kernel.cached = lambda: cached
+    monkeypatch.setattr(shipped, "_prepare_drawing", partial(os.mkdir, tmp_path / "prepared"))
+    with shipped._helped(drawing=True):  # noqa: SLF001
+        while not (tmp_path / "prepared").exists():
+            time.sleep(0.01)
+    assert (tmp_path / "compiled").exists() is not cached
 
 
 @pytest.mark.parametrize(("cached", "cores"), [(True, 2), (False, 1)])
@@ -80,6 +94,6 @@ def test_no_process_is_started_for_a_cached_kernel_or_on_one_core(
 ) -> None:
     kernel.cached = lambda: cached
     monkeypatch.setattr(engine, "cores", lambda: cores)
-    monkeypatch.setattr(pool, "WorkerPool", pytest.fail)
-    with shipped._kernel_compiled_meanwhile() as first_run:  # noqa: SLF001
+    monkeypatch.setattr(subprocess, "Popen", pytest.fail)
+    with shipped._helped(drawing=cores == 1) as (first_run, _):  # noqa: SLF001
         assert first_run is not cached

@@ -19,10 +19,12 @@ from rockframe.engines.engine import (
     Engine,
     OneProcess,
     ProcessPool,
+    SharedWork,
     _require_listening,
     choose_engine,
     map_tasks,
 )
+from rockframe.engines.pool import WorkerPool
 from rockframe.errors import EngineError, InputError, ParameterError
 from rockframe.provenance import sha256_of
 
@@ -45,6 +47,22 @@ def once(marker: Path, then: str, value: str) -> str:
 def test_results_come_in_the_order_of_the_tasks(engine: Engine) -> None:
     tasks = ["__import__('time').sleep(0.05) or 0", "1", "2", "3", "4", "5", "6"]
     assert list(map_tasks(eval, tasks, engine=engine)) == list(range(7))
+
+
+def test_a_started_worker_and_this_process_share_the_work(tmp_path: Path) -> None:
+    """The worker waits for a file that this process makes; then both give results in order."""
+    waiting = f"[0 for _ in iter(lambda: __import__('os').path.exists({str(tmp_path / 'a')!r}), 1)]"
+    making = f"__import__('pathlib').Path({str(tmp_path / 'a')!r}).touch()"
+    tasks = [f"({waiting}, {ASKS})[1]", f"({making}, {ASKS})[1]", "3", "4"]
+    with WorkerPool(1) as pool:
+        there, here, *rest = SharedWork(pool).map(eval, tasks)
+    assert there != here == os.getpid()
+    assert rest == [3, 4]
+
+
+def test_a_started_worker_that_dies_is_named() -> None:
+    with WorkerPool(1) as pool, pytest.raises(EngineError, match=r"task 1: its worker died 3"):
+        list(SharedWork(pool).map(eval, [DIES, "2"]))
 
 
 def test_pool_gives_the_bits_of_one_process() -> None:

@@ -40,6 +40,7 @@ from rockframe.results.tables.rows import (
 )
 
 if TYPE_CHECKING:
+    from rockframe.engines.engine import Engine
     from rockframe.paper.claim import Claim
     from rockframe.runs.performing import Computed
     from rockframe.stages.acceptance import Ingested
@@ -77,8 +78,11 @@ def run_table1(options: argparse.Namespace) -> int:
     folder: Path = options.output
     tables = _tables(options, "table1")
     _validate(options, tables)
-    with whole_folder(folder, _files(options.format)) as partial:
-        computed = _computed(options, tables, partial)
+    with (
+        _helped(drawing=True) as (first_run, engine),
+        whole_folder(folder, _files(options.format)) as partial,
+    ):
+        computed = _computed(options, tables, partial, first_run=first_run)
         made = [computed.datasets[name] for name in STAGE_FILES]
         rows = list(table_rows_of(*made))
         summary = summary_rows(rows, recordings_of(made[0]))
@@ -95,7 +99,7 @@ def run_table1(options: argparse.Namespace) -> int:
             )
         names = list(dict.fromkeys(row["record_id"] for row in rows))
         with console.progress_bar("drawing") as progress:
-            draw_records(rows, files, partial / "figures", names, progress)
+            draw_records(rows, files, partial / "figures", names, progress, engine)
         models = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
         count = _finish(options, partial, computed.ingested, models)
     if options.json:
@@ -177,40 +181,52 @@ def _tables(options: argparse.Namespace, name: str) -> dict[str, Any]:
     return tables | overlaid
 
 
-def _computed(options: argparse.Namespace, tables: Mapping[str, Any], folder: Path) -> Computed:
+def _computed(
+    options: argparse.Namespace, tables: Mapping[str, Any], folder: Path, *, first_run: bool
+) -> Computed:
     """Compute the stages of a shipped study."""
     from rockframe.runs.performing import compute
     from rockframe.study.structures import bundled_records
 
-    with _kernel_compiled_meanwhile() as first_run:
-        return compute(
-            tables,
-            options.records or [bundled_records()],
-            arguments.chosen_structures(options),
-            folder,
-            # the threads of one process use all cores for the responses
-            workers={"ingest": arguments.reading_workers(options), "respond": 1},
-            watch=partial(_watch, note=", compiling for this first run" if first_run else ""),
-        )
+    return compute(
+        tables,
+        options.records or [bundled_records()],
+        arguments.chosen_structures(options),
+        folder,
+        # the threads of one process use all cores for the responses
+        workers={"ingest": arguments.reading_workers(options), "respond": 1},
+        watch=partial(_watch, note=", compiling for this first run" if first_run else ""),
+    )
 
 
 @contextmanager
-def _kernel_compiled_meanwhile() -> Iterator[bool]:
-    """Compile the vectorised kernel in another process while this one reads records.
+def _helped(*, drawing: bool = False) -> Iterator[tuple[bool, Engine]]:
+    """Start a process that compiles the vectorised kernel, unless it is compiled already, and
+    prepares to draw, while this one reads records.
 
-    Yields False if the kernel is already compiled.
+    Yields True if the kernel is not compiled, and the engine that draws.
     """
-    from rockframe.engines.engine import cores
+    from rockframe.engines.engine import OneProcess, SharedWork, cores
     from rockframe.engines.pool import WorkerPool
     from rockframe.rocking.kernels import lanes
 
     cached = cast("Any", lanes.integrate_lanes).cached()
-    if cached or cores() == 1:
-        yield not cached
+    if cores() == 1:
+        yield not cached, OneProcess()
         return
     with WorkerPool(1) as pool:
-        pool.submit(_compile_kernel)
-        yield True
+        if not cached:
+            pool.submit(_compile_kernel)
+        if drawing:
+            pool.submit(_prepare_drawing)
+        yield not cached, SharedWork(pool)
+
+
+def _prepare_drawing() -> None:
+    """Import and read what drawing needs: the process that starts this needs it only later."""
+    from rockframe.stages.figures import prepare_drawing
+
+    prepare_drawing()
 
 
 def _compile_kernel() -> None:
@@ -356,8 +372,11 @@ def run_paper(options: argparse.Namespace) -> int:
     folder: Path = options.output
     arguments.refuse_folder_of_records(options)
     tables = _tables(options, "paper")
-    with whole_folder(folder, (*STAGE_FILES, "records.csv", _PAGE)) as partial:
-        computed = _computed(options, tables, partial)
+    with (
+        _helped() as (first_run, _),
+        whole_folder(folder, (*STAGE_FILES, "records.csv", _PAGE)) as partial,
+    ):
+        computed = _computed(options, tables, partial, first_run=first_run)
         made, ingested = [computed.datasets[name] for name in STAGE_FILES], computed.ingested
         rows = list(table_rows_of(*made))
         claims = all_claims() + record_claims(rows, pulse_rows(made[1]))

@@ -12,10 +12,10 @@ import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence, Sized
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice
+from itertools import count, islice
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 from urllib.parse import urlsplit
@@ -161,16 +161,21 @@ def serve(
     with WorkerPool(workers) as pool:
         futures = in_order(partial(pool.submit, function), ((task,) for task in tasks), 2 * workers)
         for number, future in enumerate(futures, first):
-            try:
-                yield awaited(future)
-            except WorkerDiedError as death:
-                if death.said:
-                    failed = f"task {number} failed in its worker:\n{death.said}"
-                    raise RuntimeError(failed) from None
-                raise EngineError(
-                    f"task {number}: its worker died {ATTEMPTS} times (last: {death.how}). "
-                    "Check that there is enough memory, or use fewer workers."
-                ) from None
+            yield _of_worker(future, number)
+
+
+def _of_worker(future: Future[Result], number: int) -> Result:
+    """Return the result of a task in a worker, whose death is an error that names the task."""
+    try:
+        return awaited(future)
+    except WorkerDiedError as death:
+        if death.said:
+            failed = f"task {number} failed in its worker:\n{death.said}"
+            raise RuntimeError(failed) from None
+        raise EngineError(
+            f"task {number}: its worker died {ATTEMPTS} times (last: {death.how}). "
+            "Check that there is enough memory, or use fewer workers."
+        ) from None
 
 
 class Engine(ABC):
@@ -258,6 +263,44 @@ class ProcessPool(Engine):
         if spent < self.patience:
             return False
         return total is None or done == 0 or spent / done * (total - done) > self.patience
+
+
+@dataclass(frozen=True)
+class SharedWork(Engine):
+    """One worker that was started before there were tasks, and this process, which computes too.
+
+    Parameters
+    ----------
+    pool : WorkerPool
+        A pool of one worker. What it is doing when the tasks come, such as importing, it ends
+        first; meanwhile this process computes.
+
+    Examples
+    --------
+    >>> with WorkerPool(1) as pool:
+    ...     list(SharedWork(pool).map(abs, [-1.0, 2.0]))
+    [1.0, 2.0]
+    """
+
+    pool: WorkerPool
+
+    def map(
+        self, function: Callable[[Task], Result], tasks: Iterable[Task]
+    ) -> Generator[Result, None, None]:
+        """Yield the results of a function in the order of the tasks."""
+        found: deque[Future[Result]] = deque()
+        numbers = count(1)
+        for task in tasks:
+            check()
+            if all(future.done() for future in found):
+                found.append(self.pool.submit(function, task))
+            else:
+                found.append(Future())
+                found[-1].set_result(function(task))
+            while found and found[0].done():
+                yield _of_worker(found.popleft(), next(numbers))
+        for future in found:
+            yield _of_worker(future, next(numbers))
 
 
 def map_tasks(

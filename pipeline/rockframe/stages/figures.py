@@ -5,15 +5,17 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
 import xarray as xr
+from matplotlib.figure import Figure
 
 from rockframe.cells import write_rows
-from rockframe.engines.engine import ProcessPool
+from rockframe.engines.engine import Engine, ProcessPool
 from rockframe.errors import InputError, ParameterError
-from rockframe.figures.captioned import Captioned, caption_path, save, save_captioned
+from rockframe.figures.captioned import Captioned, caption_path, save, save_captioned, styled
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.joints import draw_forces
 from rockframe.figures.margins import draw_margin_strips
@@ -199,7 +201,8 @@ def _draw_most_rotated(
             yield row
 
     chosen = _most_rotated(rows(), given["response"], most)
-    return draw_records(first.values(), files, folder, chosen, progress, workers)
+    engine = ProcessPool(workers, patience=_START)
+    return draw_records(first.values(), files, folder, chosen, progress, engine)
 
 
 @dataclass(frozen=True)
@@ -223,8 +226,8 @@ def draw_records(
     files: Sequence[Path],
     folder: Path,
     chosen: Sequence[str],
-    progress: Progress = silent,
-    workers: int | None = None,
+    progress: Progress,
+    engine: Engine,
 ) -> dict[str, str]:
     """Draw each chosen record with the histories that were kept, and its margins, the sensitivity
     to the spreads of the ensemble and the forces at the joints if they are known.
@@ -236,7 +239,6 @@ def draw_records(
     """
     drawn: dict[str, str] = {}
     asked = _Chosen(rows, files, folder, chosen)
-    engine = ProcessPool(workers, patience=_START)
     for i, names in enumerate(engine.map(_draw_record, asked)):
         drawn |= dict.fromkeys(names, chosen[i])
         progress(i + 1, len(chosen))
@@ -274,6 +276,14 @@ class _Chosen:
                     spreads=list(sensitivity_rows(response.dataset, name)),
                     forces=list(force_rows(response.dataset, name)),
                 )
+
+
+def prepare_drawing() -> None:
+    """Draw nothing, so that the process has imported and read what drawing needs."""
+    with styled():
+        figure = Figure(layout="constrained")
+        figure.subplots().set_title("$a_p$")
+        figure.savefig(BytesIO(), format="png")
 
 
 def _draw_record(shown: _OfRecord) -> list[str]:
