@@ -273,6 +273,23 @@ def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
     assert ran.stderr.rstrip().endswith("KeyboardInterrupt")
 
 
+_PRODUCT = """
+import sys
+import numba, numpy
+from rockframe import GroundAcceleration, RockingFrame, respond
+respond(RockingFrame(height=9.6, width=1.6), GroundAcceleration.from_samples([0.0, 3.0, 0.0], 0.1))
+assert "scipy.linalg" not in sys.modules
+print(numba.njit(lambda a, b: a @ b)(numpy.eye(2), numpy.full((2, 2), 3.0)).tolist())
+"""
+
+
+def test_functions_of_others_still_find_blas() -> None:
+    """Numba's check for BLAS is only put off until a function needs it."""
+    words = [sys.executable, "-c", _PRODUCT]
+    ran = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert ran.stdout == "[[3.0, 3.0], [3.0, 3.0]]\n"
+
+
 @pytest.mark.faults  # compiles everything again
 def test_the_bits_do_not_depend_on_the_processor(bundled_records: Path, tmp_path: Path) -> None:
     """Each operation is rounded separately on every processor: multiply-add is not fused."""

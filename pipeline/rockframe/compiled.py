@@ -150,12 +150,30 @@ def _prepared_numba() -> Any:
     from numba.extending import typeof_impl
 
     _allow_wide_vectors()
+    _put_off_check_for_blas()
 
     @typeof_impl.register(_Compiled)
     def _(value: _Compiled, _context: object) -> Any:
         return numba.typeof(value.part())  # type: ignore[no-untyped-call]
 
     return numba
+
+
+def _put_off_check_for_blas() -> None:
+    """Import the module of numba that checks for BLAS, without the check.
+
+    The check imports `scipy.linalg`, which takes a tenth of the time of a command. Numba repeats it
+    when it compiles a function that needs BLAS.
+    """
+    from numba.np import linalg
+
+    numba_linalg: Any = linalg
+    check = numba_linalg.ensure_blas
+    numba_linalg.ensure_blas = lambda: None
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        numba_linalg.ensure_blas = check
 
 
 def _allow_wide_vectors() -> None:

@@ -184,7 +184,9 @@ def test_shares_reach_their_limits() -> None:
     assert all(math.isnan(one) for one in every.bands.tendon_force)
 
 
-@pytest.mark.parametrize(("count", "size"), [(0, 64), (1, 64), (20, 64), (64, 64), (7, 16)])
+@pytest.mark.parametrize(
+    ("count", "size"), [(0, 64), (1, 64), (20, 64), (64, 64), (7, 16), (999, 2000)]
+)
 def test_the_interval_is_that_of_clopper_and_pearson(count: int, size: int) -> None:
     exact = binomtest(count, size).proportion_ci(confidence_level=0.9, method="exact")
     assert_allclose(share_interval(count, size), (exact.low, exact.high), rtol=1e-10, atol=1e-12)

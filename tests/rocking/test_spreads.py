@@ -86,6 +86,13 @@ def test_spreads_in_which_the_motion_is_not_varied_are_unknown() -> None:
         assert {name for name, one in found.items() if math.isnan(one)} == unknown
 
 
+@pytest.mark.parametrize("members", [16, 17, 64, 1000])
+def test_the_correlation_by_chance_is_that_of_students_t(members: int) -> None:
+    t = stats.t(members - 2).ppf(0.975)
+    expected = t / math.sqrt(members - 2 + t**2)
+    assert_allclose(correlation_by_chance(members), expected, rtol=1e-12)
+
+
 @pytest.mark.parametrize("members", [16, 64])
 def test_one_in_twenty_independent_spreads_is_beyond_chance(members: int) -> None:
     rng = np.random.default_rng(5)

@@ -143,13 +143,12 @@ def _as_stored(variable: xr.Variable, coordinates: str) -> xr.Variable:
     """
     attrs = {**variable.attrs, **({"coordinates": coordinates} if coordinates else {})}
     if variable.dtype.kind != "O":
-        return xr.Variable(variable.dims, variable.values, attrs)
+        return xr.Variable(variable.dims, variable.values, attrs, fastpath=True)
     texts = [str(text).encode() for text in variable.values.ravel()]
     length = max(1, max(map(len, texts), default=1))
     characters = np.array(texts, dtype=f"S{length}").view("S1").reshape(*variable.shape, length)
-    return xr.Variable(
-        (*variable.dims, f"string{length}"), characters, {**attrs, "_Encoding": "utf-8"}
-    )
+    dimensions = *variable.dims, f"string{length}"
+    return xr.Variable(dimensions, characters, {**attrs, "_Encoding": "utf-8"}, fastpath=True)
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
+from math import exp, lgamma
 from typing import TYPE_CHECKING, Final, Generic, TypeAlias, TypeVar
 
 from rockframe.notebook import Shown
@@ -115,6 +116,8 @@ class JointForces(Generic[Value]):
 
 #: Level of the interval of a share [1].
 CONFIDENCE: Final = 0.90
+#: Number of times that the range of a share is halved to find a limit of its interval.
+_HALVINGS: Final = 50
 
 
 #: The 16, 50 and 84 % quantiles of a peak; infinite where a quantile falls on a member that
@@ -236,13 +239,26 @@ def share_interval(count: int, members: int) -> tuple[float, float]:
     >>> [round(limit, 3) for limit in share_interval(0, 64)]
     [0.0, 0.046]
     """
-    import scipy  # reading a table needs none of it
+    return _least_share(count, members), 1.0 - _least_share(members - count, members)
 
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    inverse = scipy.special.betaincinv
-    low = 0.0 if count == 0 else float(inverse(count, members - count + 1, tail))
-    high = 1.0 if count == members else float(inverse(count + 1, members - count, 1.0 - tail))
-    return low, high
+
+def _least_share(count: int, members: int) -> float:
+    """Return the share with which `count` members or more are as rare as the tail of the interval.
+
+    `scipy.special.betaincinv` returns the same within 1e-11, but its import takes a tenth of the
+    time of a command.
+    """
+    if count == 0:
+        return 0.0
+    sizes = range(count, members + 1)
+    ways = [lgamma(members + 1) - lgamma(k + 1) - lgamma(members - k + 1) for k in sizes]
+    tail, low, high = 0.5 * (1.0 - CONFIDENCE), 0.0, 1.0
+    for _ in range(_HALVINGS):
+        share = 0.5 * (low + high)
+        yes, no = math.log(share), math.log1p(-share)
+        rare = sum(exp(w + k * yes + (members - k) * no) for w, k in zip(ways, sizes, strict=True))
+        low, high = (share, high) if rare < tail else (low, share)
+    return share
 
 
 @dataclass(frozen=True)

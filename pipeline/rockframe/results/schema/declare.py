@@ -107,7 +107,8 @@ class Variable:
         """Return the variable with these values, for a dataset."""
         import xarray as xr  # many commands only name variables
 
-        return xr.Variable(self.dims, self.array(data), self.described(units))
+        # the fast path does not ask if the array is one of Dask, which would import Dask
+        return xr.Variable(self.dims, self.array(data), self.described(units), fastpath=True)
 
     def array(self, data: Any) -> NDArray[Any]:
         """Return values as an array of the type in the file."""
