@@ -286,7 +286,9 @@ def _test(copy: Path, words: list[str], kind: str, seconds: int, log: str) -> No
         os.dup2(file.fileno(), 2)
     setrlimit(RLIMIT_CPU, (seconds, seconds))
     os.chdir(copy)
-    sys.path[:0] = [str(copy / "pipeline"), str(copy)]
+    own = [str(copy / "pipeline"), str(copy)]
+    sys.path[:0] = own
+    os.environ["PYTHONPATH"] = os.pathsep.join(own)  # of the processes that tests start
     code = pytest.main(words)
     sys.stdout.flush()
     os._exit(code)
