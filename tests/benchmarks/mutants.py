@@ -51,6 +51,8 @@ _LONGEST: Final = {"plain": 10.0, "compiled": 60.0}
 _LOOPING: Final = {"plain": 10.0, "compiled": 400.0}
 #: The same for all tests that notice a mutant, which must pass without it.
 _WHOLE: Final = 3600
+#: Ending of the file without the mutant, while the mutant is tried.
+_ORIGINAL: Final = ".original"
 #: Starts processes that have imported what takes long.
 _SERVER: Final = multiprocessing.get_context("forkserver")
 _SERVER.set_forkserver_preload(
@@ -250,6 +252,8 @@ def copied(root: Path, folder: Path) -> Path:
         shared = root.parent / "shared"
         if shared.exists() and not (folder / "shared").exists():
             (folder / "shared").symlink_to(shared)
+    for kept in (copy / PACKAGE).rglob(f"*{_ORIGINAL}"):  # of a run that was killed
+        kept.replace(kept.with_suffix(".py"))
     return copy
 
 
@@ -299,7 +303,9 @@ def noticed_by(
 ) -> str:
     """Return the kind of run and the first test that notices a mutant; "" if none does."""
     path = copy / PACKAGE / mutant.file
+    kept = path.with_suffix(_ORIGINAL)
     whole, times = path.read_bytes(), path.stat()
+    shutil.copy2(path, kept)
     try:
         path.write_bytes(whole[: mutant.start] + mutant.after.encode() + whole[mutant.end :])
         # Python compares times in whole seconds to see that a file has changed
@@ -312,8 +318,7 @@ def noticed_by(
                 return f"{kind} {failed}"
         return ""
     finally:
-        path.write_bytes(whole)
-        os.utime(path, (times.st_atime, times.st_mtime))
+        kept.replace(path)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
