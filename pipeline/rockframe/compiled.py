@@ -168,7 +168,9 @@ def _put_off_check_for_blas() -> None:
     from numba.np import linalg
 
     numba_linalg: Any = linalg
-    check = numba_linalg.ensure_blas
+    check = getattr(numba_linalg, "ensure_blas", None)
+    if check is None:  # another version of numba
+        return
     numba_linalg.ensure_blas = lambda: None
     try:
         import numba.np.arraymath  # noqa: F401

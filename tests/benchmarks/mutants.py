@@ -305,7 +305,9 @@ def noticed_by(
     path = copy / PACKAGE / mutant.file
     kept = path.with_suffix(_ORIGINAL)
     whole, times = path.read_bytes(), path.stat()
-    shutil.copy2(path, kept)
+    partial = kept.with_suffix(".partial")
+    shutil.copy2(path, partial)
+    partial.replace(kept)  # a run that is killed leaves the whole file
     try:
         path.write_bytes(whole[: mutant.start] + mutant.after.encode() + whole[mutant.end :])
         # Python compares times in whole seconds to see that a file has changed

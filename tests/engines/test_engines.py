@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import wait
 from itertools import count
 from pathlib import Path
 
@@ -55,14 +56,25 @@ def test_a_started_worker_and_this_process_share_the_work(tmp_path: Path) -> Non
     making = f"__import__('pathlib').Path({str(tmp_path / 'a')!r}).touch()"
     tasks = [f"({waiting}, {ASKS})[1]", f"({making}, {ASKS})[1]", "3", "4"]
     with WorkerPool(1) as pool:
-        there, here, *rest = SharedWork(pool).map(eval, tasks)
+        ready = pool.submit(eval, "0")
+        wait([ready])
+        there, here, *rest = SharedWork(pool, ready).map(eval, tasks)
     assert there != here == os.getpid()
     assert rest == [3, 4]
 
 
+def test_this_process_does_not_wait_for_a_worker_that_is_not_ready() -> None:
+    with WorkerPool(1) as pool:
+        never = pool.submit(eval, "__import__('time').sleep(1000)")
+        assert set(SharedWork(pool, never).map(eval, [ASKS] * 3)) == {os.getpid()}
+
+
 def test_a_started_worker_that_dies_is_named() -> None:
-    with WorkerPool(1) as pool, pytest.raises(EngineError, match=r"task 1: its worker died 3"):
-        list(SharedWork(pool).map(eval, [DIES, "2"]))
+    with WorkerPool(1) as pool:
+        ready = pool.submit(eval, "0")
+        wait([ready])
+        with pytest.raises(EngineError, match=r"task 1: its worker died 3"):
+            list(SharedWork(pool, ready).map(eval, [DIES, "2"]))
 
 
 def test_pool_gives_the_bits_of_one_process() -> None:

@@ -261,6 +261,18 @@ def test_one_uplift_has_one_panel(lifts: tuple[float, ...]) -> None:
     assert len(figure.axes[2].get_lines()) == len(lifts)
 
 
+@pytest.mark.parametrize("size", [1e-5, 1.0, 30.0])
+def test_numbers_do_not_reach_the_labels_of_their_axes(size: float) -> None:
+    response = respond(BENT, shake())
+    drawn = history("s", size, response).assign({"u": ("time", size * response.u)})
+    figure = draw_response_history(size * shake().acceleration, None, [drawn], "Shake")
+    figure.draw_without_rendering()
+    lefts = [panel.yaxis.label.get_window_extent().x1 for panel in figure.axes]
+    assert max(lefts) == pytest.approx(min(lefts), abs=0.5)  # the labels are aligned
+    for panel, left in zip(figure.axes, lefts, strict=True):
+        assert left < min(one.get_window_extent().x0 for one in panel.get_yticklabels())
+
+
 def test_the_legend_of_the_ground_covers_no_trace() -> None:
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5, time=5.0)
     match = PulseMatch(pulse=pulse, match_index=0.9, at_period_bound=False)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
     from rockframe.runs.performing import Computed
     from rockframe.stages.acceptance import Ingested
 
+#: Largest number of records that two processes draw; all cores draw more.
+_FEW: Final = 12
 #: Outputs of ingest, pulse and respond.
 STAGE_FILES: Final = ("records.nc", "pulses.nc", "response.nc")
 
@@ -79,8 +82,8 @@ def run_table1(options: argparse.Namespace) -> int:
     tables = _tables(options, "table1")
     _validate(options, tables)
     with (
-        _helped(drawing=True) as (first_run, engine),
         whole_folder(folder, _files(options.format)) as partial,
+        _helped(drawing=True) as (first_run, helped),
     ):
         computed = _computed(options, tables, partial, first_run=first_run)
         made = [computed.datasets[name] for name in STAGE_FILES]
@@ -99,6 +102,7 @@ def run_table1(options: argparse.Namespace) -> int:
             )
         names = list(dict.fromkeys(row["record_id"] for row in rows))
         with console.progress_bar("drawing") as progress:
+            engine = helped if len(names) <= _FEW else None
             draw_records(rows, files, partial / "figures", names, progress, engine)
         models = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
         count = _finish(options, partial, computed.ingested, models)
@@ -217,9 +221,8 @@ def _helped(*, drawing: bool = False) -> Iterator[tuple[bool, Engine]]:
     with WorkerPool(1) as pool:
         if not cached:
             pool.submit(_compile_kernel)
-        if drawing:
-            pool.submit(_prepare_drawing)
-        yield not cached, SharedWork(pool)
+        ready = pool.submit(_prepare_drawing) if drawing else Future[None]()
+        yield not cached, SharedWork(pool, ready)
 
 
 def _prepare_drawing() -> None:
@@ -373,8 +376,8 @@ def run_paper(options: argparse.Namespace) -> int:
     arguments.refuse_folder_of_records(options)
     tables = _tables(options, "paper")
     with (
-        _helped() as (first_run, _),
         whole_folder(folder, (*STAGE_FILES, "records.csv", _PAGE)) as partial,
+        _helped() as (first_run, _),
     ):
         computed = _computed(options, tables, partial, first_run=first_run)
         made, ingested = [computed.datasets[name] for name in STAGE_FILES], computed.ingested

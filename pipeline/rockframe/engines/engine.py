@@ -179,7 +179,7 @@ def _of_worker(future: Future[Result], number: int) -> Result:
 
 
 class Engine(ABC):
-    """Base class of `OneProcess`, `ProcessPool` and `DaskScheduler`."""
+    """Base class of `OneProcess`, `ProcessPool`, `SharedWork` and `DaskScheduler`."""
 
     @abstractmethod
     def map(
@@ -272,17 +272,19 @@ class SharedWork(Engine):
     Parameters
     ----------
     pool : WorkerPool
-        A pool of one worker. What it is doing when the tasks come, such as importing, it ends
-        first; meanwhile this process computes.
+        A pool of one worker.
+    ready : Future
+        The call that prepares the worker. Until it has ended, this process computes alone.
 
     Examples
     --------
     >>> with WorkerPool(1) as pool:
-    ...     list(SharedWork(pool).map(abs, [-1.0, 2.0]))
+    ...     list(SharedWork(pool, pool.submit(os.getpid)).map(abs, [-1.0, 2.0]))
     [1.0, 2.0]
     """
 
     pool: WorkerPool
+    ready: Future[Any]
 
     def map(
         self, function: Callable[[Task], Result], tasks: Iterable[Task]
@@ -292,7 +294,7 @@ class SharedWork(Engine):
         numbers = count(1)
         for task in tasks:
             check()
-            if all(future.done() for future in found):
+            if self.ready.done() and all(future.done() for future in found):
                 found.append(self.pool.submit(function, task))
             else:
                 found.append(Future())

@@ -227,7 +227,7 @@ def draw_records(
     folder: Path,
     chosen: Sequence[str],
     progress: Progress,
-    engine: Engine,
+    engine: Engine | None = None,
 ) -> dict[str, str]:
     """Draw each chosen record with the histories that were kept, and its margins, the sensitivity
     to the spreads of the ensemble and the forces at the joints if they are known.
@@ -239,6 +239,7 @@ def draw_records(
     """
     drawn: dict[str, str] = {}
     asked = _Chosen(rows, files, folder, chosen)
+    engine = ProcessPool(patience=_START) if engine is None else engine
     for i, names in enumerate(engine.map(_draw_record, asked)):
         drawn |= dict.fromkeys(names, chosen[i])
         progress(i + 1, len(chosen))
