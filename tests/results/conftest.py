@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 import pytest
 from tests.commands import STRUCTURE, run
+from tests.conftest import coarse
 
 from rockframe.wavelets.pulse import Pulse
 
@@ -25,6 +27,13 @@ _ISOLATED: Final = """
 period_s = 3.0
 strength_ratio = 0.05
 """
+
+
+@pytest.fixture(scope="module", autouse=True)
+def coarse_figures() -> Iterator[None]:
+    """Draw the figures of all tests here coarsely."""
+    with coarse():
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -56,5 +65,6 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     period = ("--column-period", "5")
     run("spectrum", "--records", records, *frame, *period, "--output", home / "rocking_spectrum.nc")
     plain = ("--margins", "none", "--surrogates", "0", "--output", home / "run")
-    run("table1", "--records", home / "one.csv", *units, *structures, *few, *plain)
+    with coarse():
+        run("table1", "--records", home / "one.csv", *units, *structures, *few, *plain)
     return home
