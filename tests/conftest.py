@@ -9,7 +9,7 @@ import re
 import shutil
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,6 +18,7 @@ import pytest
 import xarray as xr
 from hypothesis import settings
 
+from rockframe.engines.engine import OneProcess
 from rockframe.ingest import collection
 from rockframe.options.respond import ScreenOptions
 from rockframe.wavelets.pulse import Pulse
@@ -79,10 +80,12 @@ def files_need_not_survive_a_power_cut() -> Iterator[None]:
 
 @contextmanager
 def coarse() -> Iterator[None]:
-    """Draw with few dots and without ticks, and do not arrange panels, for tests of files and
-    texts of figures; `tests/figures` has tests of what figures show.
+    """Draw with few dots and without ticks, do not arrange panels, and start no process that draws,
+    for tests of files and texts of figures; `tests/figures` has tests of what figures show.
     """
     with pytest.MonkeyPatch.context() as patch:
+        alone = False, OneProcess()
+        patch.setattr("rockframe.cli.shipped._helped", lambda **_: nullcontext(alone))
         for resolution in ("_PRINT", "_SCREEN"):
             patch.setattr(f"rockframe.figures.captioned.{resolution}", 20)
         for what in ("axis.Axis.draw", "layout_engine.ConstrainedLayoutEngine.execute"):

@@ -22,6 +22,11 @@ from rockframe.rocking.kernels import lanes
 from rockframe.rocking.margins.ensemble import member_peaks
 
 
+@pytest.fixture(scope="module", autouse=True)
+def coarse_figures() -> None:
+    """Start processes here, which other tests of commands do not."""
+
+
 def forms(monkeypatch: pytest.MonkeyPatch, compute: Callable[[], object]) -> set[tuple[Any, ...]]:
     """Return the types of arguments with which the kernel is called."""
     found = set()
