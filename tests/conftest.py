@@ -10,6 +10,7 @@ import shutil
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,6 +19,7 @@ import pytest
 import xarray as xr
 from hypothesis import settings
 
+from rockframe.cli.main import parser
 from rockframe.engines.engine import OneProcess
 from rockframe.ingest import collection
 from rockframe.options.respond import ScreenOptions
@@ -67,6 +69,14 @@ def readers_in_this_process() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(collection, "worker_count", count)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def parsers_are_kept() -> Iterator[None]:
+    """Make the parser of each command once, not for each of the thousand commands of the tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rockframe.cli.main.parser", cache(parser))
         yield
 
 
