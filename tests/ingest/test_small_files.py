@@ -8,6 +8,7 @@ same formats are read by test_more_formats, where they are at hand.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -283,8 +284,9 @@ def test_a_file_without_its_end_is_rejected(name: str) -> None:
         ("usc", b"POINTS=    10", b"POINTS=    11", "11 samples stated|10 samples"),
         ("volume1_pairs", b"-0.320 G", b"-0.420 G", "peak -0.42 g stated"),
         ("volume1_pairs", b"0.060 SEC", b"0.160 SEC", "peak stated at 0.16 s"),
-        ("volume1_pairs", b"LENGTH =  0.180", b"LENGTH =  0.280", "length 0.280 s stated"),
-        ("volume1_pairs", b"LENGTH =  0.180", b"LENGTH =  0.080", "length 0.080 s stated"),
+        ("volume1_pairs", b"0.060 SEC", b"0.100 SEC", "peak stated at 0.1 s"),  # the highest sample
+        ("volume1_pairs", b"LENGTH =  0.180", b"LENGTH =  0.220", "length 0.220 s stated"),
+        ("volume1_pairs", b"LENGTH =  0.180", b"LENGTH =  0.140", "length 0.140 s stated"),
         ("volume1_pairs", b"RECORD = 0.", b"RECORD = 0.9", "root mean square 0.9"),
     ],
 )  # fmt: skip
@@ -293,6 +295,16 @@ def test_a_lie_in_the_header_is_found(name: str, old: bytes, new: bytes, message
     assert old in data
     with pytest.raises(InputError, match=message):
         read(name, data.replace(old, new, 1))
+
+
+def test_a_root_mean_square_may_be_off_by_three_percent() -> None:
+    """Archives take the mean over samples, or over time, and drop digits."""
+    before, stated, after = re.split(rb"(?<=RECORD = )(\S+)", SMALL["volume1_pairs"].data)
+    for factor in (0.98, 1.02):
+        assert read("volume1_pairs", before + b"%.4f" % (factor * float(stated)) + after)
+    for factor in (0.96, 1.04):
+        with pytest.raises(InputError, match="root mean square"):
+            read("volume1_pairs", before + b"%.4f" % (factor * float(stated)) + after)
 
 
 def test_a_peak_may_be_timed_from_the_trigger() -> None:

@@ -174,6 +174,12 @@ def test_a_step_in_a_comment_is_that_of_the_samples(comment: str, agrees: bool) 
             read_bytes("a.txt", data, options)
 
 
+def test_a_step_of_zero_in_a_comment_cannot_be_trusted() -> None:
+    """Samples without time between them are no record, so only the samples can settle it."""
+    with pytest.raises(InputError, match=r"Settled by --trust waveform\.$"):
+        one("# dt = 0.0 s\n0.1\n0.2\n", BOTH)
+
+
 @pytest.mark.parametrize(
     ("comment", "states"),
     [
