@@ -10,8 +10,15 @@ import pytest
 
 from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit
 from rockframe.paper.claims import all_claims, checked_page
-from rockframe.paper.pulses import BORROWED, paper_records, record_claims, with_paper_facts
+from rockframe.paper.pulses import (
+    BORROWED,
+    paper_records,
+    pulse_checks,
+    record_claims,
+    with_paper_facts,
+)
 from rockframe.results.tables.rows import Row
+from rockframe.wavelets.family import BETA
 
 Expected = Callable[[str], Any]
 
@@ -96,6 +103,13 @@ def test_eq_12_as_printed_does_not_follow_from_eq_11(claims: dict[str, Claim]) -
 def test_eq_45_as_printed_falls_short_by_its_missing_factor(claims: dict[str, Claim]) -> None:
     factor = math.sqrt(3.0) * 1.27 / math.tau
     assert claims["eq-45"].printed.startswith(f"maximum {factor:.4f} s")
+
+
+@pytest.mark.parametrize("factor", [1.0 - 1.3e-6, 1.0 + 1.3e-6])
+def test_a_wrong_beta_would_be_found(monkeypatch: pytest.MonkeyPatch, factor: float) -> None:
+    """With another beta, the largest acceleration of eq (45) is not a_p."""
+    monkeypatch.setattr("rockframe.paper.pulses.BETA", factor * BETA)
+    assert pulse_checks()["eq-45"].finding is Finding.DIFFERS
 
 
 def test_what_is_said_of_overturning(claims: dict[str, Claim]) -> None:

@@ -209,8 +209,8 @@ def _antisymmetric_check() -> Check:
     printed = np.abs((x**2 - 3.0) * _TIME * np.exp(-0.5 * x**2) / BETA).max()
     meant = np.abs((x**2 - 3.0) * x * np.exp(-0.5 * x**2) / BETA).max()
     ours = np.abs(Pulse(wavelet="antisymmetric_ricker", a_p=1.0, T_p=_PERIOD).acceleration(_TIME))
-    sound = abs(ours.max() - 1.0) < 1e-6 and abs(meant - 1.0) < 1e-6
-    misprint = sound and abs(printed - 1.0) > 0.01
+    sound = all(math.isclose(largest, 1.0, rel_tol=1e-6) for largest in (meant, ours.max()))
+    misprint = sound and not math.isclose(printed, 1.0, rel_tol=0.01)
     finding = Finding.MISPRINT if misprint else judged(sound)
     return check(finding, printed=printed, T_p=_PERIOD, maximum=ours.max())
 
