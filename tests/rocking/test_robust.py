@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from rockframe.rocking import (
 )
 from rockframe.rocking.assessments import RobustMargin
 from rockframe.rocking.margins.members import draws, members
+from rockframe.rocking.margins.robust import _Family
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -102,6 +104,23 @@ def test_errors_are_those_of_members_drawn_again(counted: Counted) -> None:
         low, high = np.quantile(np.log(again), (0.16, 0.84))
         ratios.append(np.log1p(error) / (0.5 * (high - low)))
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.15)
+
+
+def test_errors_are_standard_errors() -> None:
+    """One of 100 members falls at each scale, so a scale is a quantile of a uniform distribution.
+
+    The mean of the 81 places that it averages has the variance of that of a Brownian bridge. Of 100
+    draws, the 16 % quantile is the 16.84th of 101 intervals.
+    """
+    falls = np.arange(100)[:, None] >= np.arange(100)
+    found = [_Family(np.ones(100), 0.1, 10.0, seed)._margin(0, falls) for seed in range(40)]  # noqa: SLF001
+    ratios = []
+    for share, name in ((0.10, "error10"), (0.25, "error25"), (0.50, "error50")):
+        error = np.log1p([getattr(one, name) for one in found]).mean() / math.log(1.01)
+        u = np.add.outer(share + np.linspace(-0.03, 0.03, 9), 0.01 * np.arange(-4, 5)).ravel()
+        deviation = math.sqrt((np.minimum.outer(u, u) - np.outer(u, u)).mean() / 100)
+        ratios.append(error / (100 * deviation * -NormalDist().inv_cdf(16.84 / 101)))
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
 
 
 def test_another_draw_agrees_within_the_errors() -> None:
