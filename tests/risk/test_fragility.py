@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.stats import logistic, norm
+from scipy.stats import bernoulli, logistic, norm
 
 from rockframe.errors import ParameterError
 from rockframe.risk import Outcome, better_measure, compared_motions, fit_fragility
@@ -49,6 +49,20 @@ def test_maximum_agrees_with_a_general_optimiser(curve: Curve, seed: int) -> Non
     assert_allclose(fit.lognormal_beta, distribution.std() / fit.slope, rtol=1e-12)
     assert_allclose(fit.log_likelihood.sum(), -found.fun, rtol=1e-12)
     assert_allclose(fit.probability(fit.median), 0.5, rtol=1e-12)
+
+
+def test_measures_of_the_fit_follow_their_definitions() -> None:
+    """McFadden's R2 compares with one probability for all. Pairs of equal intensity count half."""
+    rng, scales = np.random.default_rng(5), np.array([0.5, 1.0, 2.0])
+    intensity = rng.choice([1.0, 2.0], 40)
+    scaled = np.outer(intensity, scales)
+    fell = rng.random(scaled.shape) < 0.3 * scaled / scaled.max()
+    fit = fit_fragility(intensity, scales, fell)
+    alone = bernoulli(fell.mean()).logpmf(fell).sum()
+    assert_allclose(fit.pseudo_r2, 1.0 - fit.log_likelihood.sum() / alone, rtol=1e-12)
+    order = np.sign(np.subtract.outer(scaled[fell], scaled[~fell]))
+    assert_allclose(fit.concordance, (0.5 + 0.5 * order).mean(), rtol=1e-12)
+    assert_allclose(fit.brier, ((fit.probability(scaled) - fell) ** 2).mean(), rtol=1e-12)
 
 
 @pytest.mark.parametrize("curve", ["lognormal", "logistic"])
