@@ -18,6 +18,7 @@ from rockframe.ingest.catalogue import write_catalogue
 from rockframe.outcome import InputOutcome
 from rockframe.results.tables.entries import (
     refuse_other_table,
+    refuse_strange_entries,
     rejections_of,
     rows_of,
     write_entries,
@@ -130,6 +131,13 @@ def test_the_list_of_an_ingest_without_records_may_be_replaced(tmp_path: Path) -
     path.with_suffix(".nc").touch()
     with pytest.raises(InputError, match=r"z\.csv: is in the place of the table of the screening"):
         refuse_other_table(path, ("record_id",), "the table of the screening")
+
+
+def test_a_list_that_only_begins_like_the_list_of_inputs_is_not_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "records.csv"
+    path.write_text("file,record_id,status,line,mine\n", encoding="utf-8")
+    with pytest.raises(InputError, match="is in the place of the list of inputs"):
+        refuse_strange_entries(path)
 
 
 def test_an_error_of_csv_names_its_line() -> None:

@@ -22,7 +22,7 @@ from rockframe.figures.fragility import draw_peak_distribution
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.record import Record
 from rockframe.results.screen import read_screening
-from rockframe.results.screen_tables import fragility_rows, screen_rows
+from rockframe.results.screen_tables import fragility_rows, refuse_strange_tables, screen_rows
 from rockframe.results.tables.entries import write_rows_as
 from rockframe.rocking import ScreeningTask
 from rockframe.signals.processing import peak
@@ -160,6 +160,25 @@ def test_other_files_are_not_replaced(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="in the place of the table of the screening"):
         screened(tmp_path)
     assert not (tmp_path / "screen.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("kind", "begins"),
+    [
+        ("scenarios", "record_id,structure,scale"),
+        ("fragility", "structure,limit_state"),
+        ("pooled", "structures,limit_state"),
+        ("rates", "structure,measure"),
+        ("design", "structure,dimension"),
+    ],
+)
+def test_a_table_that_only_begins_alike_is_not_replaced(
+    tmp_path: Path, kind: str, begins: str
+) -> None:
+    path = tmp_path / f"{kind}.csv"
+    path.write_text(f"{begins},mine\n", encoding="utf-8")
+    with pytest.raises(InputError, match="in the place of the table of the screening"):
+        refuse_strange_tables({kind: path})
 
 
 def test_markdown_keeps_its_columns(tmp_path: Path) -> None:

@@ -222,9 +222,13 @@ def test_an_input_is_not_replaced(tmp_path: Path) -> None:
         selected(tmp_path, output="records.nc")
     with pytest.raises(InputError, match=r"The table beside target\.nc would replace it"):
         selected(tmp_path, output="target.nc")
-    (tmp_path / "selected.csv").write_text("mine\n1\n", encoding="utf-8")
-    with pytest.raises(InputError, match="is in the place of the list of selected motions"):
-        selected(tmp_path)
+    for name, begins, what in (
+        ("selected-spectra", "period_s", "the table of their spectra"),
+        ("selected", "record_id", "the list of selected motions"),
+    ):
+        (tmp_path / f"{name}.csv").write_text(f"{begins},mine\n", encoding="utf-8")
+        with pytest.raises(InputError, match=f"is in the place of {what}"):
+            selected(tmp_path)
 
 
 @pytest.mark.parametrize(
