@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.timing import even_time_step
+from rockframe.ingest.parsing.timing import even_samples, even_time_step
 
 PATH = Path("shake.csv")
 
@@ -91,3 +91,29 @@ def test_given_step_must_fit() -> None:
         InputError, match=r"time step 0\.0042 s given, but the times state 0\.00416"
     ):
         step_of(printed, 0.0042)
+
+
+@pytest.mark.parametrize("other", [0.01, 0.03])
+def test_four_uneven_steps_are_film_and_three_are_a_fault(other: float) -> None:
+    """Samples equal to their times are interpolated at the even times themselves."""
+    for few in (3, 4):
+        times = np.cumsum([0.0, *[0.02, other] * few, *[0.02] * 8])
+        if few == 3:
+            with pytest.raises(InputError, match="even steps"):
+                even_samples(PATH, times, times, 2, None)
+        else:
+            step, samples, _ = even_samples(PATH, times, times, 2, None)
+            assert step == {0.01: 0.01, 0.03: 0.02}[other]
+            assert samples == pytest.approx(step * np.arange(samples.size), abs=1e-12)
+            assert times[-1] - step < samples[-1] <= times[-1]
+
+
+@pytest.mark.parametrize(("gap", "lost"), [(0.064, False), (0.067, True)])
+def test_points_of_film_are_at_most_four_mean_steps_apart(gap: float, lost: bool) -> None:
+    """With 19 steps of 0.01 s and 19 of 0.02 s, a gap of 0.0651 s is four times the mean step."""
+    times = np.cumsum([0.0, *[0.01, 0.02] * 19, gap])
+    if lost:
+        with pytest.raises(InputError, match=r":40: time 0\.637 s after 0\.57 s"):
+            even_samples(PATH, times, times, 1, None)
+    else:
+        assert even_samples(PATH, times, times, 1, None)[0] == 0.01
