@@ -273,6 +273,18 @@ def test_numbers_do_not_reach_the_labels_of_their_axes(size: float) -> None:
         assert left < min(one.get_window_extent().x0 for one in panel.get_yticklabels())
 
 
+@pytest.mark.parametrize("a_p", [0.1, 9.0])
+def test_zero_is_in_the_middle_of_the_ground(a_p: float) -> None:
+    """Both the record and the pulse are within the panel, whichever is stronger."""
+    record, pulse = shake(), Pulse(wavelet="symmetric_ricker", a_p=a_p, T_p=1.5, time=5.0)
+    match = PulseMatch(pulse=pulse, match_index=0.9, at_period_bound=False)
+    histories = [history("s", 1.0, respond(BENT, record))]
+    low, high = draw_response_history(record.acceleration, match, histories, "").axes[0].get_ylim()
+    largest = max(a_p, float(np.abs(record.acceleration).max())) / GRAVITY
+    assert -low == high
+    assert largest < high < 1.5 * largest
+
+
 def test_the_legend_of_the_ground_covers_no_trace() -> None:
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5, time=5.0)
     match = PulseMatch(pulse=pulse, match_index=0.9, at_period_bound=False)
