@@ -236,3 +236,12 @@ def test_selected_spectra_are_drawn_with_their_median_and_the_target() -> None:
     assert spreads == {-1.414214, 1.414214, -0.5, 0.5}
     assert drawn.caption.startswith("Pseudo-spectral acceleration, 5 % damped, of 2 scaled motions")
     assert "mine.csv. The dotted line marks 1 s" in drawn.caption
+
+
+def test_labelled_ticks_are_a_factor_of_at_most_two_and_a_half_apart() -> None:
+    """Few periods and accelerations are near a power of ten."""
+    period, sa = np.array([0.2, 1.0, 6.0]), GRAVITY * np.array([1.5, 0.4, 0.03])
+    target = TargetSpectrum(period, np.log(sa), None, "mine.csv")
+    (panel,) = draw_selection(target, np.log([sa, sa])).figure.axes
+    for axis in (panel.xaxis, panel.yaxis):
+        assert np.diff(np.log(axis.get_majorticklocs())).max() < np.log(2.51)

@@ -361,8 +361,7 @@ def _drifts(records: Sequence[Record], alpha: float, gamma: float) -> tuple[Floa
     fell = peaks.verdict == Verdict.OVERTURNS
     rotations = peaks.peak_rotation.swapaxes(0, 1)
     drift = [
-        np.abs(frame.horizontal_displacement(one))
-        for frame, one in zip(frames, rotations, strict=True)
+        frame.horizontal_displacement(one) for frame, one in zip(frames, rotations, strict=True)
     ]
     median = np.median(np.where(fell.swapaxes(0, 1), np.inf, drift), axis=(1, 2))
     return median, fell.mean(axis=(0, 2))
