@@ -195,6 +195,14 @@ def test_stated_extremes(reals: dict[int, float], message: str) -> None:
         read_bytes(PATH, joined(smc(reals=reals)))
 
 
+def test_a_peak_may_be_printed_with_more_digits_than_samples() -> None:
+    """Samples have five digits, so the largest, -12.346, may stand for -12.3456."""
+    [record] = read_bytes(PATH, joined(smc((1.0, -12.346, 0.5), reals={31: 0.005, 32: -12.3456})))
+    assert record.peak_ratio == pytest.approx(12.346 / 12.3456, rel=1e-12)
+    with pytest.raises(InputError, match=r":24: peak -12\.3475 cm/s2 stated, but -12\.346 cm/s2"):
+        read_bytes(PATH, joined(smc((1.0, -12.346, 0.5), reals={31: 0.005, 32: -12.3475})))
+
+
 def test_options_must_agree() -> None:
     with pytest.raises(InputError, match=r":18: time step 0.02 s given, but the file states 0.005"):
         read_bytes(PATH, joined(smc()), ReadOptions(time_step=0.02))
