@@ -246,6 +246,16 @@ def test_a_deck_that_sinks_does_not_exceed_the_allowed_lift() -> None:
     assert response.v[when - 1] < 0.99 * highest <= response.v[when]
 
 
+def test_a_push_lifts_the_deck_at_once() -> None:
+    """From rest, theta is omega t - p_hat^2 sin(alpha) t^2 / 2, up to the third power of t."""
+    half, pull = 0.005, BENT.effective_frequency_parameter**2 * math.sin(BENT.slenderness)
+    lift = float(BENT.vertical_displacement(0.2 * half - 0.5 * pull * half**2))
+    frame = replace(BENT, abutment=Abutment(gap=9.0, uplift_allowance=lift))
+    response = respond(frame, still(0.1), initial_velocity=0.2)
+    assert response.time[1] == 2.0 * half
+    assert response.lift_exceeded_time == pytest.approx(half, rel=1e-4)
+
+
 def test_yield_is_noted_where_the_force_reaches_it() -> None:
     ties = ((1.2, 0.02, 0.06, -math.inf, ELASTIC), NONE)
     push = straight_lines([0.5, 0.5], 2.0)
