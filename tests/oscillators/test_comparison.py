@@ -44,6 +44,18 @@ def test_what_does_not_move_bears_its_mass_times_the_acceleration_of_the_ground(
         assert (one.peak_u < 1e-6, one.validity) == (True, Validity.HOLDS)
 
 
+@pytest.mark.parametrize("level", [0.1, 0.6])
+def test_the_mirrored_motion_has_the_same_results(level: float) -> None:
+    """Peaks, residual drifts and the ends of validity have no sign."""
+    ground = GroundAcceleration.from_samples(noise(3, 400, level), 0.02)
+    rivals = replace(RIVALS, fixed=FixedFrame(period=0.4, strength_ratio=0.2))
+    for one, other in zip(*(compare(rivals, ground.scaled(s)) for s in (1.0, -1.0)), strict=True):
+        assert one.model == other.model
+        assert one.u == pytest.approx(-other.u, nan_ok=True)
+        for name in ("peak_u", "residual_u", "peak_base_shear", "ductility", "valid_until"):
+            assert getattr(one, name) == pytest.approx(getattr(other, name), nan_ok=True), name
+
+
 def test_frames_that_rock_are_those_of_respond() -> None:
     free, restrained, hybrid, *_ = compare(RIVALS, PULSE)
     for one, frame in zip(
