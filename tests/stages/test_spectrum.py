@@ -15,6 +15,7 @@ from rockframe.cli.main import main
 from rockframe.record import Record
 from rockframe.results.records import write_records
 from rockframe.results.response import read_rocking_spectrum, read_spectrum
+from rockframe.results.tables.entries import rows_of
 from rockframe.rocking import Verdict, respond
 from rockframe.rocking.spectra.overturning import column_of
 
@@ -106,12 +107,18 @@ def test_what_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     table = capsys.readouterr().out
     assert "2.7044" in table
     assert "> 4" in table
+    assert "Above 0 of these 2 points" in table
     assert main([*words, "--json"]) == 0
     lines = json.loads(capsys.readouterr().out)["spectrum"]
     assert lines[1]["minimum_overturning_amplitude"] is None
     assert lines[1]["intervals"] == []
     assert lines[0]["intervals"][0]["upper"] is None
     assert lines[0]["intervals"][0]["impacts"] == 1
+    assert main([*words, "--format", "csv"]) == 0
+    for row, line in zip(rows_of(tmp_path / "spectrum.csv"), lines, strict=True):
+        assert [*row] == [key for key in line if key != "intervals"]
+        least = line["minimum_overturning_amplitude"]
+        assert row["minimum_overturning_amplitude"] == ("" if least is None else f"{least!r}")
 
 
 def test_a_wavelet_with_phase_and_half_cycles(tmp_path: Path) -> None:
