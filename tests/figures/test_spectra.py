@@ -69,18 +69,36 @@ def test_figure_9_has_a_panel_for_each_pulse_and_slenderness(spectrum: xr.Datase
         assert_array_equal(image.get_array(), overturning.T)
 
 
-def test_a_curve_of_many_points_leaves_its_panel_at_the_top() -> None:
+@pytest.fixture(scope="module")
+def column() -> xr.Dataset:
     pulse = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0)
-    asked = (np.radians([10.0]), [0.0], np.linspace(2.0, 8.0, 31), np.linspace(1.0, 12.0, 12))
-    spectrum = spectrum_dataset(overturning_spectrum([pulse], *asked))
-    (axes,) = draw_overturning_spectra(spectrum).figure.axes
-    (line,) = axes.get_lines()
-    least = spectrum["minimum_overturning_amplitude"].values.ravel()
-    above = int(np.argmin(np.isfinite(least)))  # the first ratio at which nothing overturns
-    right, top = (np.asarray(data)[-1] for data in line.get_data())
-    assert top == axes.get_ylim()[1] == 12.0
-    ratio = spectrum["frequency_ratio"].values
-    assert ratio[above - 1] < right < ratio[above]
+    asked = (np.radians([10.0]), [0.0], np.linspace(2.0, 8.0, 80), np.linspace(1.0, 12.0, 12))
+    return spectrum_dataset(overturning_spectrum([pulse], *asked))
+
+
+def test_a_curve_of_many_points_leaves_its_panel_at_the_top(column: xr.Dataset) -> None:
+    """Unless the pulse overturns the column at the last ratio too."""
+    ratio, least = column["frequency_ratio"].values, column["minimum_overturning_amplitude"]
+    above = int(np.argmin(np.isfinite(least.values)))  # the first ratio at which nothing overturns
+    for last, leaves in ((80, True), (above + 1, True), (above, False)):
+        (axes,) = draw_overturning_spectra(column.isel(frequency_ratio=slice(last))).figure.axes
+        (line,) = axes.get_lines()
+        x, y = (np.asarray(data) for data in line.get_data())
+        assert_array_equal(y[:above], least.values.ravel()[:above])
+        assert x.size == above + leaves
+        if leaves:
+            assert y[-1] == axes.get_ylim()[1] == 12.0
+            assert ratio[above - 1] < x[-1] < ratio[above]
+
+
+def test_fewer_than_thirty_points_are_marked(column: xr.Dataset) -> None:
+    """They are far apart, and their curve is not drawn beyond the last of them."""
+    for number, mark in ((29, "."), (30, "")):
+        some = column.isel(frequency_ratio=slice(80 - number, 80))
+        (axes,) = draw_overturning_spectra(some).figure.axes
+        (line,) = axes.get_lines()
+        assert line.get_marker() == mark
+        assert np.isfinite(np.asarray(line.get_ydata())[-1]) == (mark == "")
 
 
 def test_map_of_unevenly_spaced_points_has_its_cells_around_them() -> None:

@@ -115,6 +115,7 @@ def draw_overturning_spectra(dataset: xr.Dataset) -> Captioned:
 
 def _draw_overturning(panel: Axes, panel_of: xr.Dataset) -> None:
     ratio, amplitude = panel_of["frequency_ratio"].values, panel_of["amplitude"].values
+    few = ratio.size < _FEW  # mark points, and show the first and last cells in full
     lightest = panel_of["overturning"].isel(mass_ratio=0).transpose("amplitude", "frequency_ratio")
     edges = _edges(ratio)
     panel.pcolorfast(
@@ -128,14 +129,13 @@ def _draw_overturning(panel: Axes, panel_of: xr.Dataset) -> None:
     for i, gamma in enumerate(panel_of["mass_ratio"].values):
         least = panel_of["minimum_overturning_amplitude"].isel(mass_ratio=i).values
         panel.plot(
-            *_extended_to_top(ratio, least, amplitude[-1]),
+            *((ratio, least) if few else _extended_to_top(ratio, least, amplitude[-1])),
             label=_gamma(gamma),
             linestyle=LINES[i % len(LINES)],
             linewidth=0.9,
-            marker="." if ratio.size < _FEW else "",
+            marker="." if few else "",
         )
-    whole = ratio.size >= _FEW  # with few points, show the first and last cells in full
-    panel.set_xlim((ratio[0], ratio[-1]) if whole else (edges[0], edges[-1]))
+    panel.set_xlim((edges[0], edges[-1]) if few else (ratio[0], ratio[-1]))
     panel.set_ylim(0.0, amplitude[-1])
     panel.yaxis.set_major_locator(MaxNLocator(3, integer=True))
     panel.grid(visible=False)
@@ -147,7 +147,7 @@ def _extended_to_top(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Extend a curve to the top of the panel, between its last point and the next."""
     known = np.flatnonzero(np.isfinite(least))
-    if ratio.size < _FEW or not known.size or known[-1] + 1 >= ratio.size:
+    if not known.size or known[-1] + 1 >= ratio.size:
         return ratio, least
     end = known[-1] + 1
     leaves = 0.5 * (ratio[end - 1] + ratio[end])
