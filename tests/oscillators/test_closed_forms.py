@@ -174,6 +174,20 @@ def test_a_collapse_during_the_motion_ends_the_history() -> None:
     assert np.isnan(found.force_ratio[ended:]).all()
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_strong_pull_brings_a_frame_back(side: float) -> None:
+    """It is pushed out, pulled, pushed further, and pulled back from where no push could hold it.
+
+    The weight there outweighs columns and push, but not columns and pull.
+    """
+    frame = FixedFrame(period=1.0, strength_ratio=0.3, stability_coefficient=0.3)
+    motion = np.repeat([-5.0, 20.0, -5.0, 20.0, 0.0], [54, 24, 24, 42, 10])
+    found = respond_oscillator(frame, GroundAcceleration(side * motion[:, None], STEP))
+    lean, strength = 0.3 * math.tau**2, 0.3 * GRAVITY
+    assert strength + 5.0 < lean * found.peak_displacement < strength + 20.0
+    assert lean * abs(found.residual_displacement) < strength
+
+
 def test_an_elastic_plastic_frame_stays_where_its_last_excursion_left_it() -> None:
     """An initial velocity V gives the peak uy / 2 + V^2 / (2 fy), and a residual less by uy."""
     frame = FixedFrame(period=1.0, damping_ratio=0.0, strength_ratio=0.1)

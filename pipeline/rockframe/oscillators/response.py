@@ -247,7 +247,7 @@ def _prepared(ground: GroundAcceleration) -> tuple[Float, Float, float, float]:
         ]
     )
     if powers.size == 2:  # piecewise linear: the larger end is exact
-        bounds[:, 0] = np.maximum(np.abs(parts[:, 0]), np.abs(parts.sum(axis=1)))
+        bounds[:, 0] = np.abs(np.cumsum(parts, axis=1)).max(axis=1)
     return rows, bounds, step, ground.start_time
 
 
