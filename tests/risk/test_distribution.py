@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import rankdata
 
 from rockframe.risk import (
     demand_ranks,
+    distribution,
     mean_share,
+    mean_shares,
     observed_shares,
     peak_distribution,
     wilson,
@@ -127,3 +129,18 @@ def test_shares_rank_before_peaks(pairs: list[tuple[int, int]]) -> None:
     shares, peaks = np.array(pairs, dtype=float).T
     ranks = demand_ranks(peaks[:, None], shares[:, None] / 2.0)[:, 0]
     assert_allclose(ranks, rankdata(-(10.0 * shares + peaks)))
+
+
+@pytest.mark.parametrize("together", [1, 4, 7, 1024])
+def test_structures_that_share_draws_have_the_bands_that_each_has_alone(
+    monkeypatch: pytest.MonkeyPatch, together: int
+) -> None:
+    """Shares of 64 members are summed without rounding, in whatever groups."""
+    monkeypatch.setattr(distribution, "_COLUMNS", together)
+    shares = np.random.default_rng(3).integers(0, 65, (5, 20, 3)) / 64.0
+    clusters = np.arange(20) // 2
+    found = mean_shares(shares, clusters=clusters, seed=7)
+    for one, band in zip(shares, found, strict=True):
+        alone = mean_share(one, clusters=clusters, seed=7)
+        for name in ("share", "low", "high"):
+            assert_array_equal(getattr(band, name), getattr(alone, name))

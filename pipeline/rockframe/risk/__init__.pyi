@@ -3,9 +3,11 @@
 from .distribution import Band as Band
 from .distribution import demand_ranks as demand_ranks
 from .distribution import mean_share as mean_share
+from .distribution import mean_shares as mean_shares
 from .distribution import observed_shares as observed_shares
 from .distribution import over_azimuths as over_azimuths
 from .distribution import peak_distribution as peak_distribution
+from .distribution import shares_at_most as shares_at_most
 from .distribution import wilson as wilson
 from .fitting import fit_fragility as fit_fragility
 from .fragility import OVERTURNING as OVERTURNING

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Final
 
 import numpy as np
@@ -17,6 +18,8 @@ Float = NDArray[np.float64]
 _REPLICATES: Final = 1000
 #: Number of clusters in the samples that are in memory together.
 _DRAWN: Final = 2**22
+#: Largest number of means that share their samples.
+_COLUMNS: Final = 1024
 _QUANTILE: Final = 1.6448536269514722
 
 
@@ -58,10 +61,30 @@ def peak_distribution(
     >>> band.share.tolist(), band.high.round(2).tolist()
     ([0.0, 0.5, 0.75], [0.4, 1.0, 1.0])
     """
+    return mean_share(shares_at_most(peaks, levels), clusters=clusters, seed=seed)
+
+
+def shares_at_most(peaks: ArrayLike, levels: ArrayLike) -> Float:
+    """Return the share of the members under each motion whose peak is at most each level.
+
+    Parameters
+    ----------
+    peaks, levels : array_like
+        As for `peak_distribution`.
+
+    Returns
+    -------
+    array, shape (motions, levels)
+
+    Examples
+    --------
+    >>> shares_at_most([[0.1, 0.3], [0.2, np.inf]], [0.2, 1.0]).tolist()
+    [[0.5, 1.0], [0.5, 0.5]]
+    """
     values = np.asarray(peaks, dtype=np.float64)
     values = values.reshape(len(values), -1)
     below = [(values <= level).mean(axis=1) for level in np.asarray(levels)]
-    return mean_share(np.stack(below, axis=1), clusters=clusters, seed=seed)
+    return np.stack(below, axis=1)
 
 
 def mean_share(shares: ArrayLike, *, clusters: ArrayLike | None = None, seed: int = 0) -> Band:
@@ -88,10 +111,45 @@ def mean_share(shares: ArrayLike, *, clusters: ArrayLike | None = None, seed: in
     >>> band.share.tolist(), band.low.round(2).tolist()
     ([0.25, 0.75], [0.0, 0.25])
     """
-    reached = np.asarray(shares, dtype=np.float64)
-    _, belongs = np.unique(
-        np.arange(len(reached)) if clusters is None else clusters, return_inverse=True
-    )
+    (band,) = mean_shares([shares], clusters=clusters, seed=seed)
+    return band
+
+
+def mean_shares(
+    shares: Iterable[ArrayLike], *, clusters: ArrayLike | None = None, seed: int = 0
+) -> list[Band]:
+    """Return `mean_share` of several structures under the same motions, which are drawn once.
+
+    Parameters
+    ----------
+    shares : iterable of array_like, shape (motions, levels)
+        Shares of each structure [1]; only some are in memory at a time.
+    clusters, seed
+        As for `mean_share`.
+
+    Examples
+    --------
+    >>> one, other = mean_shares([[[0.0], [0.5]], [[0.5], [1.0]]])
+    >>> one.share.tolist(), other.share.tolist()
+    ([0.25], [0.75])
+    """
+    each = (np.asarray(one, dtype=np.float64) for one in shares)
+    found: list[Band] = []
+    for first in each:
+        motions, levels = first.shape
+        together = max(1, min(_COLUMNS, _DRAWN // motions) // levels)
+        some = [first, *islice(each, together - 1)]
+        band = _band(np.concatenate(some, axis=1), clusters, seed)
+        ends = levels * np.arange(1, len(some))
+        parts = (np.split(end, ends) for end in (band.share, band.low, band.high))
+        found += [Band(*one) for one in zip(*parts, strict=True)]
+    return found
+
+
+def _band(reached: Float, clusters: ArrayLike | None, seed: int) -> Band:
+    """Return the means over the motions, with bands; motions of one cluster are drawn together."""
+    motions = np.arange(len(reached)) if clusters is None else clusters
+    _, belongs = np.unique(motions, return_inverse=True)
     count = int(belongs.max()) + 1
     total = np.zeros((count, reached.shape[1]))
     np.add.at(total, belongs, reached)

@@ -41,16 +41,16 @@ from rockframe.risk import (
     demand_ranks,
     fit_fragility,
     hazard_file,
-    mean_share,
+    mean_shares,
     measure_of,
     observed_shares,
     over_azimuths,
     over_azimuths_of,
     overturning_rate,
-    peak_distribution,
     period_of,
     pooled_intensities,
     read_hazard,
+    shares_at_most,
 )
 from rockframe.risk.fragility import QUANTITIES, Curve, limited_in
 from rockframe.rocking import Design, Verdict, quantiles
@@ -140,11 +140,10 @@ def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, 
     """Return ranks, distributions of peaks, counts of outcomes, and results over all motions."""
     seed, at = run.request.options.seed, run.request.reference
     fell = run.shares(0)
-    bands = [
-        peak_distribution(peaks, LEVELS, clusters=clusters, seed=seed)
-        for peaks in run.kept["peak_rotation_ratio"].swapaxes(0, 1)
-    ]
-    overall = [mean_share(one, clusters=clusters, seed=seed) for one in fell.swapaxes(0, 1)]
+    peaks_of_frames = run.kept["peak_rotation_ratio"].swapaxes(0, 1)
+    at_most = (shares_at_most(peaks, LEVELS) for peaks in peaks_of_frames)
+    bands = mean_shares(at_most, clusters=clusters, seed=seed)
+    overall = mean_shares([*fell.swapaxes(0, 1)], clusters=clusters, seed=seed)
     ranks = demand_ranks(run.ratio, fell[:, :, at])
     return {
         "reference_scale": float(run.request.scales[at]),

@@ -11,7 +11,7 @@ import numpy as np
 
 from rockframe.cells import DASH, Cells, Column, in_digits, number
 from rockframe.results.tables.rows import Row, band_words, share_words
-from rockframe.results.tables.summary import mean_share_of, over_records
+from rockframe.results.tables.summary import mean_shares_of, over_records
 from rockframe.rocking.verdict import Verdict
 
 
@@ -176,7 +176,7 @@ def _design(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
     shares = [_share(row, "share_overturned", _fell(row)) for row in rows]
     ends = [_share(row, "share_model_ends", row["validity"] != "holds") for row in rows]
     found: Row = {"records": len(rows), "weight_kn": number(rows[0].get("weight_kn"))}
-    found |= mean_share_of(shares, (row["record_id"] for row in rows), recordings)
+    found |= mean_shares_of([shares], (row["record_id"] for row in rows), recordings)[0]
     found["share_model_ends"] = float(np.mean(ends))
     for one in DESIGN_QUANTITIES:
         values = np.array([one.of_record(row) for row in rows])

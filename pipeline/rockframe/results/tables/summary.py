@@ -205,7 +205,16 @@ class Summary:
 
     def rows(self, recordings: Mapping[str, Hashable] | None = None) -> list[Row]:
         """Return the rows of `summary_rows` for all rows that passed by."""
-        return [found.row(recordings or {}) for found in self._of_each.values()]
+        known, each = recordings or {}, [*self._of_each.values()]
+        alike = all(one.names == each[0].names for one in each)
+        groups = [each] if alike and each else [[one] for one in each]
+        return [row for group in groups for row in _rows_of_group(group, known)]
+
+
+def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hashable]) -> list[Row]:
+    """Return the rows of structures that respond to the same records."""
+    intervals = mean_shares_of([one.shares for one in group], group[0].names, recordings)
+    return [one.row(interval) for one, interval in zip(group, intervals, strict=True)]
 
 
 class _OverRecords:
@@ -214,15 +223,15 @@ class _OverRecords:
     def __init__(self, first: Cells) -> None:
         self._first = self._worst = first
         self._severity = severity(first)
-        self._names: list[str] = []
-        self._shares, self._rotations, self._drifts = (array("d") for _ in range(3))
+        self.names: list[str] = []
+        self.shares, self._rotations, self._drifts = (array("d") for _ in range(3))
         self._margins = dict.fromkeys(_MARGINS, math.nan)
         self._uplifted, self._nominal = 0, True
 
     def include(self, row: Cells) -> None:
         verdict, severe = spread_verdict(row), severity(row)
-        self._names.append(row["record_id"])
-        self._shares.append(share_overturned(row))
+        self.names.append(row["record_id"])
+        self.shares.append(share_overturned(row))
         self._rotations.append(_rotation(row))
         self._drifts.append(_drift(row))
         self._uplifted += verdict.kind is not VerdictKind.NO_UPLIFT
@@ -233,14 +242,15 @@ class _OverRecords:
             found = number(row.get(key))
             self._margins[key] = smallest if math.isnan(found) else min(found, smallest)
 
-    def row(self, recordings: Mapping[str, Hashable]) -> Row:
+    def row(self, interval: Row) -> Row:
+        """Return the row of the structure, with the mean of its shares and its interval."""
         first, worst = self._first, self._worst
         bands = {"peak_rotation_ratio": self._rotations, "u_max_m": self._drifts}
         return {
             "structure": first["structure"],
             **{key: number(first.get(key)) for key in OF_STRUCTURE},
-            "records": len(self._names),
-            **mean_share_of(self._shares, self._names, recordings),
+            "records": len(self.names),
+            **interval,
             "uplifted": self._uplifted,
             **{
                 band_column(column, quantile): value
@@ -253,28 +263,30 @@ class _OverRecords:
         }
 
 
-def mean_share_of(
-    shares: Sequence[float], records: Iterable[str], recordings: Mapping[str, Hashable]
-) -> Row:
-    """Return the mean of the shares that overturn under records, and its interval.
+def mean_shares_of(
+    shares: Iterable[Sequence[float]], records: Iterable[str], recordings: Mapping[str, Hashable]
+) -> list[Row]:
+    """Return the mean share of each structure that overturns under records, and its interval.
 
     Parameters
     ----------
-    shares : sequence of float
-        The share under each record [1].
+    shares : iterable of sequence of float
+        The share of each structure under each record [1].
     records : iterable of str
         Identifiers of the records.
     recordings : mapping of str to hashable
         As for `summary_rows`.
     """
-    from rockframe.risk.distribution import mean_share
+    from rockframe.risk.distribution import mean_shares
 
     place: dict[Hashable, int] = {}
     keys = (recordings.get(name, name) for name in records)
     clusters = [place.setdefault(key, len(place)) for key in keys]
-    found = mean_share(np.reshape(shares, (-1, 1)), clusters=clusters)
-    ends = {"": found.share, "_low": found.low, "_high": found.high}
-    return {f"share_overturned{end}": float(value[0]) for end, value in ends.items()}
+    found = mean_shares((np.reshape(one, (-1, 1)) for one in shares), clusters=clusters)
+    ends = [{"": one.share, "_low": one.low, "_high": one.high} for one in found]
+    return [
+        {f"share_overturned{end}": float(value[0]) for end, value in one.items()} for one in ends
+    ]
 
 
 def over_records(values: ArrayLike) -> list[float]:
