@@ -60,8 +60,8 @@ CASES = {
     ),
     "one point": ("pga_g,annual_rate\n0.1,0.01\n", ":2: 1 points. Must be two or more."),
     "equal": (
-        "pga_g,probability_in_50_years\n0.1,0.01\n0.2,0.01\n",
-        ":3: 1 different rates at this site. Must be two or more.",
+        "pga_g,probability_in_50_years\n0.1,0.01\n0.2,0.01\n0.3,0.01\n",
+        ":4: 1 different rates at this site. Must be two or more.",
     ),
     "no years": (
         "pga_g,probability_in_0_years\n0.1,0.01\n0.2,0.001\n",

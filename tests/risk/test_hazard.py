@@ -29,6 +29,7 @@ POWER = HazardCurve("pga", np.array([1e-9, 1e9]), np.array([1e14, 1e-22]))
     [
         ([1.0], [1.0], "hazard curve of 1 points. Must have two or more"),
         ([1.0, -2.0], [1.0, 0.5], "intensity -2 of point 2 of the hazard curve. Must be positive"),
+        ([1.0, 2.0], [1.0, 0.0], "rate 0 of point 2 of the hazard curve. Must be positive"),
         ([2.0, 1.0], [1.0, 0.5], "intensities of the hazard curve. Must be increasing"),
         ([1.0, 2.0], [0.5, 0.5], "rates of the hazard curve. Must be decreasing"),
     ],

@@ -132,6 +132,10 @@ def test_within_the_barrier_the_frame_comes_back_and_beyond_it_overturns() -> No
         assert response.verdict == verdict
 
 
+def test_the_barrier_is_the_same_on_both_sides() -> None:
+    assert barrier_rate(BENT, -0.3 * BENT.slenderness) == barrier_rate(BENT, 0.3 * BENT.slenderness)
+
+
 def test_trajectory_jumps_at_impacts_by_the_restitution() -> None:
     response = release(BENT, 0.5, 10.0)
     theta, omega = trajectory(response)
