@@ -13,7 +13,7 @@ from scipy.integrate import quad, solve_ivp
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.parts import hollow, inertia_ratio_of, tapered
+from rockframe.parts import hollow, inertia_ratio_of, tapered, volume
 from rockframe.rocking import GroundAcceleration, column_forces, impact_impulses, reactions, respond
 from rockframe.study.structures import read_structures
 from rockframe.units import GRAVITY
@@ -64,6 +64,17 @@ def test_a_tapered_column_is_the_sum_of_its_slices(
     assert shape.centre_of_gravity == pytest.approx(centre, rel=1e-10)
     expected = about_corner / (centre**2 + 0.25 * width**2)
     assert shape.inertia_ratio == pytest.approx(expected, rel=1e-10)
+
+
+def test_a_hollow_column_has_the_volume_of_its_walls() -> None:
+    """A thin ring is as long as its mean circumference."""
+    ring = 9.0 * math.pi * 1.9 * 0.1
+    assert volume("circular", 9.0, 2.0, inner_width=1.8) == pytest.approx(ring, rel=1e-12)
+    walls = 9.0 * (4.0 * 2.0 - 3.0 * 1.5)
+    sizes = {"depth": 4.0, "inner_width": 1.5, "inner_depth": 3.0}
+    assert volume("rectangular", 9.0, 2.0, **sizes) == pytest.approx(walls, rel=1e-12)
+    assert volume("circular", 9.0, 2.0) == pytest.approx(9.0 * math.pi, rel=1e-12)
+    assert volume("rectangular", 9.0, 2.0, depth=4.0) == pytest.approx(72.0, rel=1e-12)
 
 
 def test_a_hollow_column_is_the_outer_less_the_inner_one() -> None:
