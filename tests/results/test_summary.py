@@ -103,6 +103,14 @@ def test_a_margin_that_was_not_found_is_a_bound(rows: Any) -> None:
     assert "critical_scale" not in columns
 
 
+def test_a_critical_scale_that_was_not_found_is_a_bound() -> None:
+    row = nominal("r", "stands", 0.1) | {"critical_scale": math.nan, "largest_scale": 10.0}
+    (row,) = summary_rows([row])
+    columns = {one.key: one for one in summary_columns([row])}
+    assert columns["critical_scale"].cell(row) == "> 10"
+    assert "robust_scale_10" not in columns
+
+
 def test_each_pair_is_in_a_matrix_once(rows: Any) -> None:
     pairs = [row | {"structure": name} for row in rows for name in ("bent", "pier")]
     for quantity in MATRIX_QUANTITIES:
