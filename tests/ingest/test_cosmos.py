@@ -176,6 +176,16 @@ def test_no_recorder_has_counts_of_so_few_or_many_bits(bits: int, full_scale: fl
         read_bytes(PATH, cosmos(raw))
 
 
+def test_the_nearest_number_of_bits_is_named() -> None:
+    """Counts of 16 bits would make 0.0524 V, still further from 134 V than 24 bits."""
+    scales = {34: 0.005, 64: -2.0, 23: 134.0}
+    raw = channel(stage=0, units="counts (50)", integers={35: 16}, reals=scales)
+    with pytest.raises(
+        InputError, match=r"make 13\.4218 V with 24 bits, but a full scale of 134 V"
+    ):
+        read_bytes(PATH, cosmos(raw))
+
+
 @pytest.mark.parametrize("ratio", [0.94, 0.96, 1.0, 1.04, 1.06])
 @pytest.mark.parametrize(("item", "words"), [(54, 0.03), (57, 20.0)])
 def test_corners_in_words_are_rounded_by_less_than_a_twentieth(

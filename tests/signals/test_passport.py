@@ -238,7 +238,7 @@ def alternating(seconds: float, event: float) -> Float:
 
 @pytest.mark.parametrize(
     ("seconds", "event", "length"),
-    [(2.5, 100.0, 2.0), (1.9, 100.0, 0.0), (10.0, 8.1, 8.0), (10.0, 7.9, 0.0)],
+    [(2.5, 100.0, 2.0), (2.0, 100.0, 1.6), (1.9, 100.0, 0.0), (10.0, 8.1, 8.0), (10.0, 7.9, 0.0)],
 )
 def test_an_event_is_eight_times_the_level_of_the_first_two_seconds(
     seconds: float, event: float, length: float
