@@ -279,10 +279,16 @@ def test_zero_is_in_the_middle_of_the_ground(a_p: float) -> None:
     record, pulse = shake(), Pulse(wavelet="symmetric_ricker", a_p=a_p, T_p=1.5, time=5.0)
     match = PulseMatch(pulse=pulse, match_index=0.9, at_period_bound=False)
     histories = [history("s", 1.0, respond(BENT, record))]
-    low, high = draw_response_history(record.acceleration, match, histories, "").axes[0].get_ylim()
+    panel = draw_response_history(record.acceleration, match, histories, "").axes[0]
+    low, high = panel.get_ylim()
     largest = max(a_p, float(np.abs(record.acceleration).max())) / GRAVITY
     assert -low == high
     assert largest < high < 1.5 * largest
+    time, drawn = curve(panel, 1)  # the whole pulse
+    assert (time[0] + time[-1], np.abs(drawn).max()) == pytest.approx(
+        (10.0, a_p / GRAVITY), rel=1e-3
+    )
+    assert np.abs(drawn[[0, -1]]).max() < 0.01 * a_p / GRAVITY
 
 
 def test_the_legend_of_the_ground_covers_no_trace() -> None:
