@@ -408,8 +408,8 @@ def _uplift_check() -> Check:
 
 def _misprint(printed: float, right: float, meant: float, **others: float) -> Check:
     """Return MISPRINT if the printed value is wrong and the intended value is right."""
-    near = abs(meant - right) <= 1e-6 * abs(right)
-    wrong = near and abs(printed - right) > 1e-3 * abs(right)
+    near = math.isclose(meant, right, rel_tol=1e-6)
+    wrong = near and not math.isclose(printed, right, rel_tol=1e-3)
     found = Finding.MISPRINT if wrong else judged(near)
     return check(found, printed=printed, right=right, meant=meant, **others)
 
