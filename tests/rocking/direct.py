@@ -41,6 +41,7 @@ def integrate(
     start: tuple[float, float] = (0.0, 0.0),
     vertical: ArrayLike | None = None,
     ties: tuple[()] | tuple[Tie, Tie] = (),
+    impacts: Float | None = None,
 ) -> Outcome:
     """Run the kernel over a ground acceleration [g], shape (intervals, degree + 1)."""
     ground = np.array(coefficients, dtype=np.float64, order="C")
@@ -49,7 +50,7 @@ def integrate(
     else:
         lift = np.array(vertical, dtype=np.float64, order="C")
     theta, omega = np.empty((2, ground.shape[0] + 1))
-    impacts = np.empty((16384, 2))
+    impacts = np.empty((16384, 2)) if impacts is None else impacts
     summary = np.empty(kernel.SUMMARY_SIZE)
     forces = np.empty((theta.size, len(ties)))
     log = np.empty((len(ties), TIE_LOG_SIZE))

@@ -173,6 +173,18 @@ def test_more_impacts_than_are_kept_are_counted() -> None:
     assert np.array_equal(every.impact_times[:4096], response.impact_times)
 
 
+def test_nothing_is_written_behind_the_impacts_that_are_kept() -> None:
+    """Compiled code does not check the ends of arrays."""
+    memory = np.full((4, 2), np.nan)
+    start, alpha = (0.5 * SLENDER.slenderness, 0.0), SLENDER.slenderness
+    found = integrate(
+        np.zeros((400, 2)), 0.1, alpha=alpha, restitution=0.9, start=start, impacts=memory[:3]
+    )
+    assert found.impacts > 4
+    assert np.isfinite(memory[:3]).all()
+    assert np.isnan(memory[3]).all()
+
+
 def test_reversed_pulse_is_the_mirror() -> None:
     pulse = Pulse(wavelet="antisymmetric_ricker", a_p=5.0, T_p=1.5)
     mirrored = respond(BENT, replace(pulse, phase=math.pi))
