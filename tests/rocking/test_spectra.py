@@ -91,6 +91,13 @@ def test_above_5_the_temples_frame_still_stands(pulse: Pulse, least: float) -> N
     assert_allclose(found.minimum_overturning_amplitude.item(), least, rtol=0, atol=1e-5)
 
 
+@pytest.mark.parametrize("beyond", [1, 2])
+def test_an_edge_just_below_the_largest_amplitude_is_found(beyond: int) -> None:
+    amplitudes = 5.75652 + 0.1 * np.arange(beyond - 40.5, beyond)
+    found = spectrum(SYMMETRIC, 14.0, 0.25, 5.0, amplitudes)
+    assert_allclose(found.minimum_overturning_amplitude.item(), 5.75652, rtol=0, atol=1e-5)
+
+
 @pytest.mark.parametrize("pulse", [SYMMETRIC, ANTISYMMETRIC])
 def test_the_gain_of_the_beam_grows_above_4(pulse: Pulse) -> None:
     """At mass ratio 4, the gain is below 50 % at a frequency ratio of 4 and above 100 % at 6."""
