@@ -70,6 +70,13 @@ def test_axes_are_taken_and_given_back(things: dict[str, Shown]) -> None:
         assert axes.get_xlabel()
 
 
+def test_a_margin_marks_the_motion_itself(things: dict[str, Shown]) -> None:
+    axes = things["margin"].plot(Figure().subplots())
+    (line,) = (one for one in axes.get_lines() if one.get_label() == "the motion itself")
+    assert_array_equal(line.get_xdata(), [1.0, 1.0])
+    assert axes.get_xlim()[0] == 0.0
+
+
 def test_without_axes_there_is_a_figure() -> None:
     from matplotlib import pyplot as plt
 

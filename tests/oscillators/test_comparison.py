@@ -127,6 +127,12 @@ def test_a_fixed_frame_that_collapses_exceeds_any_ductility() -> None:
     assert np.isfinite(one.peak_base_shear)
 
 
+def test_a_deck_on_isolators_or_fixed_columns_does_not_rise() -> None:
+    *_, isolated, fixed = compare(RIVALS, PULSE)
+    for one in (isolated, fixed):
+        assert one.peak_v == np.abs(one.v).max() == 0.0
+
+
 def test_overturning_ends_the_free_frame_and_not_the_restrained() -> None:
     huge = Pulse(wavelet="symmetric_ricker", a_p=3.0 * GRAVITY, T_p=2.0)
     free, restrained, *_ = compare(replace(RIVALS, frame=replace(BRIDGE, abutment=None)), huge)
