@@ -123,6 +123,31 @@ def test_the_division_of_intervals_does_not_matter(model: IsolatedDeck | FixedFr
     assert ours.peak_force_ratio >= np.abs(other.force_ratio).max() * (1.0 - 1e-14)
 
 
+@pytest.mark.parametrize(
+    ("damping", "step", "intervals", "slow", "fast"),
+    [(0.0, 0.19, 61, 5.8, 7.3), (0.2, 0.13, 19, 12.9, 6.6)],
+)
+def test_no_peak_is_excluded_by_a_bound(
+    damping: float, step: float, intervals: int, slow: float, fast: float
+) -> None:
+    """They exclude peaks from most intervals, and are others in intervals an eighth as long."""
+    frame = FixedFrame(period=1.0, damping_ratio=damping)
+    coarse, fine = (
+        respond_oscillator(
+            frame,
+            GroundAcceleration.from_function(
+                lambda t: 3.0 * np.sin(slow * t) + np.sin(fast * t + 1.0),
+                *(0.0, step * intervals),
+                intervals=parts * intervals,
+                degree=5,
+            ),
+        )
+        for parts in (1, 8)
+    )
+    assert coarse.peak_displacement == pytest.approx(fine.peak_displacement, rel=2e-5)
+    assert coarse.peak_force_ratio == pytest.approx(fine.peak_force_ratio, rel=2e-5)
+
+
 @pytest.mark.parametrize("model", MODELS[:-1], ids=lambda model: f"{model.period:.2f}")
 @pytest.mark.parametrize("seed", [14, 15, 16])
 def test_the_peak_force_is_that_of_the_spring(model: IsolatedDeck | FixedFrame, seed: int) -> None:
