@@ -117,6 +117,12 @@ def test_units_of_the_sensitivity(write: Write, units: str, factor: float) -> No
     assert record.acceleration == pytest.approx([0.0, factor, -3 * factor, 2 * factor])
 
 
+def test_an_epoch_may_begin_and_end_with_the_samples(write: Write) -> None:
+    epoch = f'startDate="{START}" endDate="2019-07-06T03:19:23.0683"'
+    [record] = read_file(write(xml=station_xml(channel_xml(epoch=epoch))))
+    assert record.acceleration.size == 4
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
