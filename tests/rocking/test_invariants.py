@@ -18,7 +18,7 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.steps import LANDED, MOVING, Polynomial, flight
 from rockframe.rocking.kernels.ties import Pair
 from rockframe.rocking.response import Response, respond, ties_of
-from rockframe.rocking.scenarios import respond_many
+from rockframe.rocking.scenarios import Peaks, respond_many, respond_scenarios
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
@@ -304,3 +304,25 @@ def test_a_tendon_without_prestress_that_yields() -> None:
     elastic = respond(replace(bent, tendon=replace(slack, loses_prestress=False)), rough)
     assert math.isnan(cable.restraint.tendon_yields)  # type: ignore[union-attr]
     np.testing.assert_allclose(cable.theta, elastic.theta, rtol=0.0, atol=1e-12)
+
+
+def test_the_mirrored_motion_has_the_same_peaks() -> None:
+    """Both kernels have no preferred direction, to the last bit."""
+    asked = [(kind, motion) for kind in KINDS for motion in MOTIONS]
+    frames = [frame_of(kind, seed) for seed, (kind, _) in enumerate(asked)]
+    grounds = [
+        ground_of(motion, frame, seed)
+        for seed, ((_, motion), frame) in enumerate(zip(asked, frames, strict=True))
+    ]
+    mirrored = [replace(ground, coefficients=-ground.coefficients) for ground in grounds]
+    own = np.arange(len(frames))
+    found = [respond_scenarios(one, frames, own, own, 0 * own + 1.0) for one in (grounds, mirrored)]
+    for name in Peaks.__dataclass_fields__:
+        values, others = (getattr(one, name) for one in found)
+        np.testing.assert_array_equal(values, others, err_msg=name)
+    for frame, one, other in zip(frames, grounds, mirrored, strict=True):
+        response, reflection = respond(frame, one), respond(frame, other)
+        np.testing.assert_array_equal(response.theta, -reflection.theta)
+        np.testing.assert_array_equal(response.impact_velocities, -reflection.impact_velocities)
+        for name in ("verdict", "peak_rotation", "peak_time", "uplift_time", "overturning_time"):
+            np.testing.assert_equal(getattr(response, name), getattr(reflection, name))

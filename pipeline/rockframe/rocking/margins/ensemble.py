@@ -378,7 +378,7 @@ def _peaks(
     speed = found.impact_velocity.reshape(shear.shape)
     length, angle, impact = np.stack([_levers(ensemble, frame) for frame in frames], axis=1)
     beam = Lever(length, angle)
-    u, v = np.abs(beam.shift(rotation)), beam.lift(np.minimum(rotation, angle))
+    u, v = beam.shift(rotation), beam.lift(np.minimum(rotation, angle))
     tendon, dissipater = np.full((2, *shear.shape), math.nan)
     ended = np.zeros((len(MODEL_ENDS), *shear.shape), dtype=bool)
     for k, frame in enumerate(frames):
