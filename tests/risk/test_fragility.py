@@ -108,6 +108,16 @@ def _ordered(intensity: Float, fell: NDArray[np.bool_]) -> tuple[Float, Float, N
     return intensity, SCALES, fell
 
 
+@pytest.mark.parametrize("unknown", [0.0, math.nan])
+def test_motions_of_unknown_intensity_are_left_out(unknown: float) -> None:
+    """A measure of a record is 0 where it could not be computed or where there is nothing."""
+    intensity, fell = site(20, 3)
+    known = fit_fragility(intensity, SCALES, fell)
+    more = np.append(intensity, unknown), SCALES, np.vstack([fell, fell[:1]])
+    assert fit_fragility(*more).median == known.median
+    assert fit_fragility(*more).observations == known.observations
+
+
 def test_scales_repeated_are_no_more_evidence() -> None:
     """The covariance depends on the motions, not on how often each verdict is repeated."""
     intensity, fell = site(40, 1)
