@@ -155,6 +155,15 @@ def test_tables_of_another_screening_have_its_name(tmp_path: Path) -> None:
     assert names == ["site.csv", "site-scenarios.csv", "site-fragility.csv"]
 
 
+def test_a_screening_has_all_distances_of_its_records(tmp_path: Path) -> None:
+    names = ("epicentral_distance", "distance_rrup", "distance_rjb", "distance_hypocentral")
+    record = sine("s", 2.0, **{name: 10.0 + k for k, name in enumerate(names)})
+    output = tmp_path / "screen.nc"
+    screen_stage(stored([record], tmp_path), output, ScreenOptions(scales=(1.0,), margins="none"))
+    found = read_screening(output)
+    assert [float(found[name].item()) for name in names] == [10.0, 11.0, 12.0, 13.0]
+
+
 def test_other_files_are_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "fragility.csv").write_text("my,own\n1,2\n", encoding="utf-8")
     with pytest.raises(InputError, match="in the place of the table of the screening"):
