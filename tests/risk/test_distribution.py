@@ -21,6 +21,7 @@ from rockframe.risk import (
     peak_distribution,
     wilson,
 )
+from rockframe.risk.distribution import over_azimuths
 
 
 def test_share_is_that_of_the_motions() -> None:
@@ -144,3 +145,9 @@ def test_structures_that_share_draws_have_the_bands_that_each_has_alone(
         alone = mean_share(one, clusters=clusters, seed=7)
         for name in ("share", "low", "high"):
             assert_array_equal(getattr(band, name), getattr(alone, name))
+
+
+def test_percentiles_over_azimuths_are_the_least_the_middle_and_the_largest() -> None:
+    """They are RotD00, RotD50 and RotD100; of four azimuths, the third is the middle."""
+    found = over_azimuths([[0.4], [0.1], [np.inf], [0.2]], [7, 7, 7, 7])
+    assert found.ravel().tolist() == [0.1, 0.4, math.inf]
