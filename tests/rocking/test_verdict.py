@@ -191,6 +191,13 @@ def test_reversed_pulse_is_the_mirror() -> None:
     assert np.array_equal(mirrored.theta, -respond(BENT, pulse).theta)
 
 
+def test_the_largest_rate_has_no_direction() -> None:
+    """It occurs where the ground acceleration jumps, and brakes the frame before it lands."""
+    steps = noise(4, 40, 0.5)[:, None] / GRAVITY
+    one, other = (integrate(side * steps, 0.1, alpha=0.2, restitution=0.9) for side in (1.0, -1.0))
+    assert one.peak_velocity == other.peak_velocity > 1.1 * np.abs(one.impact_velocities).max()
+
+
 def test_balanced_to_round_off_a_frame_overturns_at_no_time() -> None:
     """To round-off the frame only balances: it must not overturn soon, nor bounce for ever."""
     alpha, p_hat = BENT.slenderness, BENT.effective_frequency_parameter
