@@ -201,6 +201,19 @@ def test_damage_of_the_components_is_that_of_the_motion(tmp_path: Path) -> None:
     assert toward(0.0).measures.clipped_samples == 1
 
 
+def test_the_cut_end_of_the_components_is_that_of_the_motion(tmp_path: Path) -> None:
+    """The motion itself ends at rest: its components were tapered when they were filtered."""
+    paths, shares = [tmp_path / f"CCC{azimuth}.AT2" for azimuth in ("090", "360")], []
+    for k, path in enumerate(paths):
+        noise = 0.3 * np.random.default_rng(k).standard_normal(4000)
+        peer(path, path.stem[3:], noise * np.geomspace(0.01, 1.0, 4000))
+    for azimuth in (None, 30.0):
+        options = IngestOptions(uncorrected=True, azimuth_degree=azimuth)
+        found = ingest_stage(paths, tmp_path / "records.nc", options=options, workers=0).accepted
+        shares.append([one.passport.measures.closing_share for one in found])
+    assert shares[1] == [max(shares[0])]
+
+
 def test_long_names_stay_apart(tmp_path: Path) -> None:
     for end in "pq":
         folder = three(tmp_path / end)
