@@ -98,6 +98,7 @@ def test_stated_count() -> None:
         ("t,acc_g\n0.0,1\nabc,2\n", ReadOptions(), r":3: time 'abc'\. Must be a finite number"),
         ("t,acc_g\n0.0,1\n0.1,1_0\n", ReadOptions(), r":3: acceleration '1_0'\. Must be a finite"),
         ("t,acc_g\n0,1\n1,1e99\n", ReadOptions(), r":3: acceleration '1e99'\. Must be .* below"),
+        ("t,acc_g\n0,1\n1,-1e99\n", ReadOptions(), r":3: acceleration '-1e99'\. Must be .* below"),
         ("t,acc_g\n0.0,1\n0.1\n0.2,1", ReadOptions(), r":3: 1 column in '0.1'\. Must be 2"),
         ("t,acc_g\n0.0,1\n\n0.2,1", ReadOptions(), r":3: 1 column in ''\. Must be 2"),
         ("t,acc_g\n0.0,1\n", ReadOptions(), r":2: 1 row of numbers\. Must be 2 or more"),
