@@ -201,3 +201,11 @@ def test_ties_do_not_round_the_ground_differently_in_company() -> None:
         frame = np.array([0, *[1] * many])
         whole = respond_scenarios([motion], frames, 0 * frame, frame, np.ones(frame.size))
         same_bits(alone, whole, np.array([0]))
+
+
+def test_a_frame_at_rest_bears_its_mass_times_the_ground_acceleration_in_both_directions() -> None:
+    weak = GroundAcceleration.from_samples([0.0, 0.5, 0.0], 0.01)
+    found = respond_scenarios([weak], [BENT], [0, 0], [0, 0], [1.0, -1.0], demands=True)
+    assert (found.verdict == Verdict.NO_UPLIFT).all()
+    np.testing.assert_allclose(found.base_shear, 0.5 / GRAVITY, rtol=1e-12)
+    np.testing.assert_allclose(found.friction_demand, 0.5 / GRAVITY, rtol=1e-12)
