@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
+from types import SimpleNamespace
+from typing import Any, cast, get_args
 
 import numpy as np
 import pytest
@@ -24,14 +25,14 @@ from rockframe.report.page import screening_content
 from rockframe.results.screen import read_screening
 from rockframe.results.screen_tables import screen_rows, screen_summary
 from rockframe.risk import FURTHER, LimitState, Outcome, fit_fragility
-from rockframe.risk.fragility import peaks_of_frames
+from rockframe.risk.fragility import OVERTURNING, peaks_of_frames
 from rockframe.signals.measures import (
     arias_intensity,
     cumulative_absolute_velocity,
     spectral_acceleration,
 )
 from rockframe.signals.processing import integrate
-from rockframe.stages.screen import screen_stage
+from rockframe.stages.screen import _reached, screen_stage
 from rockframe.units import GRAVITY
 
 Screen = Callable[..., xr.Dataset]
@@ -306,3 +307,18 @@ def test_words_of_an_outcome_name_the_limit() -> None:
     limit = LimitState.named("u_0.1m")
     assert Outcome.NONE_OVERTURN.sentence_of(limit.words).startswith("no motion reaches u ≥ 0.1 m")
     assert Outcome.NONE_OVERTURN.sentence.startswith("no motion overturns it")
+
+
+def test_structures_share_the_memory_of_their_shares() -> None:
+    """An archive of many structures holds the shares of each limit once."""
+    arrays = [np.zeros((3, 2, 4)), np.ones((3, 2, 4))]
+    frames = [RockingFrame(height=9.6, width=1.6), RockingFrame(height=6.0, width=0.8)]
+    request = SimpleNamespace(frames=frames)
+    limits = [OVERTURNING, LimitState("u", 0.2)]
+    run = SimpleNamespace(limits=limits, request=request, shares=lambda n: arrays[n].copy())
+    first, second = _reached(cast("Any", run))
+    for one, other, array in zip(first, second, arrays, strict=True):
+        assert one is not None
+        assert other is not None
+        assert one.base is other.base
+        assert_array_equal(one, array[:, 0])

@@ -127,10 +127,12 @@ def statistics(
 
 
 def _reached(run: ScreeningRun) -> Reached:
+    """Return the shares that reach each limit, by structure: parts of one array for each limit."""
+    shares = [run.shares(number) for number, _ in enumerate(run.limits)]
     return [
         [
-            run.shares(number)[:, k] if limited_in(frame, limit.quantity) else None
-            for number, limit in enumerate(run.limits)
+            of_limit[:, k] if limited_in(frame, limit.quantity) else None
+            for of_limit, limit in zip(shares, run.limits, strict=True)
         ]
         for k, frame in enumerate(run.request.frames)
     ]
