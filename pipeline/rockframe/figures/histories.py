@@ -125,7 +125,7 @@ def _align_labels(figure: Figure, panels: Sequence[Axes]) -> None:
     for panel in panels:
         beside = offset_copy(panel.transAxes, figure, x=-_TO_LABEL, units="points")
         panel.yaxis.set_label_coords(0.0, 0.5, transform=beside)
-        panel.ticklabel_format(axis="y", scilimits=(-2, 4))  # no longer numbers
+        panel.ticklabel_format(axis="y", scilimits=(-2, 4))  # numbers stay short
 
 
 #: Heights of all panels of uplift together, and of one of them at least [inch].

@@ -247,8 +247,8 @@ def share_interval(count: int, members: int) -> tuple[float, float]:
 def _least_share(count: int, members: int) -> float:
     """Return the share with which `count` members or more are as rare as the tail of the interval.
 
-    `scipy.special.betaincinv` returns the same within 1e-14, but its import takes a tenth of the
-    time of a command, unless there are many members.
+    `scipy.special.betaincinv` returns the same within 1e-14. It is used for many members only,
+    because its import takes a tenth of the time of a command.
     """
     if count == 0:
         return 0.0
