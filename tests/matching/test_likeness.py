@@ -113,7 +113,7 @@ def test_the_high_level_is_exceeded_by_a_twentieth_of_the_surrogates(
     assert (one.match_index < one.high) == (beaten > 0.05)
 
 
-@pytest.mark.parametrize("seed", [9, 13, 22, 23])
+@pytest.mark.parametrize("seed", [9, 28, 31, 38])
 def test_half_of_the_surrogates_exceed_their_median(seed: int) -> None:
     """So noise that slightly more than half of them beat is below it, and vice versa."""
     one = judged(noise(seed))["symmetric_ricker"]

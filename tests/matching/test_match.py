@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import ParameterError
 from rockframe.matching.match import best_match, match_pulse, scalogram
-from rockframe.wavelets.family import RICKERS
+from rockframe.wavelets.family import RICKERS, WAVELETS
 from rockframe.wavelets.pulse import Pulse
 
 TIME = 0.01 * np.arange(1001, dtype=np.float64)
@@ -55,6 +55,35 @@ def test_a_planted_pulse_is_found(
     assert match.pulse.a_p == pytest.approx(a_p, rel=1e-5)
     assert match.pulse.phase == phase
     assert match.match_index == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("equal_periods", [True, False])
+def test_of_two_pulses_the_one_that_explains_more_is_found(
+    wavelet: str, equal_periods: bool
+) -> None:
+    """Also if the other explains nearly as much: the grid of the search is coarser than that."""
+    random = np.random.default_rng(8)
+    time = 0.02 * np.arange(1501)
+    for _ in range(60):
+        periods = np.exp(random.uniform(math.log(0.4), math.log(2.0), 2))
+        ratio = random.uniform(0.97, 1.03)
+        pair = [
+            Pulse(
+                wavelet=wavelet,
+                a_p=1.0,
+                T_p=periods[0 if equal_periods else i],
+                time=random.uniform(8.0, 10.0) + 12.0 * i,
+                phase=random.uniform(0.0, 3.0) if wavelet not in RICKERS else 0.0,
+                half_cycles=1.7 if WAVELETS[wavelet].has_half_cycles else None,
+            ).acceleration(time)
+            for i in range(2)
+        ]
+        norms = [float(np.linalg.norm(one)) for one in pair]
+        record = pair[0] / norms[0] + ratio * pair[1] / norms[1]
+        larger = max(1.0, ratio) / math.hypot(1.0, ratio)
+        index = match_pulse(record, 0.02, wavelet).match_index
+        assert index == pytest.approx(larger, abs=1e-5)
 
 
 @pytest.mark.parametrize("mother", RICKERS)

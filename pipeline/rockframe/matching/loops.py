@@ -52,7 +52,7 @@ def match_lines(
 
 @compiled
 def tops(products: Single, start: int, stop: int, kinds: NDArray[np.intp], found: Float) -> None:
-    """Find the largest squares over time; a parabola through the neighbours refines their times.
+    """Find the largest squares over time, each refined by a parabola through its neighbours.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def tops(products: Single, start: int, stop: int, kinds: NDArray[np.intp], found
         First time that is searched, and the one after the last.
     kinds : array, shape (kinds,)
         For each result: 0 or 1 for the square of this part, or 2 for the sum of both squares.
-    found : array, shape (2, signals, periods, kinds)
-        Filled with the largest squares, and their times in steps after `start`.
+    found : array, shape (signals, periods, kinds)
+        Filled with the largest squares.
     """
     within = stop - start
     power = np.empty(within, dtype=np.float32)
@@ -83,12 +83,12 @@ def tops(products: Single, start: int, stop: int, kinds: NDArray[np.intp], found
                     highest = max(highest, bits[k])
                 while bits[top] < highest:
                     top += 1
-                here, shift, rise = float(power[top]), 0.0, 0.0
+                heights = power if kinds[n] == 2 else one  # a parabola fits these better
+                here = float(heights[top])
                 if 0 < top < within - 1:
-                    before, after = float(power[top - 1]), float(power[top + 1])
-                    shift = 0.5 * (after - before) / (2.0 * here - before - after)
-                    rise = 0.25 * (after - before) * shift
-                found[0, i, j, n], found[1, i, j, n] = here + rise, top + shift
+                    before, after = float(heights[top - 1]), float(heights[top + 1])
+                    here += 0.125 * (after - before) ** 2 / (2.0 * here - before - after)
+                found[i, j, n] = here if kinds[n] == 2 else here * here
 
 
 @compiled

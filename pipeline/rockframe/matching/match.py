@@ -12,14 +12,13 @@ import pywt
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.matching.search import Heights, Refined, crest, ladder, refine, search
+from rockframe.matching.search import Heights, Refined, crest, ladder, refine, search, summits
 from rockframe.matching.signal import Signal, Weighting, period_range, prepared, require_record
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import (
     ANTISYMMETRIC_RICKER,
     RICKERS,
     SYMMETRIC_RICKER,
-    WAVELETS,
     phase_and_amplitude,
 )
 from rockframe.wavelets.pulse import Pulse
@@ -31,9 +30,8 @@ Float = NDArray[np.float64]
 _NEARLY: Final = 0.95
 _CANDIDATES: Final = 12
 #: All located maxima above this share of the largest are refined, because the grid is too coarse to
-#: decide which is the largest; the second share is for wavelets with half cycles.
-_CLOSE: Final = 0.993
-_CLOSE_SHAPES: Final = 0.98
+#: decide which is the largest.
+_CLOSE: Final = 0.98
 #: A refined value counts as at a bound of its range if it is closer to the bound than this.
 _AT_BOUND: Final = 1e-6
 #: Share of a pulse's energy outside the record above which the pulse counts as cut.
@@ -172,13 +170,9 @@ def _best(
     periods: tuple[float, float],
     options: PulseOptions,
 ) -> PulseMatch:
-    rungs = [
-        crest(signal, wavelet, *start)
-        for start in _candidates(heights, Weighting(options.weighting))
-    ]
+    rungs = [crest(signal, wavelet, *start) for start in _candidates(signal, wavelet, heights)]
     highest = max(rung.weighted for rung in rungs)
-    close = _CLOSE_SHAPES if WAVELETS[wavelet].has_half_cycles else _CLOSE
-    open_ones = [rung for rung in rungs if rung.weighted >= close * highest]
+    open_ones = [rung for rung in rungs if rung.weighted >= _CLOSE * highest]
     best = refine(signal, open_ones, periods, (1.0, options.most_half_cycles))
     number = best.half_cycles
     ends = (best.period / periods[0] - 1.0, 1.0 - best.period / periods[1])
@@ -209,20 +203,25 @@ def matched_pulse(refined: Refined, weighting: Weighting) -> Pulse:
     )
 
 
-def _candidates(heights: Heights, weighting: Weighting) -> list[tuple[float, float, float | None]]:
+def _candidates(
+    signal: Signal, wavelet: str, heights: Heights
+) -> list[tuple[float, float, float | None]]:
     """Return period, time and half cycles of the candidates: maxima close to the largest."""
-    weighted = heights.power[0] * weighting.of_square(heights.periods)[:, None]
+    weighted = heights.power[0] * signal.weighting.of_square(heights.periods)[:, None]
     rows, columns = weighted.shape
     padded = np.full((rows + 2, columns + 2), _NEARLY * weighted.max())
     padded[1:-1, 1:-1] = weighted
     down = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     around = np.maximum(np.maximum(down[:, :-2], down[:, 1:-1]), down[:, 2:])
     peaks = np.argwhere(weighted >= np.maximum(around, _NEARLY * weighted.max()))
-    order = sorted(peaks.tolist(), key=lambda at: -weighted[at[0], at[1]])[:_CANDIDATES]
-    return [
-        (float(heights.periods[i]), float(heights.times[0, i, j]), heights.half_cycles[j])
-        for i, j in order
-    ]
+    found = []
+    for i, j in peaks.tolist():
+        period, number = float(heights.periods[i]), heights.half_cycles[j]
+        least = _NEARLY * weighted.max() / weighted[i, j]
+        for share, time in summits(signal, wavelet, period, number, least):
+            found.append((share * weighted[i, j], period, time, number))
+    found.sort(key=lambda one: -one[0])
+    return [one[1:] for one in found[:_CANDIDATES]]
 
 
 def _outside(pulse: Pulse, duration: float) -> float:

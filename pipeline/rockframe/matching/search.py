@@ -55,14 +55,11 @@ class Heights:
         Numbers of half cycles searched [1].
     power : array, shape (signals, periods, half_cycles)
         Largest square of the coefficient with the weighting ``energy``.
-    times : array, shape (signals, periods, half_cycles)
-        Time of the largest coefficient [s].
     """
 
     periods: Float
     half_cycles: tuple[float | None, ...]
     power: Float
-    times: Float
 
 
 def ladder(low: float, high: float, per_octave: int = PERIODS_PER_OCTAVE) -> Float:
@@ -113,24 +110,23 @@ def search(
         numbers, served = _numbers(span, half_cycles), _served(span, wavelets)
         parts = [part for number in numbers for part in WAVELETS[span].parts(number)]
         far = np.max([(part.core, part.reach) for part in parts], axis=0)
-        heights = np.zeros((2, signals, periods.size, len(numbers), len(served)))
+        heights = np.zeros((signals, periods.size, len(numbers), len(served)))
         known[span] = (numbers, served, far, heights)
     # long periods first: they take little time, and limit the times to search at shorter ones
     for rungs in _octaves(periods)[::-1]:
         chosen = periods[rungs]
         band, within = _band(signal, math.ceil(fineness * signal.period / float(chosen[0])))
         for span, (numbers, served, far, heights) in known.items():
-            best = (heights[0] * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
+            best = (heights * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
             floor = nearly * best / weight[rungs].max()
-            part, rows, times, first = strong_stretch(band, within, far * chosen[-1], floor)
+            part, rows, times = strong_stretch(band, within, far * chosen[-1], floor)
             kinds = np.array([*served.values()])
             each = max(1, _TOGETHER // (2 * max(1, rows.size) * chosen.size * part.padded))
             for k in range(0, len(numbers) if rows.size else 0, each):
-                found = largest(part, times, chosen, span, tuple(numbers[k : k + each]), kinds)
-                found[1] += first[:, None, None, None]
-                heights[:, rows, rungs, k : k + each] = found
+                some = tuple(numbers[k : k + each])
+                heights[rows, rungs, k : k + each] = largest(part, times, chosen, span, some, kinds)
     all_heights = {
-        name: Heights(periods, tuple(numbers), *heights[..., i])
+        name: Heights(periods, tuple(numbers), heights[..., i])
         for numbers, served, _, heights in known.values()
         for i, name in enumerate(served)
     }
@@ -143,12 +139,17 @@ def _band(signal: Signal, least: int) -> tuple[Signal, int]:
     Its samples include the zeros after the record, where it still rings; the second value is the
     number of samples within the record.
     """
-    count = min(padded_size(least), signal.padded)
+    count, within = _resampled(signal, least)
     step = signal.period / count
     spectrum = np.atleast_2d(signal.spectrum)[:, : count // 2]
     samples = scipy.fft.irfft(spectrum.astype(np.complex64), count) / np.float32(step)
-    within = int(signal.duration / step) + 1
     return Signal(samples, step, signal.weighting, count, spectrum), within
+
+
+def _resampled(signal: Signal, least: int) -> tuple[int, int]:
+    """Return numbers of samples of a resampled signal: all, and those within the record."""
+    count = min(padded_size(least), signal.padded)
+    return count, int(signal.duration * count / signal.period) + 1
 
 
 def _octaves(periods: Float) -> list[slice]:
@@ -166,7 +167,7 @@ def largest(
     half_cycles: tuple[float | None, ...],
     kinds: NDArray[np.intp],
 ) -> Float:
-    """Return the largest squared coefficients with the weighting ``energy``, and their times.
+    """Return the largest squared coefficients over time, with the weighting ``energy``.
 
     Parameters
     ----------
@@ -185,8 +186,8 @@ def largest(
 
     Returns
     -------
-    array, shape (2, signals, periods, half_cycles, kinds)
-        Squares, and times from the first of these samples [s].
+    array, shape (signals, periods, half_cycles, kinds)
+        Squares.
     """
     shape = _shape(span, half_cycles, signal.weighting.of_velocity)
     highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1]))
@@ -199,13 +200,56 @@ def largest(
     match_lines(spectrum, shape, lines, table)
     products = scipy.fft.irfft(table, signal.padded, overwrite_x=True)
     count = len(half_cycles)
-    found = np.empty((2, sizes[0], periods.size * count, kinds.size))
+    found = np.empty((sizes[0], periods.size * count, kinds.size))
     split = (sizes[0], periods.size * count, shape.shape[0] // count, signal.padded)
     tops(products.reshape(split), times.start, times.stop, kinds, found)
-    found = found.reshape(2, *sizes, count, kinds.size)
-    found[0] *= periods[:, None, None] / signal.time_step**2
-    found[1] *= signal.time_step
-    return found
+    squares = found.reshape(*sizes, count, kinds.size)
+    return squares * (periods[:, None, None] / signal.time_step**2)
+
+
+def summits(
+    signal: Signal, wavelet: str, period: float, half_cycles: float | None, nearly: float
+) -> list[tuple[float, float]]:
+    """Return the maxima over time at one period that are nearly as high as the highest.
+
+    Parameters
+    ----------
+    signal : Signal
+        The record.
+    wavelet : str
+        Name of the wavelet.
+    period : float
+        T_p [s].
+    half_cycles : float or None
+        Number of half cycles.
+    nearly : float
+        Least share of the largest square.
+
+    Returns
+    -------
+    list of tuple of float
+        The square over the largest one, and the time [s], of each maximum.
+    """
+    least = math.ceil(_SAMPLES_PER_PERIOD * signal.period / period)
+    count, within = _resampled(signal, least)
+    velocity = signal.weighting.of_velocity
+    energies = np.array(part_energies(wavelet, half_cycles, velocity))
+    parts = part_spectra(wavelet, half_cycles, period / signal.period, count // 2, velocity)
+    parts = np.conj(parts) / np.sqrt(energies)[:, None]
+    products = scipy.fft.irfft(signal.spectrum[: count // 2] * parts, count)[:, :within]
+    # a parabola fits the product of one part better than its square
+    alone = len(products) == 1
+    heights = np.zeros(within + 2)  # of zeros beyond both ends
+    heights[1:-1] = products[0] if alone else (products**2).sum(axis=0)
+    sizes = np.abs(heights)
+    tops = 1 + np.flatnonzero((sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] >= sizes[2:]))
+    before, here, after = heights[tops - 1], heights[tops], heights[tops + 1]
+    shift = 0.5 * (after - before) / (2.0 * here - before - after)
+    shift[(tops == 1) | (tops == within)] = 0.0
+    here = here + 0.25 * (after - before) * shift
+    squares = here**2 if alone else here
+    shares, times = squares / squares.max(), (tops - 1 + shift) * signal.period / count
+    return [(float(shares[k]), float(times[k])) for k in np.flatnonzero(shares >= nearly)]
 
 
 @lru_cache(maxsize=64)

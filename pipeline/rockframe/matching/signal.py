@@ -316,11 +316,11 @@ _RISE: Final = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, _BESIDE))
 
 def strong_stretch(
     signal: Signal, within: int, far: Float, floor: Float
-) -> tuple[Signal, NDArray[np.intp], range, Float]:
+) -> tuple[Signal, NDArray[np.intp], range]:
     """Cut records to the times at which wavelets can explain at least an energy.
 
-    Returns the cut records that have such times, all of one length; their indices; the indices of
-    their samples at these times; and the first of these times [s].
+    Returns the cut records that have such times, all of one length; their indices; and the indices
+    of their samples at these times.
 
     Parameters
     ----------
@@ -335,7 +335,7 @@ def strong_stretch(
         The least energy of each record.
     """
     if not floor.any():
-        return signal, np.arange(floor.size), range(within), np.zeros(floor.size)
+        return signal, np.arange(floor.size), range(within)
     half = math.ceil(far[0] / signal.time_step) + 1
     block = max(1, half // 4)
     ends = np.empty((floor.size, 2), dtype=np.intp)
@@ -343,7 +343,7 @@ def strong_stretch(
     strong_blocks(signal.samples, within, block, -(-half // block), least, ends)
     rows = np.flatnonzero(ends[:, 1])
     if rows.size == 0:
-        return signal, rows, range(0), np.zeros(0)
+        return signal, rows, range(0)
     longest = int((ends[rows, 1] - ends[rows, 0]).max())
     first = np.minimum(ends[rows, 0], within - longest)
     times = range(_RINGING, _RINGING + longest)
@@ -354,7 +354,7 @@ def strong_stretch(
     places = (first[:, None] + np.arange(-_RINGING, size - _RINGING)) % signal.padded
     samples = signal.samples[rows[:, None], places]
     cut = padded_signal(samples, signal.time_step, signal.weighting, padded)
-    return cut, rows, times, first * signal.time_step
+    return cut, rows, times
 
 
 def cut_around(
