@@ -62,7 +62,7 @@ def test_a_planted_pulse_is_found(
 def test_of_two_pulses_the_one_that_explains_more_is_found(
     wavelet: str, equal_periods: bool
 ) -> None:
-    """Also if the other explains nearly as much: the grid of the search is coarser than that."""
+    """The grid of the search is coarser than the difference of their energies."""
     random = np.random.default_rng(8)
     time = 0.02 * np.arange(1501)
     for _ in range(60):
