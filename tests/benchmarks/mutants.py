@@ -208,9 +208,13 @@ class Reaching:
         """
         data = (ROOT / PACKAGE / mutant.file).read_bytes()
         first = max(
-            node.lineno
-            for node in ast.walk(ast.parse(data))
-            if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= (node.end_lineno or 0)
+            (
+                node.lineno
+                for node in ast.walk(ast.parse(data))
+                if isinstance(node, ast.stmt)
+                and node.lineno <= mutant.line <= (node.end_lineno or 0)
+            ),
+            default=mutant.line,  # of a decorator
         )
         found: set[str] = set()
         for lines in self.lines.values():

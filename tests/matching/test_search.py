@@ -7,7 +7,7 @@ import pytest
 
 from rockframe.matching.match import match_pulses
 from rockframe.matching.record_pulses import PulseVerdict, likeness
-from rockframe.matching.search import crest, ladder, search
+from rockframe.matching.search import crest, ladder, search, summits
 from rockframe.matching.signal import (
     Weighting,
     cut_around,
@@ -69,6 +69,32 @@ def test_a_crest_is_that_of_the_whole_record(wavelet: str, time: float) -> None:
     assert cut.explained == pytest.approx(whole.explained, rel=exact)
     if exact < 1e-3:
         assert cut.time == pytest.approx(whole.time, abs=exact)
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("period", [0.5, 1.3])
+def test_summits_are_the_maxima_of_the_transform(wavelet: str, period: float) -> None:
+    """They are compared with sums over the samples."""
+    record = with_pulse(3, 0.2)
+    number = 1.5 if WAVELETS[wavelet].has_half_cycles else None
+    power = np.zeros(record.size)
+    tau = np.arange(-record.size, record.size + 1) * (STEP / period)
+    for part in WAVELETS[wavelet].parts(number):
+        products = np.correlate(part.acceleration(tau), record, "valid")[-2::-1][: record.size]
+        power += products**2 / part.energy
+    power /= power.max()
+    before, after = np.roll(power, 1), np.roll(power, -1)
+    before[0] = after[-1] = 0.0
+    tops = np.flatnonzero((power > before) & (power >= after))
+    signal = prepared(record, STEP, PulseOptions(), 5.0)
+    found = np.array(summits(signal, wavelet, period, number, nearly=0.25))
+    for share, time in found:
+        top = tops[np.abs(tops * STEP - time).argmin()]
+        assert time == pytest.approx(top * STEP, abs=0.06 * period)
+        assert share == pytest.approx(power[top], rel=0.05)
+    for top in tops[power[tops] > 0.6]:
+        assert np.abs(found[:, 1] - top * STEP).min() < 0.06 * period
+    assert found[:, 0].max() == 1.0
 
 
 def test_the_unit_of_a_record_does_not_change_its_verdict() -> None:

@@ -303,6 +303,8 @@ _MOST_CUTS: Final = 6
 #: difference of variables below which two maxima count as equal.
 _OPEN: Final = 0.998
 _ALIKE: Final = 0.05
+#: Relative difference below which two maxima count as equally high.
+_EQUAL: Final = 1e-9
 #: Longest step after which the curvature is reused.
 _NEARBY: Final = 0.01
 _MOST_MOVES: Final = 40
@@ -357,7 +359,7 @@ def refine(
     periods: tuple[float, float],
     half_cycles: tuple[float, float],
 ) -> Refined:
-    """Find the maxima near several points, and return the highest.
+    """Find the maxima near several points, and return the highest; of equal ones the earliest.
 
     Parameters
     ----------
@@ -374,7 +376,7 @@ def refine(
     tops = [_climbed(signal, start, (low, high), _FIRST_STEP, None) for start in starts]
     tops.sort(key=lambda top: -top[0].weighted)
     if starts[0].half_cycles is None:
-        return tops[0][0]
+        return _highest([top for top, _ in tops])
     # the lines above `_HIGHEST` of a wavelet with kinks move flat maxima by up to a percent
     polished: list[Refined] = []
     for top, bend in tops:
@@ -383,7 +385,13 @@ def refine(
             continue
         whole = crest(signal, top.wavelet, top.period, top.time, top.half_cycles, every=True)
         polished.append(_climbed(signal, whole, (low, high), _LAST_STEP, bend)[0])
-    return max(polished, key=lambda top: top.weighted)
+    return _highest(polished)
+
+
+def _highest(tops: Sequence[Refined]) -> Refined:
+    """Return the highest maximum; of equal ones the earliest, as round-off must not decide."""
+    least = (1.0 - _EQUAL) * max(top.weighted for top in tops)
+    return min((top for top in tops if top.weighted >= least), key=lambda top: top.time)
 
 
 def _alike(one: Refined, other: Refined) -> bool:
