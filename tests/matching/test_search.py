@@ -78,9 +78,9 @@ def test_summits_are_the_maxima_of_the_transform(wavelet: str, period: float) ->
     record = with_pulse(3, 0.2)
     number = 1.5 if WAVELETS[wavelet].has_half_cycles else None
     power = np.zeros(record.size)
-    tau = np.arange(-record.size, record.size + 1) * (STEP / period)
+    tau = (STEP / period) * np.arange(-record.size, record.size + 1, dtype=np.float64)
     for part in WAVELETS[wavelet].parts(number):
-        products = np.correlate(part.acceleration(tau), record, "valid")[-2::-1][: record.size]
+        products = np.correlate(part.acceleration(tau), record, "valid")[-2:0:-1]
         power += products**2 / part.energy
     power /= power.max()
     before, after = np.roll(power, 1), np.roll(power, -1)

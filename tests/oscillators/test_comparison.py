@@ -149,6 +149,12 @@ def test_crossings_lie_between_nodes(level: float, rate: float) -> None:
         assert speed == pytest.approx(rate * np.sqrt(1.0 - level**2), abs=1e-3)
 
 
+@pytest.mark.parametrize("start", [-1.0, 1.0])
+def test_what_starts_beyond_the_level_crosses_it_at_once(start: float) -> None:
+    time = np.array([0.0, 1.0, 2.0])
+    assert first_crossing(time, start * (1.0 - time), np.full(3, -start), 0.5) == (0.0, 1.0)
+
+
 def test_a_column_alone_has_no_rivals() -> None:
     with pytest.raises(ParameterError, match="is a column without a beam"):
         Rivals(replace(BENT, mass_ratio=0.0))

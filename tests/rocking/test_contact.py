@@ -65,6 +65,14 @@ def test_a_frame_at_rest_needs_the_friction_of_the_ground_and_no_impact() -> Non
     assert pressed.least_top_vertical == pytest.approx(1.0, rel=1e-12)
 
 
+def test_a_beam_lighter_than_its_columns_has_a_joint_too() -> None:
+    weak = GroundAcceleration.from_samples(0.1 * GRAVITY * np.sin(np.arange(100.0)), 0.01)
+    light = RockingFrame(height=9.6, width=1.6, mass_ratio=0.25)
+    demand = with_contact(respond(light, weak), weak).contact
+    assert demand is not None
+    assert demand.least_top_vertical == pytest.approx(1.0, rel=1e-12)
+
+
 def test_a_column_alone_has_no_joint_under_a_beam() -> None:
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.3 * GRAVITY, T_p=1.0)
     demand = with_contact(respond(RockingFrame(height=9.6, width=1.6), pulse), pulse).contact

@@ -25,12 +25,12 @@ Intervals = Sequence[tuple[float, float]]
 def outcomes(intervals: Intervals, scales: np.ndarray) -> np.ndarray:
     """Return which scales overturn: those within one of some intervals."""
     within = [(low <= scales) & (scales <= high) for low, high in intervals]
-    return np.any(within, axis=0)
+    return np.asarray(np.any(within, axis=0))
 
 
-def found(intervals: Intervals) -> FirstOverturning:
+def found(intervals: Intervals, largest: float = LARGEST) -> FirstOverturning:
     """Return the result of the search; no excursion hints at a sliver."""
-    search = SliverSearch(LEAST, LARGEST, 2.0).search()
+    search = SliverSearch(LEAST, largest, 2.0).search()
     wanted: dict[int, np.ndarray] = {}
     results: dict[int, FirstOverturning] = {}
     advance(search, None, 0, wanted, results)
@@ -74,6 +74,7 @@ def test_the_summary_is_that_of_all_scales(seed: int) -> None:
         assert one.prevails_from == pytest.approx(scales[prevails], rel=0.03)
     share = falls[:prevails].mean() if prevails != 0 else math.nan
     assert_allclose(one.share_before, share, atol=0.05)
+    assert math.isnan(share) or (32.0 * one.share_before).is_integer()  # of 32 scales
     ends = [end for pair in intervals for end in pair][1:]
     ends = ends[:-1] if ends[-1] == LARGEST else [*ends, LARGEST]
     assert_allclose(np.ravel(one.islands), ends, rtol=0.014)
@@ -92,6 +93,13 @@ def test_an_island_close_to_the_first_interval_is_located_more_closely(end: floa
     """There the scales that were sampled to find the first interval are 0.64 % apart."""
     one = found([(0.5, 0.505), (end, LARGEST)])
     assert one.islands[0][1] == pytest.approx(end, rel=0.0035)
+
+
+def test_an_overturning_at_the_largest_scale_alone_leaves_no_scale_to_stand() -> None:
+    """The largest scale is a multiple of the coarse step above the least, so that it is sampled."""
+    largest = LEAST * math.exp(64e-4 * 300)
+    one = found([(largest * (1.0 - 1e-8), largest)], largest)
+    assert (one.lower, one.upper, one.standing_share, one.islands) == (largest, largest, 0.0, ())
 
 
 def test_what_never_overturns_has_no_interval() -> None:

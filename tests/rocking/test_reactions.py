@@ -61,6 +61,18 @@ def test_beyond_uplift_a_frame_at_rest_accelerates_against_the_ground(sign: floa
     assert found == pytest.approx(-sign * p**2 * math.sin(BENT.slenderness), rel=1e-12)
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_ties_hold_a_frame_at_rest_beyond_the_uplift_of_a_free_one(sign: float) -> None:
+    """By their moment over cos(alpha): what is left beyond it accelerates the frame."""
+    cosine, tied = math.cos(BENT.slenderness), 0.1
+    for share in (0.5, 0.99, 1.01, 1.5):
+        across = sign * (BENT.uplift_acceleration + share * tied * GRAVITY / cosine)
+        found = float(angular_acceleration(BENT, 0.0, 0.0, across, tie_moment=tied))
+        left = max(0.0, share - 1.0) * tied if share > 1.0 else 0.0
+        expected = -sign * BENT.effective_frequency_parameter**2 * left
+        assert found == pytest.approx(expected, rel=1e-9, abs=1e-15)
+
+
 @given(st.floats(0.02, 0.6), st.floats(0.0, 50.0), st.sampled_from([-1.0, 1.0]))
 def test_at_uplift_both_joints_need_tan_alpha(tangent: float, gamma: float, sign: float) -> None:
     frame = RockingFrame(height=5.0, width=5.0 * tangent, mass_ratio=gamma)

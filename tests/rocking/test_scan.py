@@ -11,7 +11,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import respond
-from rockframe.rocking.spectra.scan import Scan, islands, scan
+from rockframe.rocking.spectra.scan import (
+    _AROUND,
+    Points,
+    Scan,
+    around_flips,
+    islands,
+    scan,
+)
 from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
@@ -54,6 +61,29 @@ def verdict(frame: RockingFrame, motion: GroundAcceleration, amplitude: float) -
         amplitude * motion.coefficients, motion.time_step, motion.start_time
     )
     return respond(frame, scaled).verdict
+
+
+class _Lines:
+    """Lines of which only the requested points are of interest."""
+
+    def at(self, line: np.ndarray, amplitude: np.ndarray) -> Points:
+        return points_of(line, amplitude, np.zeros(line.size, dtype=bool))
+
+
+def points_of(line: np.ndarray, amplitude: np.ndarray, fallen: np.ndarray) -> Points:
+    none = np.zeros(line.size)
+    return Points(line, amplitude, none.astype(np.int8), fallen, none, none.astype(np.int32))
+
+
+@pytest.mark.parametrize("place", range(6))
+def test_points_around_a_flip_are_of_its_line(place: int) -> None:
+    """The intervals beside the flip are divided, but not from one line to the next."""
+    line, amplitude = np.repeat([0, 1, 2], 7), np.tile(np.arange(1.0, 8.0), 3)
+    fallen = (line == 1) & (amplitude > place + 1.5)
+    more = around_flips(_Lines(), points_of(line, amplitude, fallen))  # type: ignore[arg-type]
+    assert set(more.line.tolist()) == {1}
+    divided = {*np.floor(more.amplitude).astype(int).tolist()}
+    assert divided == {*range(max(1, place + 1 - _AROUND), min(6, place + 1 + _AROUND) + 1)}
 
 
 def test_a_sliver_of_a_ten_thousandth_is_found() -> None:

@@ -185,6 +185,15 @@ def test_ground_that_falls_faster_than_gravity_at_its_scale() -> None:
         respond_scenarios([falling], [BENT], [0, 0], [0, 0], [1.0, 4.0])
 
 
+def test_ground_that_falls_freely_has_no_contact() -> None:
+    samples = np.zeros(500)
+    samples[100] = -GRAVITY
+    falls = GroundAcceleration.from_samples(samples, 0.01)
+    with pytest.raises(ParameterError, match="lose contact"):
+        respond(BENT, noise(1).with_vertical(falls))
+    respond(BENT, noise(1).with_vertical(falls.scaled(1.0 - 1e-6)))
+
+
 def test_ties_do_not_round_the_ground_differently_in_company() -> None:
     """A lane that waits for other lanes is loaded again after an impact, and must be the same."""
     tendon = Tendon(area=1e-3, modulus=195e9, prestress=2e5)

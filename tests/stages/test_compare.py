@@ -16,6 +16,7 @@ from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError, ParameterError
 from rockframe.figures.histories import draw_comparison
 from rockframe.frame import RockingFrame, crushed
+from rockframe.options.respond import DesignOptions
 from rockframe.parts import Pivot
 from rockframe.results.response import comparison_rows, read_histories
 from rockframe.results.screen import read_screening
@@ -477,6 +478,13 @@ def test_crushed_columns_are_not_varied(tmp_path: Path) -> None:
     (bent,) = read_structures(structures(tmp_path, BENT + PIVOT))
     with pytest.raises(ParameterError, match="rocks on pivots that crush"):
         Design(dimension="height", lowest=5.0, highest=9.0).candidates(bent)
+
+
+def test_a_design_has_the_defaults_of_its_options() -> None:
+    design = Design(dimension="height", lowest=5.0, highest=9.0)
+    options = DesignOptions(dimension="height", range=(5.0, 9.0))
+    for name in ("limit", "statistic", "share", "steps", "quantity"):
+        assert getattr(design, name) == getattr(options, name)
 
 
 def test_ties_of_other_sizes_keep_their_sections_and_forces(tmp_path: Path) -> None:

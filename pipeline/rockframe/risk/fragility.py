@@ -164,7 +164,7 @@ def peaks_of_frames(
     alpha = np.array([[frame.slenderness] for frame in frames])
     u, v, tendons, gaps = (np.zeros_like(peak_rotation) for _ in range(4))
     for k, frame in enumerate(frames):
-        u[k] = np.abs(frame.horizontal_displacement(peak_rotation[k]))
+        u[k] = frame.horizontal_displacement(peak_rotation[k])
         if frame.abutment is not None:
             gaps[k] = u[k] / frame.abutment.gap
         if frame.tendon is not None:

@@ -136,7 +136,7 @@ def _of_part(response: Response, part: Part, first: int, last: int) -> PartRespo
         part,
         start_rotation_ratio=abs(float(response.theta[first])) / frame.slenderness,
         peak_rotation_ratio=peak / frame.slenderness,
-        peak_u=abs(float(frame.horizontal_displacement(peak))),
+        peak_u=float(frame.horizontal_displacement(peak)),
         tendon_force=float(restraint.tendon_force[first]) if restraint else math.nan,
         dissipater_force=float(restraint.dissipater_force[first]) if restraint else math.nan,
     )
@@ -164,5 +164,5 @@ def _between(response: Response, node: int) -> float:
     c, d = 3.0 * (end - a) - 2.0 * b - slope, 2.0 * (a - end) + b + slope
     path = np.polynomial.Polynomial([a, b, c, d])
     turns = path.deriv().roots()
-    within = turns[(np.abs(turns.imag) == 0.0) & (turns.real > 0.0) & (turns.real < 1.0)].real
+    within = turns[(turns.imag == 0.0) & (turns.real > 0.0) & (turns.real < 1.0)].real
     return float(np.abs(path(within)).max(initial=0.0))

@@ -137,9 +137,9 @@ def around_flips(lines: Lines, points: Points) -> Points:
     flips = np.flatnonzero(flipped(points))
     near = flips[:, None] + np.arange(-_AROUND, _AROUND + 1)
     near = np.clip(near, 0, points.line.size - 2)
-    own = points.line[near + 1] == points.line[flips][:, None]  # not those of the next line
-    own &= points.line[near] == points.line[flips][:, None]
-    left = np.unique(near[own & (points.amplitude[near + 1] > points.amplitude[near])])
+    whose = points.line[flips][:, None]
+    own = (points.line[near] == whose) & (points.line[near + 1] == whose)
+    left = np.unique(near[own])
     start, end = points.amplitude[left], points.amplitude[left + 1]
     shares = np.arange(1, _FINER) / _FINER
     amplitude = start[:, None] + shares * (end - start)[:, None]
