@@ -172,6 +172,13 @@ def test_velocity_indicator_tells_a_long_pulse_from_none() -> None:
     assert find_pulses(noise(5), STEP, off).velocity.indicator < 0.15
 
 
+def test_the_velocity_pulse_is_the_same_whichever_way_the_record_points() -> None:
+    off = RICKERS.replaced(surrogates=0)
+    one, other = (find_pulses(sign * with_pulse(5, 3.0), STEP, off).velocity for sign in (1, -1))
+    assert other.peak_ratio == pytest.approx(one.peak_ratio, rel=1e-9)
+    assert other.indicator == pytest.approx(one.indicator, rel=1e-9)
+
+
 def sudden(seed: int) -> np.ndarray:
     """Return noise that starts within half a second and fades over 1 to 4 s."""
     random = np.random.default_rng([seed, 7])
