@@ -120,6 +120,7 @@ UHS: Final = '#,,,,,"investigation_time=50.0"\n'
         ),
         ("lon,lat,0.1~PGA\n0,0,1\n", ":1: no investigation_time"),
         (UHS + "lon,lat,0.1~PGA\n0,0,1\n", ":3: no SA(T) of probability 0.1. Must be one or more."),
+        (UHS + "lon,lat,0.1~SA(0)\n0,0,1\n", ":2: is of SA(0). The period must be above 0 s."),
         (UHS + "lon,lat,0.1~SA(1.0)\n0,0,0\n", ":3: 0.1~SA(1.0) 0. Must be above 0."),
     ],
 )
