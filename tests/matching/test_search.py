@@ -7,7 +7,14 @@ import pytest
 
 from rockframe.matching.match import match_pulses
 from rockframe.matching.record_pulses import PulseVerdict, likeness
-from rockframe.matching.search import crest, ladder, search, summits
+from rockframe.matching.search import (
+    _LONGEST_MOVE,
+    _uphill,
+    crest,
+    ladder,
+    search,
+    summits,
+)
 from rockframe.matching.signal import (
     Weighting,
     cut_around,
@@ -140,3 +147,12 @@ def test_a_cut_holds_its_own_pulse_and_none_that_leaves_it() -> None:
     assert [place for place, answer in held.items() if answer] == [(1.0, 15.0)]
     for end in (0.0, record.duration):
         assert holds(cut_around(record, wavelet, 1.0, end, None), record, wavelet, 1.0, end, None)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("bend", [-0.5, 0.5])
+def test_a_step_leads_uphill_and_is_limited(sign: float, bend: float) -> None:
+    """Newton's method steps by slope over curvature, and downhill where the curve is hollow."""
+    for slope in (0.01, 10.0):
+        step = _uphill(np.array([sign * slope]), np.array([[bend]]))
+        assert step.tolist() == [sign * min(slope / 0.5, _LONGEST_MOVE)]

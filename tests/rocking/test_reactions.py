@@ -21,6 +21,7 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.portrait import barrier_rate, restoring_moment, trajectory
 from rockframe.rocking.reactions import (
     ColumnForces,
+    Reactions,
     angular_acceleration,
     column_forces,
     reactions,
@@ -59,6 +60,14 @@ def test_beyond_uplift_a_frame_at_rest_accelerates_against_the_ground(sign: floa
     found = angular_acceleration(BENT, 0.0, 0.0, sign * 2.0 * BENT.uplift_acceleration)
     p = BENT.effective_frequency_parameter
     assert found == pytest.approx(-sign * p**2 * math.sin(BENT.slenderness), rel=1e-12)
+
+
+def test_the_friction_demand_has_no_sign() -> None:
+    """It is infinite without compression, and unknown without any force."""
+    shear, vertical = np.array([-0.3, 0.3, -0.3, 0.0]), np.array([2.0, 2.0, -1.0, 0.0])
+    forces = Reactions(shear, vertical, -shear, vertical, shear)
+    for demand in (forces.base_friction_demand, forces.top_friction_demand):
+        assert_allclose(demand, [0.15, 0.15, math.inf, math.nan], rtol=1e-15)
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

@@ -13,11 +13,14 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import respond
 from rockframe.rocking.spectra.scan import (
     _AROUND,
+    Lines,
     Points,
     Scan,
     around_flips,
+    concatenated,
     islands,
     scan,
+    slivers,
 )
 from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
@@ -63,16 +66,24 @@ def verdict(frame: RockingFrame, motion: GroundAcceleration, amplitude: float) -
     return respond(frame, scaled).verdict
 
 
-class _Lines:
-    """Lines of which only the requested points are of interest."""
+#: A sliver of overturning, and the step of the points between which it lies.
+SLIVER, STEP = (2.5311, 2.5317), 0.1
+
+
+class _Lines(Lines):
+    """Lines that overturn within the sliver, and lean the more the closer they are to it."""
 
     def at(self, line: np.ndarray, amplitude: np.ndarray) -> Points:
-        return points_of(line, amplitude, np.zeros(line.size, dtype=bool))
+        return points_of(line, amplitude, (SLIVER[0] < amplitude) & (amplitude < SLIVER[1]))
+
+
+NO_INDEX = np.zeros(0, dtype=np.int64)
+LINES = _Lines([], [], NO_INDEX, NO_INDEX, np.zeros(0))
 
 
 def points_of(line: np.ndarray, amplitude: np.ndarray, fallen: np.ndarray) -> Points:
-    none = np.zeros(line.size)
-    return Points(line, amplitude, none.astype(np.int8), fallen, none, none.astype(np.int32))
+    lean, none = -np.abs(amplitude - np.mean(SLIVER)), np.zeros(line.size)
+    return Points(line, amplitude, none.astype(np.int8), fallen, lean, none.astype(np.int32))
 
 
 @pytest.mark.parametrize("place", range(6))
@@ -80,10 +91,25 @@ def test_points_around_a_flip_are_of_its_line(place: int) -> None:
     """The intervals beside the flip are divided, but not from one line to the next."""
     line, amplitude = np.repeat([0, 1, 2], 7), np.tile(np.arange(1.0, 8.0), 3)
     fallen = (line == 1) & (amplitude > place + 1.5)
-    more = around_flips(_Lines(), points_of(line, amplitude, fallen))  # type: ignore[arg-type]
+    more = around_flips(LINES, points_of(line, amplitude, fallen))
     assert set(more.line.tolist()) == {1}
     divided = {*np.floor(more.amplitude).astype(int).tolist()}
     assert divided == {*range(max(1, place + 1 - _AROUND), min(6, place + 1 + _AROUND) + 1)}
+
+
+@pytest.mark.parametrize("lines", [1, 3])
+def test_the_search_for_slivers_goes_on_until_each_is_found(lines: int) -> None:
+    amplitude = np.arange(1.0, 5.0, STEP)
+    line = np.repeat(np.arange(lines), amplitude.size)
+    points = LINES.at(line, np.tile(amplitude, lines))
+    assert not points.fallen.any()
+    flips = concatenated(slivers(LINES, points))
+    assert sorted(flips.line.tolist()) == sorted([*range(lines)] * 2)
+    assert ((SLIVER[0] < flips.fallen) & (flips.fallen < SLIVER[1])).all()
+    for k in range(lines):
+        below, above = sorted(flips.standing[flips.line == k])
+        assert SLIVER[0] - STEP < below < SLIVER[0]
+        assert SLIVER[1] < above < SLIVER[1] + STEP
 
 
 def test_a_sliver_of_a_ten_thousandth_is_found() -> None:

@@ -156,7 +156,7 @@ def slivers(lines: Lines, points: Points) -> list[Flips]:
     line, nearness = points.line, points.nearness
     alike = (line[:-2] == line[2:]) & ~flipped(points)[1:] & ~flipped(points)[:-1]
     highest = (nearness[1:-1] >= nearness[:-2]) & (nearness[1:-1] > nearness[2:])
-    left = np.flatnonzero(alike & highest & (nearness[1:-1] > -np.inf))
+    left = np.flatnonzero(alike & highest)
     three = [points.take(left + k) for k in range(3)]
     found: list[Flips] = []
     for _ in range(_ROUNDS if left.size else 0):
