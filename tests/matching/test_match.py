@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import ParameterError
 from rockframe.matching.match import best_match, match_pulse, scalogram
+from rockframe.matching.signal import integrate_velocity
 from rockframe.wavelets.family import RICKERS, WAVELETS
 from rockframe.wavelets.pulse import Pulse
 
@@ -58,18 +59,19 @@ def test_a_planted_pulse_is_found(
 
 
 @pytest.mark.parametrize("wavelet", WAVELETS)
-@pytest.mark.parametrize("equal_periods", [True, False])
-def test_of_two_pulses_the_one_that_explains_more_is_found(
-    wavelet: str, equal_periods: bool
+@pytest.mark.parametrize(("pulses", "equal_periods"), [(2, True), (2, False), (5, False)])
+def test_of_several_pulses_the_one_that_explains_most_is_found(
+    wavelet: str, pulses: int, equal_periods: bool
 ) -> None:
     """The grid of the search is coarser than the difference of their energies."""
     random = np.random.default_rng(8)
-    time = 0.02 * np.arange(1501)
+    time = 0.02 * np.arange(1000 + 600 * pulses)
     for _ in range(60):
-        periods = np.exp(random.uniform(math.log(0.4), math.log(2.0), 2))
-        ratio = random.uniform(0.97, 1.03)
-        pair = [
-            Pulse(
+        periods = np.exp(random.uniform(math.log(0.4), math.log(2.0), pulses))
+        norms = random.uniform(0.985, 1.015, pulses)
+        record = np.zeros(time.size)
+        for i, norm in enumerate(norms):
+            one = Pulse(
                 wavelet=wavelet,
                 a_p=1.0,
                 T_p=periods[0 if equal_periods else i],
@@ -77,13 +79,78 @@ def test_of_two_pulses_the_one_that_explains_more_is_found(
                 phase=random.uniform(0.0, 3.0) if wavelet not in RICKERS else 0.0,
                 half_cycles=1.7 if WAVELETS[wavelet].has_half_cycles else None,
             ).acceleration(time)
-            for i in range(2)
-        ]
-        norms = [float(np.linalg.norm(one)) for one in pair]
-        record = pair[0] / norms[0] + ratio * pair[1] / norms[1]
-        larger = max(1.0, ratio) / math.hypot(1.0, ratio)
+            record += norm * one / np.linalg.norm(one)
         index = match_pulse(record, 0.02, wavelet).match_index
-        assert index == pytest.approx(larger, abs=1e-5)
+        assert index == pytest.approx(norms.max() / np.linalg.norm(norms), abs=1e-5)
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("stronger", [None, 7, 19])
+def test_of_many_pulses_the_strongest_or_else_the_first_is_found(
+    wavelet: str, stronger: int | None
+) -> None:
+    """There are more than are refined, and they lie anywhere between the times of the search."""
+    number = 1.7 if WAVELETS[wavelet].has_half_cycles else None
+    record = np.zeros(4500)
+    for k in range(20):
+        a_p = 1.004 if k == stronger else 1.0
+        one = Pulse(wavelet=wavelet, a_p=a_p, T_p=0.431, time=2.13 * (k + 1), half_cycles=number)
+        record += one.acceleration(0.01 * np.arange(record.size))
+    time = match_pulse(record, 0.01, wavelet).pulse.time
+    assert time == pytest.approx(2.13 * ((stronger or 0) + 1), abs=1e-3)
+
+
+@pytest.mark.parametrize("wavelet", RICKERS)
+def test_a_record_turned_round_has_the_same_pulse(wavelet: str) -> None:
+    """Many of these records have theirs at an end."""
+    at_end = 0
+    for seed in range(25):
+        record = np.cumsum(np.random.default_rng(seed).normal(size=400))
+        record -= record.mean()
+        one, other = (match_pulse(r, 0.02, wavelet) for r in (record, record[::-1].copy()))
+        assert other.match_index == pytest.approx(one.match_index, rel=1e-6)
+        at_end += min(one.pulse.time, other.pulse.time) < 0.3 * one.pulse.T_p
+    assert at_end > 5
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("weighting", ["energy", "velocity"])
+def test_the_match_index_is_that_of_the_sums_over_samples(wavelet: str, weighting: str) -> None:
+    """The velocity of a wavelet may have a mean, as that of half a cycle."""
+    random = np.random.default_rng(3)
+    for width in (12, 40):
+        record = np.convolve(random.normal(size=1500), np.hanning(width), "same")
+        match = match_pulse(record, 0.02, wavelet, weighting=weighting)
+        pulse, quantity = match.pulse, "velocity" if weighting == "velocity" else "acceleration"
+        whole = integrate_velocity(record, 0.02) if weighting == "velocity" else record
+        tau = (0.02 * np.arange(record.size) - pulse.time) / pulse.T_p
+        explained = 0.0
+        for part in WAVELETS[wavelet].parts(pulse.half_cycles):
+            ends = np.linspace(-part.reach, part.reach, 20_001)
+            energy = np.sum(getattr(part, quantity)(ends) ** 2) * (ends[1] - ends[0])
+            product = 0.02 * np.sum(getattr(part, quantity)(tau) * whole)
+            explained += product**2 / (pulse.T_p * energy)
+        index = math.sqrt(explained / (0.02 * np.sum(whole**2)))
+        assert match.match_index == pytest.approx(index, rel=1e-5)
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+def test_the_unit_of_a_record_does_not_change_its_match(wavelet: str) -> None:
+    record = np.convolve(np.random.default_rng(4).normal(size=1500), np.hanning(30), "same")
+    record /= np.abs(record).max()
+    expected = match_pulse(record, 0.02, wavelet)
+    for unit in (1.1e-15, 1e12, 9e14):
+        match = match_pulse(unit * record, 0.02, wavelet)
+        assert match.match_index == pytest.approx(expected.match_index, rel=1e-6)
+        assert match.pulse.a_p == pytest.approx(unit * expected.pulse.a_p, rel=1e-5)
+
+
+def test_a_record_that_no_wavelet_resembles_has_a_match_all_the_same() -> None:
+    """Their products are zero to round-off, and those of single precision are zero."""
+    alternating, spike = np.cos(math.pi * np.arange(20_000)), 0.11 * np.eye(1, 3001, 3000)[0]
+    for record, weighting in ((alternating, "energy"), (spike, "energy"), (spike, "velocity")):
+        match = match_pulse(1e-14 * record, 1e-4, "symmetric_ricker", weighting=weighting)
+        assert 0.0 <= match.match_index <= 1.0
 
 
 @pytest.mark.parametrize("wavelet", WAVELETS)

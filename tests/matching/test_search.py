@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rockframe.matching.loops import tops
 from rockframe.matching.match import match_pulses
 from rockframe.matching.record_pulses import PulseVerdict, likeness
 from rockframe.matching.search import (
@@ -88,20 +89,75 @@ def test_summits_are_the_maxima_of_the_transform(wavelet: str, period: float) ->
     tau = (STEP / period) * np.arange(-record.size, record.size + 1, dtype=np.float64)
     for part in WAVELETS[wavelet].parts(number):
         products = np.correlate(part.acceleration(tau), record, "valid")[-2:0:-1]
-        power += products**2 / part.energy
-    power /= power.max()
+        power += (STEP * products) ** 2 / (period * part.energy)
     before, after = np.roll(power, 1), np.roll(power, -1)
     before[0] = after[-1] = 0.0
     tops = np.flatnonzero((power > before) & (power >= after))
     signal = prepared(record, STEP, PulseOptions(), 5.0)
     found = np.array(summits(signal, wavelet, period, number, nearly=0.25))
-    for share, time in found:
+    for square, time in found:
         top = tops[np.abs(tops * STEP - time).argmin()]
         assert time == pytest.approx(top * STEP, abs=0.06 * period)
-        assert share == pytest.approx(power[top], rel=0.05)
-    for top in tops[power[tops] > 0.6]:
+        assert square == pytest.approx(power[top], rel=0.05)
+    for top in tops[power[tops] > 0.6 * power.max()]:
         assert np.abs(found[:, 1] - top * STEP).min() < 0.06 * period
-    assert found[:, 0].max() == 1.0
+
+
+@pytest.mark.parametrize("wavelet", WAVELETS)
+@pytest.mark.parametrize("centre", [0.1, -0.1])
+def test_summits_at_the_end_are_as_high_as_at_the_start(wavelet: str, centre: float) -> None:
+    """A record ends between two times of the search, and starts at the first one."""
+    options = PulseOptions()
+    number = 1.5 if WAVELETS[wavelet].has_half_cycles else None
+    pulse = Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=1.0, time=centre)
+    for size in range(500, 530):
+        record = pulse.acceleration(STEP * np.arange(size))
+        highest = []
+        for one in (record, record[::-1].copy()):
+            signal = prepared(one, STEP, options, 5.0)
+            found = summits(signal, wavelet, 1.0, number, nearly=0.95)
+            heights = search(signal, np.array([1.0]), (wavelet,), (1.5,))[wavelet].power
+            highest += [max(square for square, _ in found), float(heights.max())]
+            assert all(0.0 <= time <= (1.0 + 1e-12) * signal.duration for _, time in found)
+        np.testing.assert_allclose(highest, highest[0], rtol=0.06)
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2])
+@pytest.mark.parametrize("top", [-0.6, 0.0, 0.3, 0.7, 3.4, 6.6, 7.2, 7.4, 7.9, 9.0])
+def test_the_largest_square_of_a_parabola_is_exact(kind: int, top: float) -> None:
+    """It is the largest from the first step to the end, which is 0.4 steps after the last."""
+    start, beyond = 3, 0.4
+
+    def curve(step: np.ndarray | float) -> np.ndarray:
+        return np.asarray(1.0 - ((step - top) / 16.0) ** 2)
+
+    products = np.full((1, 1, 2, 16), 7.0, dtype=np.float32)  # larger outside the range
+    steps = np.arange(9.0)
+    values = np.sqrt(0.5 * curve(steps)) if kind == 2 else -curve(steps)
+    products[0, 0, :, start : start + 9] = 0.0
+    products[0, 0, slice(None) if kind == 2 else kind, start : start + 9] = values
+    found = np.empty((1, 1, 1))
+    tops(products, start, start + 8, beyond, np.array([kind]), found)
+    largest = float(curve(min(max(top, 0.0), 7.0 + beyond)))
+    assert found[0, 0, 0] == pytest.approx(largest if kind == 2 else largest**2, rel=1e-6)
+
+
+def test_an_end_above_all_steps_counts() -> None:
+    """The last step is below another one, and the end of the range is above both."""
+    products = np.zeros((1, 1, 1, 8), dtype=np.float32)
+    products[0, 0, 0, :5] = [0.5, 1.0, 0.5, 0.8, 1.6]
+    found = np.empty((1, 1, 1))
+    tops(products, 0, 4, 0.5, np.array([0]), found)
+    on_parabola = 0.8 + 0.25 * (1.6 - 0.5) + 0.125 * (0.5 - 1.6 + 1.6)
+    assert found[0, 0, 0] == pytest.approx(on_parabola**2, rel=1e-6)
+
+
+def test_a_start_from_which_a_hollow_curve_falls_counts() -> None:
+    products = np.zeros((1, 1, 1, 8), dtype=np.float32)
+    products[0, 0, 0, :4] = [1.0, 0.4, 0.1, 0.1]
+    found = np.empty((1, 1, 1))
+    tops(products, 0, 3, 0.5, np.array([0]), found)
+    assert found[0, 0, 0] == 1.0
 
 
 def test_the_unit_of_a_record_does_not_change_its_verdict() -> None:

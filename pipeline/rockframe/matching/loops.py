@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.compiled import compiled
+from rockframe.compiled import compiled, inlined
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -51,44 +51,69 @@ def match_lines(
 
 
 @compiled
-def tops(products: Single, start: int, stop: int, kinds: NDArray[np.intp], found: Float) -> None:
-    """Find the largest squares over time, each refined by a parabola through its neighbours.
+def tops(
+    products: Single, start: int, stop: int, beyond: float, kinds: NDArray[np.intp], found: Float
+) -> None:
+    """Find the largest squares over time, between its steps on parabolas through three of them.
 
     Parameters
     ----------
     products : array, shape (signals, periods, parts, times)
         Inner products.
     start, stop : int
-        First time that is searched, and the one after the last.
+        First step of time that is searched, and the one after the last.
+    beyond : float
+        Distance from the last step to the end of the range, in steps, below 1.
     kinds : array, shape (kinds,)
         For each result: 0 or 1 for the square of this part, or 2 for the sum of both squares.
     found : array, shape (signals, periods, kinds)
         Filled with the largest squares.
     """
     within = stop - start
-    power = np.empty(within, dtype=np.float32)
+    power = np.empty(within + 1, dtype=np.float32)
     bits = power.view(np.int32)  # integers have the same order, and their maximum is vectorised
     for i in range(products.shape[0]):
         for j in range(products.shape[1]):
             for n in range(kinds.size):
-                one = products[i, j, kinds[n] % 2, start:stop]
-                for k in range(within):
+                one = products[i, j, kinds[n] % 2, start : stop + 1]
+                for k in range(within + 1):
                     power[k] = one[k] * one[k]
                 if kinds[n] == 2:
-                    other = products[i, j, 1, start:stop]
-                    for k in range(within):
+                    other = products[i, j, 1, start : stop + 1]
+                    for k in range(within + 1):
                         power[k] += other[k] * other[k]
                 highest, top = bits[0], 0
                 for k in range(within):
                     highest = max(highest, bits[k])
                 while bits[top] < highest:
                     top += 1
-                heights = power if kinds[n] == 2 else one  # a parabola fits these better
-                here = float(heights[top])
-                if 0 < top < within - 1:
-                    before, after = float(heights[top - 1]), float(heights[top + 1])
-                    here += 0.125 * (after - before) ** 2 / (2.0 * here - before - after)
-                found[i, j, n] = here if kinds[n] == 2 else here * here
+                found[i, j, n] = power[top]
+                if within > 1:  # a parabola fits the product of one part better than its square
+                    heights = power if kinds[n] == 2 else one
+                    between = _square_between(heights, top, within - 1, beyond, kinds[n])
+                    found[i, j, n] = max(found[i, j, n], between)
+
+
+@inlined
+def _square_between(heights: Single, top: int, last: int, beyond: float, kind: int) -> float:
+    """Return the larger of the squares around the highest step and at the end of the range."""
+    middle = max(top, 1)
+    least, most = -0.5 if top > 0 else -1.0, 0.5 if top < last else beyond
+    around = _largest_square(heights[middle - 1 :], least, most, kind)
+    return max(around, _largest_square(heights[last - 1 :], beyond, beyond, kind))
+
+
+@inlined
+def _largest_square(three: Single, least: float, most: float, kind: int) -> float:
+    """Return the largest square on the parabola through three values, within a range of steps.
+
+    The range is around the second value. Values of kind 2 are squares already.
+    """
+    before, here, after = float(three[0]), float(three[1]), float(three[2])
+    slope, bend = 0.5 * (after - before), before - 2.0 * here + after
+    shift = min(max(-slope / bend, least), most) if bend * here < 0.0 else most
+    value = here + shift * (slope + 0.5 * shift * bend)
+    return value if kind == 2 else value * value
 
 
 @compiled
@@ -197,7 +222,7 @@ def _expand(spectra: Complex, signal: Complex, line: float, tau: float, series: 
         turned = signal[k] * at
         for part in range(spectra.shape[0]):
             value = turned * spectra[part, k].conjugate()
-            power = 2.0 * line
+            power = 2.0 * line if k > 0 else line  # the others stand for negative frequencies too
             for n in range(_TERMS):  # real parts of the terms with powers of i k rate
                 series[part, n] += power * (value.real if n % 2 == 0 else value.imag)
                 power *= k * rate / (n + 1.0)

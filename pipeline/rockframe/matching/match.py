@@ -25,13 +25,14 @@ from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 
-#: Candidates are the maxima of the grid above this share of the largest square; at most
-#: `_CANDIDATES` of them are located in time.
+#: Candidates are the maxima over time at the periods of the grid's maxima, above this share of the
+#: largest square; at most `_LOCATED` of them are located exactly in time.
 _NEARLY: Final = 0.95
-_CANDIDATES: Final = 12
-#: All located maxima above this share of the largest are refined, because the grid is too coarse to
-#: decide which is the largest.
+_LOCATED: Final = 64
+#: The highest of these are refined, at most `_REFINED`, if they are above this share of the
+#: highest: the periods of the grid are too coarse to decide which is the highest.
 _CLOSE: Final = 0.98
+_REFINED: Final = 12
 #: A refined value counts as at a bound of its range if it is closer to the bound than this.
 _AT_BOUND: Final = 1e-6
 #: Share of a pulse's energy outside the record above which the pulse counts as cut.
@@ -173,7 +174,9 @@ def _best(
     rungs = [crest(signal, wavelet, *start) for start in _candidates(signal, wavelet, heights)]
     highest = max(rung.weighted for rung in rungs)
     open_ones = [rung for rung in rungs if rung.weighted >= _CLOSE * highest]
-    best = refine(signal, open_ones, periods, (1.0, options.most_half_cycles))
+    # of equally high ones the earliest, as round-off must not decide
+    open_ones.sort(key=lambda rung: (-round(rung.weighted / highest, 9), rung.time))
+    best = refine(signal, open_ones[:_REFINED], periods, (1.0, options.most_half_cycles))
     number = best.half_cycles
     ends = (best.period / periods[0] - 1.0, 1.0 - best.period / periods[1])
     pulse = matched_pulse(best, Weighting(options.weighting))
@@ -217,11 +220,12 @@ def _candidates(
     found = []
     for i, j in peaks.tolist():
         period, number = float(heights.periods[i]), heights.half_cycles[j]
-        least = _NEARLY * weighted.max() / weighted[i, j]
-        for share, time in summits(signal, wavelet, period, number, least):
-            found.append((share * weighted[i, j], period, time, number))
-    found.sort(key=lambda one: -one[0])
-    return [one[1:] for one in found[:_CANDIDATES]]
+        factor = float(signal.weighting.of_square(heights.periods[i]))
+        for square, time in summits(signal, wavelet, period, number, _NEARLY):
+            found.append((factor * square, period, time, number))
+    least = _NEARLY * max(one[0] for one in found)
+    found = sorted((one for one in found if one[0] >= least), key=lambda one: (-one[0], one[2]))
+    return [one[1:] for one in found[:_LOCATED]]
 
 
 def _outside(pulse: Pulse, duration: float) -> float:

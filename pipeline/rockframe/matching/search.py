@@ -115,7 +115,8 @@ def search(
     # long periods first: they take little time, and limit the times to search at shorter ones
     for rungs in _octaves(periods)[::-1]:
         chosen = periods[rungs]
-        band, within = _band(signal, math.ceil(fineness * signal.period / float(chosen[0])))
+        least = math.ceil(fineness * signal.period / float(chosen[0]))
+        band, (_, within, beyond) = _band(signal, least), _resampled(signal, least)
         for span, (numbers, served, far, heights) in known.items():
             best = (heights * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
             floor = nearly * best / weight[rungs].max()
@@ -124,7 +125,8 @@ def search(
             each = max(1, _TOGETHER // (2 * max(1, rows.size) * chosen.size * part.padded))
             for k in range(0, len(numbers) if rows.size else 0, each):
                 some = tuple(numbers[k : k + each])
-                heights[rows, rungs, k : k + each] = largest(part, times, chosen, span, some, kinds)
+                found = largest(part, times, beyond, chosen, span, some, kinds)
+                heights[rows, rungs, k : k + each] = found
     all_heights = {
         name: Heights(periods, tuple(numbers), heights[..., i])
         for numbers, served, _, heights in known.values()
@@ -133,23 +135,28 @@ def search(
     return {name: all_heights[name] for name in wavelets}
 
 
-def _band(signal: Signal, least: int) -> tuple[Signal, int]:
+def _band(signal: Signal, least: int) -> Signal:
     """Return a signal resampled to at least `least` samples, without high frequencies.
 
-    Its samples include the zeros after the record, where it still rings; the second value is the
-    number of samples within the record.
+    Its samples include the zeros after the record, where it still rings.
     """
-    count, within = _resampled(signal, least)
+    count, _, _ = _resampled(signal, least)
     step = signal.period / count
     spectrum = np.atleast_2d(signal.spectrum)[:, : count // 2]
     samples = scipy.fft.irfft(spectrum.astype(np.complex64), count) / np.float32(step)
-    return Signal(samples, step, signal.weighting, count, spectrum), within
+    return Signal(samples, step, signal.weighting, count, spectrum)
 
 
-def _resampled(signal: Signal, least: int) -> tuple[int, int]:
-    """Return numbers of samples of a resampled signal: all, and those within the record."""
+def _resampled(signal: Signal, least: int) -> tuple[int, int, float]:
+    """Return the numbers of samples of a resampled signal, and the steps after the last inside.
+
+    The numbers are those of all samples and of those within the record, from the last of which it
+    is less than one step to the end of the record.
+    """
     count = min(padded_size(least), signal.padded)
-    return count, int(signal.duration * count / signal.period) + 1
+    end = signal.duration * count / signal.period
+    last = math.floor(end + 1e-9)
+    return count, last + 1, max(0.0, end - last)
 
 
 def _octaves(periods: Float) -> list[slice]:
@@ -162,6 +169,7 @@ def _octaves(periods: Float) -> list[slice]:
 def largest(
     signal: Signal,
     times: range,
+    beyond: float,
     periods: Float,
     span: str,
     half_cycles: tuple[float | None, ...],
@@ -175,6 +183,8 @@ def largest(
         The records.
     times : range
         Indices of the samples at whose times to search.
+    beyond : float
+        Steps after the last of these samples that are searched too, less than one.
     periods : array, shape (periods,)
         T_p, ascending [s].
     span : str
@@ -202,7 +212,7 @@ def largest(
     count = len(half_cycles)
     found = np.empty((sizes[0], periods.size * count, kinds.size))
     split = (sizes[0], periods.size * count, shape.shape[0] // count, signal.padded)
-    tops(products.reshape(split), times.start, times.stop, kinds, found)
+    tops(products.reshape(split), times.start, times.stop, beyond, kinds, found)
     squares = found.reshape(*sizes, count, kinds.size)
     return squares * (periods[:, None, None] / signal.time_step**2)
 
@@ -228,28 +238,42 @@ def summits(
     Returns
     -------
     list of tuple of float
-        The square over the largest one, and the time [s], of each maximum.
+        The square with the weighting ``energy`` and the time [s] of each maximum, in the order of
+        times. The end of the record counts as one, as a maximum may lie just before it.
     """
-    least = math.ceil(_SAMPLES_PER_PERIOD * signal.period / period)
-    count, within = _resampled(signal, least)
+    count, within, beyond = _resampled(
+        signal, math.ceil(_SAMPLES_PER_PERIOD * signal.period / period)
+    )
     velocity = signal.weighting.of_velocity
     energies = np.array(part_energies(wavelet, half_cycles, velocity))
     parts = part_spectra(wavelet, half_cycles, period / signal.period, count // 2, velocity)
     parts = np.conj(parts) / np.sqrt(energies)[:, None]
-    products = scipy.fft.irfft(signal.spectrum[: count // 2] * parts, count)[:, :within]
+    products = scipy.fft.irfft(signal.spectrum[: count // 2] * parts, count)
+    products *= count * math.sqrt(period) / signal.period
     # a parabola fits the product of one part better than its square
     alone = len(products) == 1
-    heights = np.zeros(within + 2)  # of zeros beyond both ends
-    heights[1:-1] = products[0] if alone else (products**2).sum(axis=0)
-    sizes = np.abs(heights)
-    tops = 1 + np.flatnonzero((sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] >= sizes[2:]))
-    before, here, after = heights[tops - 1], heights[tops], heights[tops + 1]
-    shift = 0.5 * (after - before) / (2.0 * here - before - after)
-    shift[(tops == 1) | (tops == within)] = 0.0
-    here = here + 0.25 * (after - before) * shift
-    squares = here**2 if alone else here
-    shares, times = squares / squares.max(), (tops - 1 + shift) * signal.period / count
-    return [(float(shares[k]), float(times[k])) for k in np.flatnonzero(shares >= nearly)]
+    heights = products[0] if alone else (products**2).sum(axis=0)
+    sizes = np.zeros(within + 2)  # of times within the record, between two zeros
+    sizes[1:-1] = np.abs(heights[:within])
+    tops = np.flatnonzero((sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] >= sizes[2:]))
+    # up to half a step from a time, but from the first to the end of the record; and that end
+    least, most = np.where(tops == 0, -1.0, -0.5), np.where(tops == within - 1, beyond, 0.5)
+    tops, least, most = (
+        np.append(tops, within - 1),
+        np.append(least, beyond),
+        np.append(most, beyond),
+    )
+    middle = np.maximum(tops, 1)
+    before, here, after = heights[middle - 1], heights[middle], heights[middle + 1]
+    slope, bend = 0.5 * (after - before), before - 2.0 * here + after
+    hollow = bend * here >= 0.0
+    shift = np.where(hollow, tops - middle, -slope / np.where(hollow, 1.0, bend))
+    shift = np.clip(shift, least, most)
+    values = here + shift * (slope + 0.5 * shift * bend)
+    squares = values**2 if alone else values
+    times = (middle + shift) * signal.period / count
+    chosen = np.flatnonzero(squares >= nearly * squares.max())
+    return [(float(squares[k]), float(times[k])) for k in chosen]
 
 
 @lru_cache(maxsize=64)
@@ -359,7 +383,7 @@ def refine(
     periods: tuple[float, float],
     half_cycles: tuple[float, float],
 ) -> Refined:
-    """Find the maxima near several points, and return the highest; of equal ones the earliest.
+    """Find the maxima near several points, and return the highest; of equally high ones the first.
 
     Parameters
     ----------

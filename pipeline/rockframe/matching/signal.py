@@ -258,8 +258,19 @@ def part_spectra(
     if of_velocity:
         nu = np.multiply.outer(line, np.arange(1, count, dtype=np.float64))[..., None, :]
         spectra[..., 1:] /= 2j * math.pi * nu
-        spectra[..., 0] = 0.0
+        if isinstance(half_cycles, np.ndarray):
+            spectra[..., 0] = [_displacements(wavelet, number) for number in half_cycles.tolist()]
+        else:
+            spectra[..., 0] = _displacements(wavelet, half_cycles)
     return spectra
+
+
+@lru_cache(maxsize=4096)
+def _displacements(wavelet: str, half_cycles: float | None) -> tuple[float, ...]:
+    """Return the integral of the velocity of each part of a wavelet [1]."""
+    parts = WAVELETS[wavelet].parts(half_cycles)
+    ends = [part.displacement(np.array([-part.reach, part.reach])) for part in parts]
+    return tuple(float(end - start) for start, end in ends)
 
 
 #: Least number of time steps in the period of a wavelet.
