@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -148,6 +149,28 @@ def test_no_peak_is_excluded_by_a_bound(
     assert coarse.peak_force_ratio == pytest.approx(fine.peak_force_ratio, rel=2e-5)
 
 
+@pytest.mark.parametrize("dip", [0.01, 0.03, 0.05])
+def test_no_reversal_is_excluded_by_a_bound(dip: float) -> None:
+    """A frame that softens moves outwards at both ends of an interval, but inwards in the middle.
+
+    Without the reversal it would keep yielding, at a rate v with v'' = r^2 v + G: a hyperbolic
+    cosine that dips below zero, in this very long interval, by a small share of G / r^2.
+    """
+    frame = replace(SOFTENING, stability_coefficient=0.3, damping_ratio=0.0)
+    k, _, q, _ = frame.constants
+    rate = math.sqrt(-k)
+    half = 0.6 / rate
+    push = np.array([-0.3 * GRAVITY, 0.0])
+    begun = respond_oscillator(frame, GroundAcceleration(push[None], 2.0 * half))
+    u, v = begun.u[-1], begun.velocity[-1]
+    fall = -k * v / ((1.0 - dip) * math.cosh(0.6) - 1.0)
+    first = (1.0 - dip) * fall / rate * math.sinh(0.6) - (q + k * u)
+    motion = GroundAcceleration(np.array([push, [first, -fall]]), 2.0 * half)
+    found, other = (respond_oscillator(frame, one) for one in (motion, divided(motion, 32)))
+    assert found.velocity[2] * v > 0.0 > other.velocity.min()
+    assert found.u[2] == pytest.approx(other.u[64], rel=1e-12)
+
+
 @pytest.mark.parametrize("model", MODELS[:-1], ids=lambda model: f"{model.period:.2f}")
 @pytest.mark.parametrize("seed", [14, 15, 16])
 def test_the_peak_force_is_that_of_the_spring(model: IsolatedDeck | FixedFrame, seed: int) -> None:
@@ -170,6 +193,15 @@ def test_a_pendulum_that_the_first_ground_moves_bears_its_friction() -> None:
     found = respond_oscillator(PENDULUM, push)
     assert found.force_ratio[0] == pytest.approx(-0.06, rel=1e-14)
     assert found.peak_force_ratio >= np.abs(found.force_ratio).max()
+
+
+@pytest.mark.parametrize("strength", [-0.5, 0.5])
+def test_a_pendulum_that_a_fading_push_moves_slides_at_once(strength: float) -> None:
+    """Within the interval the ground acceleration falls from far above the friction to nothing."""
+    push = GroundAcceleration(strength * GRAVITY * np.array([[1.0, -10.0], [0.0, 0.0]]), 0.1)
+    found = respond_oscillator(PENDULUM, push)
+    assert found.first_yield_time == 0.0
+    assert strength * found.u[1] < 0.0
 
 
 @pytest.mark.parametrize("model", [RUBBER, PENDULUM, PERFECT], ids=lambda m: f"{m.period:.2f}")
