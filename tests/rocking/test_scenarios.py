@@ -157,6 +157,15 @@ def test_impact_velocity_is_that_of_the_hardest_impact(frame: RockingFrame, scal
     assert found.impact_velocity[0] == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize("frame", [BENT, YIELDING], ids=["free", "yielding"])
+def test_a_negative_scale_reverses_the_motion(frame: RockingFrame) -> None:
+    """Long intervals, and ties that yield, are left to the kernel of single responses."""
+    ground = GroundAcceleration.from_samples([0.0, 6.0, -6.0, 6.0, 0.0], 1.0)
+    found = respond_scenarios([ground], [frame], [0, 0], [0, 0], [1.0, -1.0])
+    assert found.verdict[0] != Verdict.NO_UPLIFT
+    same_bits(found, found, slice(None, None, -1))
+
+
 def test_nothing_asked_nothing_answered() -> None:
     assert respond_scenarios([PULSE], [BENT], [], [], []).verdict.shape == (0,)
 
