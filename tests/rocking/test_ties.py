@@ -20,6 +20,7 @@ from tests.rocking.motions import BENT, noise, still
 from rockframe.parts import Abutment, Dissipater, Tendon
 from rockframe.rocking import kernels
 from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.kernels import tails
 from rockframe.rocking.kernels.ties import (
     CABLE,
     ELASTIC,
@@ -154,6 +155,31 @@ def test_the_verdict_is_that_of_a_longer_record(start: float, outwards: float) -
         for span in (0.02, 60.0)
     }
     assert len(verdicts) == 1
+
+
+@pytest.mark.parametrize("outwards", [-2.0, -0.9, 0.5])
+@pytest.mark.parametrize("tied", [False, True])
+def test_a_fall_after_the_motion_is_that_of_a_longer_record(tied: bool, outwards: float) -> None:
+    """Thrown inwards from beyond the barrier, it lands first and overturns on the other side."""
+    soft = replace(RESTRAINED, tendon=replace(TENDONS, area=1e-4, prestress=0.0))
+    frame = soft if tied else BENT
+    short, long = (
+        respond(frame, still(span), initial_rotation=0.45, initial_velocity=outwards)
+        for span in (0.02, 6.0)
+    )
+    assert short.impacts == long.impacts == (outwards < 0.0)
+    np.testing.assert_allclose(short.impact_times, long.impact_times, rtol=1e-11)
+    np.testing.assert_allclose(short.impact_velocities, long.impact_velocities, rtol=1e-11)
+    assert short.overturning_time == pytest.approx(long.overturning_time, rel=1e-11)
+
+
+@pytest.mark.parametrize(("k", "f"), [(0.0, 0.0), (0.3, 0.0), (0.3, 0.1), (0.6, 0.2)])
+def test_the_barrier_is_where_gravity_and_elastic_ties_balance(k: float, f: float) -> None:
+    def restoring(theta: float) -> float:
+        return math.sin(ALPHA - theta) + k * math.sin(theta) + f * math.cos(0.5 * theta)
+
+    top = tails._held_root(ALPHA, k, f, 0.0, 0.5 * math.pi, True)  # noqa: SLF001
+    assert top == pytest.approx(brentq(restoring, 0.0, 0.5 * math.pi, xtol=1e-15), rel=1e-13)
 
 
 def test_restrained_frames_in_lanes_are_those_of_the_scalar_kernel() -> None:
