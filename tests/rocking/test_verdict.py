@@ -198,6 +198,25 @@ def test_the_largest_rate_has_no_direction() -> None:
     assert one.peak_velocity == other.peak_velocity > 1.1 * np.abs(one.impact_velocities).max()
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_frame_thrown_back_from_far_out_is_fastest_at_the_start(side: float) -> None:
+    """At three times its slenderness it is further below the barrier than where it lands."""
+    start = (side * 3.0 * 0.165, -side * 0.5)
+    found = integrate(np.zeros((20, 1)), 0.1, alpha=0.165, restitution=0.3, start=start)
+    assert found.verdict == Verdict.STANDS
+    assert found.peak_velocity == 0.5 > np.abs(found.impact_velocities).max()
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_however_slow_its_landing_strong_ground_sets_a_frame_in_motion(side: float) -> None:
+    """The ground pushes it back to where it came from, so it lands twice before it leaves."""
+    push = np.full((20, 1), -side * 0.5)
+    start = (side * 1e-25, -side * 1e-11)
+    found = integrate(push, 0.01, alpha=0.165, restitution=0.93, start=start)
+    assert found.impacts == 2
+    assert side * found.theta[-1] > 0.0
+
+
 def test_balanced_to_round_off_a_frame_overturns_at_no_time() -> None:
     """To round-off the frame only balances: it must not overturn soon, nor bounce for ever."""
     alpha, p_hat = BENT.slenderness, BENT.effective_frequency_parameter
