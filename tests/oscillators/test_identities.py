@@ -295,3 +295,17 @@ def test_vibration_that_just_reaches_the_strength_in_each_cycle() -> None:
     assert found.residual_displacement == pytest.approx(other.residual_displacement, rel=1e-9)
     moved = np.abs(found.u[100:] - found.residual_displacement).max()
     assert moved <= frame.yield_displacement * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("period", [0.05, 0.4, 1.3])
+def test_a_frame_that_stops_just_at_its_strength_goes_on(period: float, side: float) -> None:
+    """Under a ramp an undamped frame stops after each period; after the second, at its strength."""
+    frame = FixedFrame(
+        period=period, strength_ratio=0.006, post_yield_ratio=0.05, damping_ratio=0.0
+    )
+    samples = 2.0 * 0.006 * GRAVITY * side * np.array([0.0, -1.0, 1.0, 1.0, 0.0, 0.0])
+    motion = GroundAcceleration.from_samples(samples, 4.0 * period)
+    ours, theirs = respond_oscillator(frame, motion), direct(frame, motion)
+    np.testing.assert_allclose(ours.u, theirs.u, atol=1e-11 * np.abs(theirs.u).max())
+    assert ours.first_yield_time == pytest.approx(2.0 * period, rel=1e-4)  # it stops slowly

@@ -357,7 +357,7 @@ def _piece(  # noqa: C901  one branch, step by step
         z = min(max(z + k_z * moved, -q), q)
         if side != 0.0:
             z = side * q
-            if side * v > 0.0:
+            if side * v > 0.0 or end == v == 0.0:  # or it has stopped there, and moves on
                 mode = side
                 _yields(summary, time + end)
             else:  # the motion reverses just as it reaches the strength
