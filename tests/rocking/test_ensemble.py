@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from numpy.typing import ArrayLike
 from scipy.stats import binomtest
 
 from rockframe import (
@@ -116,11 +117,25 @@ def test_frames_that_stay_at_rest_lean_like_fixed_bodies() -> None:
         assert not found.peak_rotation_ratio[0, k].any()
 
 
-def test_a_vertical_motion_at_rest_counts() -> None:
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_vertical_motion_at_rest_counts(sign: float) -> None:
     """Heavier by the vertical motion, the frame carries more shear at rest than later, rocking."""
     time = np.linspace(0.0, 4.0, 401)
     across = GRAVITY * (0.2 * (np.abs(time - 1.0) < 0.2) + 0.17 * (np.abs(time - 3.0) < 0.05))
     upwards = 0.9 * GRAVITY * (np.abs(time - 1.0) < 0.3)
+    _assert_shear_of_the_push(sign * across, upwards)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_push_of_the_last_sample_counts_at_rest(sign: float) -> None:
+    """The frame has rocked before, but a motion that ends with a push asks for more shear."""
+    time = np.linspace(0.0, 4.0, 401)
+    across = GRAVITY * (0.17 * (np.abs(time - 1.0) < 0.05) + 0.2 * (time == time[-1]))
+    _assert_shear_of_the_push(sign * across, 0.9 * GRAVITY * (time > 3.5))
+
+
+def _assert_shear_of_the_push(across: ArrayLike, upwards: ArrayLike) -> None:
+    """Compare with the largest push, 0.2 g, and with the forces of the history."""
     motion = GroundAcceleration.from_samples(across, 0.01).with_vertical(
         GroundAcceleration.from_samples(upwards, 0.01)
     )
