@@ -203,6 +203,23 @@ def test_a_bounce_that_is_summed_up_may_be_the_highest() -> None:
     assert found.peak_rotation[0] == pytest.approx(respond(column, ground).peak_rotation, rel=1e-6)
 
 
+def test_bounces_that_the_next_push_interrupts_are_followed() -> None:
+    """Without the push, the frame would rest a hundredth of an interval after its start."""
+    column, step = FRAMES[2], 0.005
+    push = np.zeros((1200, 1))
+    push[:20] = 2.0 * column.uplift_acceleration
+    alone = GroundAcceleration(push, step)
+    scales = 1.0, 1.001
+    rests = [respond(column, alone.scaled(s)).impact_times[-1] / step for s in scales]
+    start = math.ceil(rests[0])
+    assert rests[0] < start + 0.01 < rests[1]
+    scale = float(np.interp(start + 0.01, rests, scales))
+    push[start] = 1.3 * column.uplift_acceleration
+    ground = GroundAcceleration(push, step)
+    found = respond_scenarios([ground], [column], [0], [0], [scale])
+    assert found.impacts[0] == respond(column, ground.scaled(scale)).impacts
+
+
 def few(degree: int, vertical: bool) -> GroundAcceleration:
     """Return a motion of 60 intervals."""
 
