@@ -26,7 +26,7 @@ from rockframe import (
 )
 from rockframe.parts import Tendon
 from rockframe.rocking import scenarios
-from rockframe.rocking.kernels import kernel
+from rockframe.rocking.kernels import kernel, steps, vectors
 from rockframe.rocking.response import as_ground, vertical_in_g
 from rockframe.units import GRAVITY
 
@@ -131,6 +131,42 @@ def asked() -> Asked:
     slenderness = np.array([f.slenderness for f in FRAMES])
     scale = np.minimum(slenderness[frame] * rng.uniform(0.8, 4.0, COUNT), 3.5)
     return Asked(ground, frame, scale, respond_scenarios(motions(), FRAMES, ground, frame, scale))
+
+
+def test_sine_and_cosine_of_the_lanes_are_exact_to_round_off() -> None:
+    angles = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 201)
+    found = np.array([vectors._sine_cosine(x) for x in angles.tolist()])  # noqa: SLF001
+    np.testing.assert_allclose(found[:, 0], np.sin(angles), rtol=0, atol=4e-16)
+    np.testing.assert_allclose(found[:, 1], np.cos(angles), rtol=0, atol=4e-16)
+
+
+def test_no_hop_lands_before_or_after_its_landing() -> None:
+    """Against a pull that is nearly zero at first, the slowest bounces are not located in the few
+    steps of Newton's method, and remain for the scalar kernel.
+    """
+    alpha, p2, peak = 0.15, 1e-4, 0.1
+    across = (-math.tan(alpha) * (1.0 - 1e-6), 1.0, *(0.0,) * 8)
+    rates = np.geomspace(1e-10, 1e-6, vectors.WIDTH)
+    pack = np.zeros(vectors.PACK_SIZE).reshape(-1, vectors.WIDTH)
+
+    def row(slot: int) -> Float:
+        return np.asarray(pack[slot // vectors.WIDTH])
+
+    row(vectors.OMEGA)[:] = rates
+    row(vectors.ALPHA)[:] = alpha
+    row(vectors.P2)[:] = p2
+    row(vectors.PEAK)[:] = peak
+    row(vectors.A)[:] = p2 * across[0]
+    row(vectors.A + vectors.WIDTH)[:] = p2 * across[1]
+    vectors.hop(pack.ravel(), steps.NO, steps.NO, steps.NO)
+    located = row(vectors.KIND) == vectors.HOP_LANDED
+    assert 3 < located.sum() < vectors.WIDTH - 3
+    none = (0.0,) * 10
+    for k in np.flatnonzero(located).tolist():
+        c = steps.taylor(0.0, rates[k], 1.0, across, none, alpha, p2, steps.MOVING, ())
+        _, t, _, omega, *_ = steps.flight(c, 1.0, 1.0, steps.MOVING, peak)
+        assert row(vectors.TAU)[k] == pytest.approx(t, rel=1e-12)
+        assert row(vectors.OMEGA_AFTER)[k] == pytest.approx(omega, rel=1e-12)
 
 
 def relative(ours: Float, theirs: Float) -> Float:
