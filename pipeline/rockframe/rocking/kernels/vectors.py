@@ -535,7 +535,7 @@ def _take_off(pack: Float, curved: Marker, lifts: Marker, tied: Marker) -> None:
         crest = theta + (omega * omega / (2.0 * weakest) if falling & rises else 0.0)
         peak = pack[j + PEAK]
         fast = pack[j + FASTEST]
-        turns = moving & falling & rises & (crest > peak) & ((theta_h < 0.0) | (omega_h < 0.0))
+        turns = moving & falling & rises & (crest > peak) & (omega_h < 0.0)
         pack[j + TURN] = least_of(omega / (f0 if turns else 1.0), h)
         pack[j + TURNING] = 1.0 if turns else 0.0
         low = turns | (crest <= peak)
@@ -566,7 +566,7 @@ def _take_off(pack: Float, curved: Marker, lifts: Marker, tied: Marker) -> None:
         on = 1.0 if landing else 0.0
         pack[j + OPEN] = on
         pack[j + KIND] = HOP_ALOFT if up else (HOP_LANDED if landing else HOP_ALONE)
-        pack[j + FASTEST] = most_of(most_of(abs(omega), abs(omega_h)), fast) if up else fast
+        pack[j + FASTEST] = most_of(abs(omega_h), fast) if up else fast  # |omega| is not above
         pack[j + THETA_AFTER] = theta_h
         pack[j + OMEGA_AFTER] = omega_h
 
