@@ -8,6 +8,7 @@ compared with the change of the scalar kernel's result when the scale changes by
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -140,6 +141,26 @@ def test_sine_and_cosine_of_the_lanes_are_exact_to_round_off() -> None:
     np.testing.assert_allclose(found[:, 1], np.cos(angles), rtol=0, atol=4e-16)
 
 
+def hopped(
+    theta: float, rates: Float, alpha: float, p2: float, peak: float, across: tuple[float, ...]
+) -> Callable[[int], Float]:
+    """Return the rows of a pack after a hop, in which only the rates differ."""
+    pack = np.zeros(vectors.PACK_SIZE)
+    rows = pack.reshape(-1, vectors.WIDTH)
+    for slot, value in (
+        (vectors.THETA, theta),
+        (vectors.OMEGA, rates),
+        (vectors.ALPHA, alpha),
+        (vectors.P2, p2),
+        (vectors.PEAK, peak),
+        (vectors.A, p2 * across[0]),
+        (vectors.A + vectors.WIDTH, p2 * across[1]),
+    ):
+        rows[slot // vectors.WIDTH] = value
+    vectors.hop(pack, steps.NO, steps.NO, steps.NO)
+    return lambda slot: np.asarray(rows[slot // vectors.WIDTH])
+
+
 def test_no_hop_lands_before_or_after_its_landing() -> None:
     """Against a pull that is nearly zero at first, the slowest bounces are not located in the few
     steps of Newton's method, and remain for the scalar kernel.
@@ -147,18 +168,7 @@ def test_no_hop_lands_before_or_after_its_landing() -> None:
     alpha, p2, peak = 0.15, 1e-4, 0.1
     across = (-math.tan(alpha) * (1.0 - 1e-6), 1.0, *(0.0,) * 8)
     rates = np.geomspace(1e-10, 1e-6, vectors.WIDTH)
-    pack = np.zeros(vectors.PACK_SIZE).reshape(-1, vectors.WIDTH)
-
-    def row(slot: int) -> Float:
-        return np.asarray(pack[slot // vectors.WIDTH])
-
-    row(vectors.OMEGA)[:] = rates
-    row(vectors.ALPHA)[:] = alpha
-    row(vectors.P2)[:] = p2
-    row(vectors.PEAK)[:] = peak
-    row(vectors.A)[:] = p2 * across[0]
-    row(vectors.A + vectors.WIDTH)[:] = p2 * across[1]
-    vectors.hop(pack.ravel(), steps.NO, steps.NO, steps.NO)
+    row = hopped(0.0, rates, alpha, p2, peak, across)
     located = row(vectors.KIND) == vectors.HOP_LANDED
     assert 3 < located.sum() < vectors.WIDTH - 3
     none = (0.0,) * 10
@@ -167,6 +177,18 @@ def test_no_hop_lands_before_or_after_its_landing() -> None:
         _, t, _, omega, *_ = steps.flight(c, 1.0, 1.0, steps.MOVING, peak)
         assert row(vectors.TAU)[k] == pytest.approx(t, rel=1e-12)
         assert row(vectors.OMEGA_AFTER)[k] == pytest.approx(omega, rel=1e-12)
+
+
+def test_only_lanes_that_turn_in_a_hop_have_a_new_peak() -> None:
+    """The others still rise at its end; where they turn, the peak is that of a parabola."""
+    theta, alpha, p2, before = 0.01, 0.15, 1e-4, 0.005
+    rates = np.geomspace(1e-6, 1e-3, vectors.WIDTH)
+    row = hopped(theta, rates, alpha, p2, before, (0.0, 0.0))
+    turned = row(vectors.OMEGA_AFTER) < 0.0
+    assert 3 < turned.sum() < vectors.WIDTH - 3
+    crest = theta + rates**2 / (2.0 * p2 * math.sin(alpha - theta))
+    expected = np.where(turned, crest, before)
+    np.testing.assert_allclose(row(vectors.PEAK), expected, rtol=1e-7)
 
 
 def relative(ours: Float, theirs: Float) -> Float:
