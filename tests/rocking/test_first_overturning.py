@@ -55,7 +55,7 @@ def drawn(seed: int) -> list[tuple[float, float]]:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_the_summary_is_that_of_all_scales(seed: int) -> None:
-    """Of 100,000 scales in place of the few that the search computes, 2.56 % apart."""
+    """It is compared with 100,000 scales; the search computes few, 2.56 % apart."""
     intervals = drawn(seed)
     low, high = intervals[0]
     one = found(intervals)
