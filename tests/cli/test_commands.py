@@ -180,7 +180,7 @@ def test_a_number_that_differs_is_named_with_its_difference(name: str, now: list
 
 
 def test_no_recorded_name_is_lost() -> None:
-    """Commands, options, study keys and Python names may be added, but none may disappear."""
+    """Commands, options, study keys, Python names, flags may be added, but none may disappear."""
     recorded = json.loads((RECORDED / "names.json").read_text(encoding="utf-8"))
     found = names()
     for verb, options in recorded.pop("commands").items():

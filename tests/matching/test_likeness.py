@@ -5,14 +5,23 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
 import pytest
 
 from rockframe.errors import ParameterError
+from rockframe.matching import record_pulses
 from rockframe.matching.match import match_pulses
-from rockframe.matching.record_pulses import Likeness, PulseVerdict, find_pulses, likeness
+from rockframe.matching.record_pulses import (
+    Likeness,
+    PulseVerdict,
+    _indices,
+    find_pulses,
+    likeness,
+)
+from rockframe.matching.search import search
 from rockframe.matching.signal import Weighting
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.pulse import Pulse
@@ -170,6 +179,20 @@ def test_velocity_indicator_tells_a_long_pulse_from_none() -> None:
     off = PulseOptions(surrogates=0, runners_up=0)
     assert find_pulses(with_pulse(5, 30.0), STEP, off).velocity.indicator > 0.85
     assert find_pulses(noise(5), STEP, off).velocity.indicator < 0.15
+
+
+def test_what_the_coarse_search_skips_is_not_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A longer pulse, which is searched first, matches a pulse nearly as well as its own period."""
+    planted = (
+        Pulse(wavelet="symmetric_ricker", a_p=1.0, T_p=period, time=10.0).acceleration(TIME)
+        for period in np.geomspace(0.3, 4.0, 20)
+    )
+    records = np.array([one.astype(np.float32) for one in planted])
+    skipping = _indices(records, STEP, PulseOptions())
+    whole = functools.partial(search, nearly=0.0)
+    monkeypatch.setattr(record_pulses, "search", lambda *given, nearly: whole(*given))
+    searching = _indices(records, STEP, PulseOptions())
+    np.testing.assert_allclose(skipping, searching, rtol=2e-3)
 
 
 def test_the_velocity_pulse_is_the_same_whichever_way_the_record_points() -> None:

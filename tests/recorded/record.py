@@ -22,6 +22,7 @@ import xarray as xr
 
 import rockframe
 from rockframe.cli.main import main, parser
+from rockframe.results.schema import KINDS
 from rockframe.study.study import schema
 
 HERE = Path(__file__).parent
@@ -64,7 +65,7 @@ def keys(of: Any, whole: dict[str, Any], at: str = "") -> Iterator[str]:
 
 
 def names() -> dict[str, Any]:
-    """Return the names of commands, options, keys of studies, and public Python names."""
+    """Return the names of commands, options, keys of studies, Python, and the values of flags."""
     (verbs,) = (a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))  # noqa: SLF001
     commands = {
         verb: sorted(word for a in one._actions for word in (a.option_strings or [a.dest]))  # noqa: SLF001
@@ -75,6 +76,13 @@ def names() -> dict[str, Any]:
         "commands": commands,
         "study": sorted(set(keys(study, study))),
         "python": sorted(dir(rockframe)),
+        "flags": sorted(
+            f"{kind}.nc {variable.name}: {member.value} {member.name}"
+            for kind in KINDS
+            for variable in KINDS[kind].variables
+            if variable.holds == "flags"
+            for member in variable.dtype
+        ),
     }
 
 

@@ -147,6 +147,15 @@ def test_the_same_bits_in_a_pool(monkeypatch: pytest.MonkeyPatch) -> None:
     assert_array_equal(alone.found.upper, pooled.found.upper)
 
 
+def test_the_number_of_tasks_decides_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = ([SYMMETRIC], [0.25], [0.0], [1.5, 2.0, 2.5, 3.0], np.arange(1.0, 9.0, 0.1))
+    one = overturning_spectrum(*asked)
+    monkeypatch.setattr(spectra, "_TASK", 1)
+    four = overturning_spectrum(*asked)
+    assert_array_equal(one.minimum_overturning_amplitude, four.minimum_overturning_amplitude)
+    assert_array_equal(one.found.verdict, four.found.verdict)
+
+
 def test_columns_of_unit_frequency() -> None:
     for degrees in (5.0, 14.0, 30.0):
         frame = column_of(math.radians(degrees), 2.0)
