@@ -75,6 +75,12 @@ def test_a_margin_marks_the_motion_itself(things: dict[str, Shown]) -> None:
     (line,) = (one for one in axes.get_lines() if one.get_label() == "the motion itself")
     assert_array_equal(line.get_xdata(), [1.0, 1.0])
     assert axes.get_xlim()[0] == 0.0
+    labels = axes.get_legend_handles_labels()[1]
+    assert sorted(labels) == ["overturns", "stands", "the motion itself"]
+
+
+def test_a_rocking_spectrum_is_drawn_up_to_overturning(things: dict[str, Shown]) -> None:
+    assert things["rocking spectrum"].plot(Figure().subplots()).get_ylim() == (0.0, 1.5)
 
 
 def test_without_axes_there_is_a_figure() -> None:
