@@ -204,6 +204,17 @@ def test_a_pendulum_that_a_fading_push_moves_slides_at_once(strength: float) -> 
     assert strength * found.u[1] < 0.0
 
 
+@pytest.mark.parametrize("strength", [-0.5, 0.5])
+def test_a_pendulum_that_a_push_held_slides_back_when_it_ends(strength: float) -> None:
+    """It sticks beside its centre, where the friction alone could not hold it."""
+    push = GroundAcceleration(strength * GRAVITY * np.array([[1.0, 0.0]] * 400), 0.1)
+    found = respond_oscillator(PENDULUM, push)
+    stiffness, _, friction, _ = PENDULUM.constants
+    assert abs(found.velocity[-1]) < 1e-12
+    assert abs(stiffness * found.u[-1]) > 1.5 * friction
+    assert abs(stiffness * found.residual_displacement) <= friction
+
+
 @pytest.mark.parametrize("model", [RUBBER, PENDULUM, PERFECT], ids=lambda m: f"{m.period:.2f}")
 def test_energy_balance(model: IsolatedDeck | FixedFrame) -> None:
     """The work of constant ground acceleration in an interval is exactly -a (u_2 - u_1)."""
