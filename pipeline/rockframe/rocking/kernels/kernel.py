@@ -113,7 +113,7 @@ def _begin(
     """Return the strongest pull with the ties, what they add to uplift [g], and their states."""
     if len(ties) > 0:
         for j in range(2):
-            pull += ties[j][0] + abs(ties[j][1]) + (ties[j][2] if ties[j][4] != ELASTIC else 0.0)
+            pull += ties[j][0] + ties[j][1] + (ties[j][2] if ties[j][4] != ELASTIC else 0.0)
             for k in range(TIE_LOG_SIZE):
                 tie_log[j, k] = 0.0
             tie_log[j, YIELD_TIME] = math.nan
