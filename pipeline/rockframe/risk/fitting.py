@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Final, TypeAlias, get_args
+from typing import Final, TypeAlias, get_args
 
 import numpy as np
 import scipy
@@ -202,8 +202,10 @@ def maximum_likelihood(
 
     Notes
     -----
-    The covariance is the sandwich estimate over clusters, H^-1 (sum s s^T) H^-1 n / (n - 1), with
-    s the sum of the scores of a cluster (Liang and Zeger 1986).
+    The covariance is that of leaving out one cluster at a time, (sum d d^T) (n - 1) / n. Newton's
+    first step to the fit without a cluster is d = (H - h)^-1 s, with the curvature H of all, and
+    the curvature h and the sum s of the scores of the cluster. The sandwich estimate H^-1 (sum s
+    s^T) H^-1 n / (n - 1) of Liang and Zeger (1986) leaves out h, and is too small for few clusters.
     """
     centre, spread = float(x.mean()), float(x.std())
     z = (x - centre) / spread
@@ -221,7 +223,7 @@ def maximum_likelihood(
         where, (total, gradient, curvature) = where + length * step, there
         if gain <= _ENOUGH * (1.0 + abs(total)):
             break
-    fit = _described(z, happened, clusters, where, np.linalg.inv(curvature), curve)
+    fit = _described(z, happened, clusters, where, curvature, curve)
     # back from the standardised values
     back = np.array([[1.0, -centre / spread], [0.0, 1.0 / spread]])
     intercept, slope = back @ where
@@ -280,24 +282,30 @@ def _described(
     happened: Shares,
     clusters: NDArray[np.intp],
     where: Float,
-    inverse: Any,
+    curvature: Float,
     curve: Curve,
 ) -> CurveFit:
     count = int(clusters.max()) + 1
     likelihood, scores, squares = np.zeros(count), np.zeros((count, 2)), 0.0
+    moments = np.zeros((count, 3))
     for rows in _blocks(z):
-        part, score, _, probability = _of_block(z[rows], happened[rows], where, curve)
+        part, score, weight, probability = _of_block(z[rows], happened[rows], where, curve)
         np.add.at(likelihood, clusters[rows], part.sum(axis=1))
+        powers = [(weight * z[rows] ** power).sum(axis=1) for power in range(3)]
+        np.add.at(moments, clusters[rows], np.stack(powers, axis=1))
         both = np.stack([score.sum(axis=1), (score * z[rows]).sum(axis=1)], axis=1)
         np.add.at(scores, clusters[rows], both)
         fell = happened[rows].astype(np.float64)
         squares += float((fell * (1.0 - probability) ** 2 + (1.0 - fell) * probability**2).sum())
-    # scores add up to zero, so with two clusters they are opposite, and their covariance singular
-    spread_of_scores = scores.T @ scores * (count / (count - 1.0) if count > 2 else np.nan)
+    # without one of two clusters, the other alone would decide
+    steps = np.full((count, 2), np.nan)
+    rest = curvature - moments[:, [[0, 1], [1, 2]]]
+    if count > 2 and (np.linalg.det(rest) > 0.0).all():
+        steps = np.linalg.solve(rest, scores[:, :, None])[:, :, 0]
     return CurveFit(
         intercept=float(where[0]),
         slope=float(where[1]),
-        covariance=inverse @ spread_of_scores @ inverse,
+        covariance=steps.T @ steps * (1.0 - 1.0 / count),
         log_likelihood=likelihood,
         brier=squares / z.size,
     )
