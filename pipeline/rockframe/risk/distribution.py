@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.risk.fragility import CONFIDENCE
+from rockframe.risk.ties import merged
 
 Float = NDArray[np.float64]
 
@@ -228,6 +229,7 @@ def observed_shares(
     -------
     centre, share : array, shape (classes,)
         Geometric mean of the intensities of each class, and its share [1]; NaN for empty classes.
+        Observations of equal intensity, also in two classes, count with their mean share.
 
     Examples
     --------
@@ -237,14 +239,15 @@ def observed_shares(
     """
     strength = np.asarray(intensity, dtype=np.float64)
     known = np.isfinite(strength) & (strength > 0.0)
-    x = np.log(strength[known])[:, None] + np.log(np.asarray(scales, dtype=np.float64))
+    x = merged(np.log(strength[known])[:, None] + np.log(np.asarray(scales, dtype=np.float64)))
     fell = np.asarray(overturned, dtype=np.float64)[known]
-    order = np.argsort(x, axis=None, kind="stable")
+    values, place, often = np.unique(x.ravel(), return_inverse=True, return_counts=True)
+    means = np.bincount(place, fell.ravel()) / often
     centre, share = np.full(classes, np.nan), np.full(classes, np.nan)
-    for k, some in enumerate(np.array_split(order, classes)):
+    for k, some in enumerate(np.array_split(np.sort(place), classes)):
         if some.size:
-            centre[k] = np.exp(x.ravel()[some].mean())
-            share[k] = fell.ravel()[some].mean()
+            centre[k] = np.exp(values[some].mean())
+            share[k] = means[some].mean()
     return centre, share
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.risk.fragility import Curve, Fragility, Outcome
+from rockframe.risk.ties import merged
 
 Float = NDArray[np.float64]
 #: Share of each scenario that overturns, or True and False if each has a single outcome.
@@ -59,6 +60,9 @@ def fit_fragility(
     of the members as single observations, each of weight 1 over their number, and members of one
     motion belong to its cluster: more members do not narrow the confidence bands.
 
+    Intensities that differ by 1e-5 or less are equal: in the outcome, the bounds of a step and the
+    concordance, neither round-off nor the six digits of a scale factor decide which one is larger.
+
     Examples
     --------
     >>> fragility = fit_fragility([1.0, 2.0, 3.0, 4.0], [False, True, False, True])
@@ -88,7 +92,8 @@ def fit_fragility(
     strength, fell = strength[known], _outcomes(shares[known])
     _, belongs = np.unique(belongs[known], return_inverse=True)
     x = np.log(strength)[:, None] + np.log(factors)
-    tried = replace(_tried(x, fell, belongs), curve=curve)
+    ranked = merged(x)
+    tried = replace(_tried(ranked, fell, belongs), curve=curve)
     if tried.outcome is not Outcome.FITTED:
         return tried
     fit = maximum_likelihood(x, fell, belongs, curve)
@@ -98,7 +103,7 @@ def fit_fragility(
         tried,
         **vars(fit),
         pseudo_r2=float(1.0 - fit.log_likelihood.sum() / _without_measure(fell)),
-        concordance=_concordance(x, fell),
+        concordance=_concordance(ranked, fell),
     )
 
 

@@ -1,0 +1,35 @@
+"""Intensities that are equal but for round-off and for the digits of scale factors."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+#: Relative difference up to which two intensities are equal. Factors that scale motions to one
+#: intensity have six digits, so each product differs from it by up to 5e-6.
+SAME: Final = 1e-5
+
+
+def merged(x: Float) -> Float:
+    """Return logarithms of intensities, with one value for those that are equal.
+
+    Neighbours that differ by at most `SAME` are equal, but no value moves by more than it: a
+    million intensities are everywhere close to the next one, and nevertheless differ.
+
+    Examples
+    --------
+    >>> merged(np.array([0.3, 1.0, 0.1 + 0.2, 1.000002])).round(7).tolist()
+    [0.3, 1.000001, 0.3, 1.000001]
+    """
+    values, place = np.unique(x, return_inverse=True)
+    begins = np.diff(values, prepend=-np.inf) > SAME
+    above = values - values[begins][np.cumsum(begins) - 1]
+    begins |= np.diff(np.floor(above / SAME), prepend=0.0) > 0.0
+    starts = np.flatnonzero(begins)
+    # the middle of equal values is exactly this value, which their mean need not be
+    middle = 0.5 * (values[starts] + values[np.append(starts, values.size)[1:] - 1])
+    return np.asarray(middle[np.cumsum(begins) - 1][place].reshape(x.shape))
