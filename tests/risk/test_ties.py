@@ -1,18 +1,95 @@
-"""Intensities that are equal but for round-off and for the digits of scale factors."""
+"""Equal intensities: the likelihood of a step, its bounds, and intensities equal but for digits."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+from scipy.stats import logistic, norm
 
-from rockframe.risk import Outcome, fit_fragility, observed_shares
+from rockframe.risk import Outcome, better_measure, fit_fragility, observed_shares
+from rockframe.risk.fragility import Curve
 from rockframe.risk.ties import SAME, merged
 
 Float = NDArray[np.float64]
+
+
+def tied(seed: int, motions: int = 12) -> tuple[Float, Float]:
+    """Return intensities and shares that are separated by a step, with several motions at it."""
+    rng = np.random.default_rng(seed)
+    intensity = rng.choice([0.5, 1.0, 1.0, 1.0, 2.0, 3.0], motions)
+    mixed = rng.choice([0.0, 0.25, 0.9, 1.0], motions)
+    mixed[:2], intensity[:2] = [0.0, 1.0], 1.0
+    return intensity, np.where(intensity == 1.0, mixed, intensity > 1.0)
+
+
+@pytest.mark.parametrize("fallen", [1, 3, 4])
+def test_at_a_step_equal_motions_are_so_many_trials(fallen: int) -> None:
+    """With k of m at one intensity, the maximum of ln L is k ln(k/m) + (m - k) ln(1 - k/m)."""
+    fell = np.arange(5) < fallen
+    fit = fit_fragility([0.5, *[1.0] * 5, 2.0], [False, *fell, True])
+    p = fallen / 5.0
+    assert fit.outcome is Outcome.SEPARATED
+    assert_allclose(fit.log_likelihood, np.log([1.0, *np.where(fell, p, 1.0 - p), 1.0]))
+
+
+@pytest.mark.parametrize("curve", ["lognormal", "logistic"])
+@pytest.mark.parametrize("seed", range(4))
+def test_likelihood_of_a_step_is_the_limit_of_steep_curves(curve: Curve, seed: int) -> None:
+    """A curve of slope 1000 that passes the step at the best probability has the same ln L."""
+    intensity, shares = tied(seed)
+    distribution = norm if curve == "lognormal" else logistic
+
+    def each(at: float) -> Float:
+        argument = at + 1000.0 * np.log(intensity)
+        falls, stands = distribution.logcdf(argument), distribution.logsf(argument)
+        return np.asarray(shares * falls + (1.0 - shares) * stands)
+
+    best = minimize_scalar(lambda at: -each(at).sum(), bounds=(-5.0, 5.0), method="bounded")
+    fit = fit_fragility(intensity, shares, curve=curve)
+    assert fit.outcome is Outcome.SEPARATED
+    assert_allclose(fit.log_likelihood, each(best.x), atol=1e-4)
+    assert_allclose(fit.log_likelihood.sum(), -best.fun, rtol=1e-9)
+
+
+def test_verdicts_without_ties_are_explained_completely() -> None:
+    fit = fit_fragility([1.0, 2.0, 2.0, 3.0], [0.0, 0.0, 0.0, 1.0])
+    assert fit.log_likelihood.tolist() == [0.0, 0.0, 0.0, 0.0]
+
+
+def test_at_a_step_shares_are_members_of_their_motion() -> None:
+    fit = fit_fragility([1.0, 2.0, 2.0, 3.0], [0.0, 0.25, 0.75, 1.0])
+    members = [[0, 0, 0, 0], [0, 0, 0, 1], [0, 1, 1, 1], [1, 1, 1, 1]]
+    expected = fit_fragility([1.0, 2.0, 2.0, 3.0], [1.0] * 4, members)
+    assert_allclose(4.0 * fit.log_likelihood, expected.log_likelihood)
+    for name in ("stood", "fell", "safe_to", "overturned_from"):
+        assert_array_equal(getattr(fit, name), getattr(expected, name))
+
+
+def test_a_measure_that_mixes_verdicts_at_one_intensity_is_not_the_better_one() -> None:
+    """RotD100 is the same for all twelve azimuths of a recording. One recording overturns at half
+    of them, which PGA explains nearly as well as one probability for all of its azimuths.
+    """
+    rng = np.random.default_rng(1)
+    rotd100 = np.linspace(0.5, 2.0, 12)[:, None].repeat(12, axis=1)
+    fell = (rotd100 > 1.2).astype(float)
+    fell[6] = [1.0, 0.0] * 6
+    pga = rotd100 * rng.lognormal(0.0, 0.1, rotd100.shape)
+    pga[6] = rotd100[6] * np.where(fell[6] > 0.0, 1.1, 0.9)
+    clusters = np.arange(12).repeat(12)
+    fits = {
+        name: fit_fragility(values.ravel(), [1.0], fell.reshape(-1, 1), clusters)
+        for name, values in (("rotd100", rotd100), ("pga", pga))
+    }
+    assert [fit.outcome for fit in fits.values()] == [Outcome.SEPARATED, Outcome.FITTED]
+    assert_allclose(fits["rotd100"].log_likelihood.sum(), 12.0 * math.log(0.5))
+    assert better_measure(fits).measure == ""
 
 
 @pytest.mark.parametrize("unit", [0.01, 0.3, 1.0, 9.80665])
@@ -50,6 +127,23 @@ def test_many_close_intensities_are_not_one() -> None:
     x = np.linspace(0.0, 0.1, 100_000)
     assert np.abs(merged(x) - x).max() <= SAME
     assert np.unique(merged(x)).size > 9_000
+
+
+@settings(max_examples=60, deadline=None)
+@given(order=st.permutations(range(12)), seed=st.integers(0, 3))
+def test_the_order_of_motions_does_not_matter(order: list[int], seed: int) -> None:
+    intensity, shares = tied(seed)
+    jitter = np.random.default_rng(seed).uniform(-4e-6, 4e-6, 12)
+    intensity = intensity * (1.0 + jitter)
+    once, again = fit_fragility(intensity, shares), fit_fragility(intensity[order], shares[order])
+    assert once.outcome is again.outcome is Outcome.SEPARATED
+    assert_allclose(again.log_likelihood, once.log_likelihood[order], rtol=1e-12)
+    assert_array_equal([again.stood, again.fell], [once.stood[order], once.fell[order]])
+    classes = [
+        observed_shares(intensity[some], [1.0], shares[some][:, None], 5)
+        for some in (np.arange(12), order)
+    ]
+    assert_allclose(classes[1], classes[0], rtol=1e-12)
 
 
 @pytest.mark.parametrize("intensity", [np.ones(8), 1.0 + 1e-6 * np.arange(8)])

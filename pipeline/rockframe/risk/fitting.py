@@ -122,6 +122,7 @@ def _tried(x: Float, shares: Shares, clusters: NDArray[np.intp]) -> Fragility:
     if x.size:
         np.maximum.at(stands, clusters, np.where(stood, x, -np.inf).max(axis=1))
         np.minimum.at(falls, clusters, np.where(fell, x, np.inf).min(axis=1))
+    separated = outcome is Outcome.SEPARATED
     return Fragility(
         outcome,
         motions=motions,
@@ -133,9 +134,23 @@ def _tried(x: Float, shares: Shares, clusters: NDArray[np.intp]) -> Fragility:
         overturned_from=math.exp(x[fell].min()) if fell.any() else math.nan,
         stood=np.exp(stands),
         fell=np.exp(falls),
-        # a step explains separated verdicts completely, so the likelihood tends to 1
-        log_likelihood=np.zeros(motions if outcome is Outcome.SEPARATED else 0),
+        log_likelihood=_of_step(x, shares, clusters) if separated else np.empty(0),
     )
+
+
+def _of_step(x: Float, shares: Shares, clusters: NDArray[np.intp]) -> Float:
+    """Return the log-likelihood of each cluster, of separated verdicts.
+
+    A step explains them completely, except at the step itself if some of equal intensity stand and
+    others overturn: the likelihood is largest if the probability there is their mean share.
+    """
+    rows, columns = np.nonzero(x == x[shares < 1.0].max())
+    f = shares[rows, columns].astype(np.float64)
+    p = f.mean()
+    likelihood = np.zeros(int(clusters.max()) + 1)
+    single = scipy.special.xlogy(f, p) + scipy.special.xlog1py(1.0 - f, -p)
+    np.add.at(likelihood, clusters[rows], single)
+    return likelihood
 
 
 def _outcome(x: Float, fell: NDArray[np.bool_], stood: NDArray[np.bool_]) -> Outcome:

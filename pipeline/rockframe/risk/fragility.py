@@ -227,7 +227,8 @@ class Fragility(Shown):
         For each independent motion, the strongest observation that stands and the weakest that
         overturns; -inf and inf if there is none.
     log_likelihood : array, shape (motions,)
-        Log-likelihood of each independent motion.
+        Log-likelihood of each independent motion. If the verdicts are separated, the limit for
+        steep curves: 0, except for motions at the step itself if some stand and others overturn.
     pseudo_r2, concordance, brier : float
         Goodness of fit: McFadden's 1 - ln L / ln L_0; the share of pairs (one overturns, one
         stands) in which the overturning motion is stronger; the mean squared error of P.
