@@ -92,6 +92,28 @@ def test_a_measure_that_mixes_verdicts_at_one_intensity_is_not_the_better_one() 
     assert better_measure(fits).measure == ""
 
 
+def test_motions_of_mixed_outcome_at_the_step_bound_neither_side() -> None:
+    """Five motions of which 90 % overturn at 0.5 are not five that stand there."""
+    fit = fit_fragility([0.3, *[0.5] * 5, 0.9], [0.0, *[0.9] * 5, 1.0])
+    low, high = fit.band([0.29, 0.499, 0.501, 0.91])
+    assert_allclose(low, [0.0, 0.0, 0.0, 0.05])
+    assert_allclose(high, [0.95, 1.0, 1.0, 1.0])
+    assert (fit.safe_to, fit.overturned_from) == pytest.approx((0.5, 0.5))
+
+
+def test_a_mixed_motion_still_bounds_where_all_of_it_agrees() -> None:
+    """One motion stands at 1, overturns in half of its members at 2, and overturns at 4."""
+    fit = fit_fragility([1.0], [1.0, 2.0, 4.0], [[0.0, 0.5, 1.0]])
+    assert_allclose([fit.stood, fit.fell], [[1.0], [4.0]])
+    low, high = fit.band([0.9, 2.0, 4.1])
+    assert_allclose([*low, *high], [0.0, 0.0, 0.05, 0.95, 1.0, 1.0])
+
+
+def test_azimuths_that_disagree_at_one_intensity_are_a_mixed_motion() -> None:
+    fit = fit_fragility([1.0, 2.0, 2.0, 3.0], [1.0], [[0], [0], [1], [1]], [0, 1, 1, 2])
+    assert_allclose([fit.stood, fit.fell], [[1.0, 0.0, 0.0], [math.inf, math.inf, 3.0]])
+
+
 @pytest.mark.parametrize("unit", [0.01, 0.3, 1.0, 9.80665])
 def test_round_off_does_not_decide_which_of_two_products_is_larger(unit: float) -> None:
     """As decimal numbers, 0.1 times 1.4 and 0.2 times 0.7 are equal: the verdicts are separated."""

@@ -117,15 +117,15 @@ def _tried(x: Float, shares: Shares, clusters: NDArray[np.intp]) -> Fragility:
     """Return a fragility without a curve: the range tried, and the outcome."""
     fell, stood = shares > 0.0, shares < 1.0  # some members may overturn, and others stand
     outcome = _outcome(x, fell, stood)
-    motions = int(clusters.max(initial=-1)) + 1
-    stands, falls = np.full(motions, -np.inf), np.full(motions, np.inf)
-    if x.size:
-        np.maximum.at(stands, clusters, np.where(stood, x, -np.inf).max(axis=1))
-        np.minimum.at(falls, clusters, np.where(fell, x, np.inf).min(axis=1))
+    strongest = -_least(-x, stood, clusters)
+    weakest = _least(x, fell, clusters)
+    # an intensity at which some of a motion stands and some overturns is evidence for neither
+    stands = -_least(-x, x < weakest[clusters][:, None], clusters)
+    falls = _least(x, x > strongest[clusters][:, None], clusters)
     separated = outcome is Outcome.SEPARATED
     return Fragility(
         outcome,
-        motions=motions,
+        motions=stands.size,
         observations=fell.size,
         overturned=int(fell.sum()),
         lowest=math.exp(x.min()) if x.size else math.nan,
@@ -136,6 +136,13 @@ def _tried(x: Float, shares: Shares, clusters: NDArray[np.intp]) -> Fragility:
         fell=np.exp(falls),
         log_likelihood=_of_step(x, shares, clusters) if separated else np.empty(0),
     )
+
+
+def _least(x: Float, some: NDArray[np.bool_], clusters: NDArray[np.intp]) -> Float:
+    """Return the least of some values of each cluster; infinite if there is none."""
+    least = np.full(int(clusters.max(initial=-1)) + 1, np.inf)
+    np.minimum.at(least, clusters, np.where(some, x, np.inf).min(axis=1, initial=np.inf))
+    return least
 
 
 def _of_step(x: Float, shares: Shares, clusters: NDArray[np.intp]) -> Float:

@@ -224,8 +224,8 @@ class Fragility(Shown):
         Covariance of intercept and slope, with scales and azimuths of one motion as one cluster;
         NaN for one or two motions, which do not determine it.
     stood, fell : array, shape (motions,)
-        For each independent motion, the strongest observation that stands and the weakest that
-        overturns; -inf and inf if there is none.
+        For each independent motion, the strongest intensity that is below all at which any of it
+        overturns, and the weakest above all at which any of it stands; 0 and inf if there is none.
     log_likelihood : array, shape (motions,)
         Log-likelihood of each independent motion. If the verdicts are separated, the limit for
         steep curves: 0, except for motions at the step itself if some stand and others overturn.
@@ -366,7 +366,8 @@ class Fragility(Shown):
         overturned, or the verdicts are separated, there is no curve. The upper bound then follows
         from the number of independent motions that stand at this intensity or above, and the lower
         bound from the number that overturn at this intensity or below: overturning is assumed not
-        to become rarer with intensity. Otherwise the bounds are 0 and 1, or NaN if the structure
+        to become rarer with intensity. A motion of which only a part overturns at an intensity is
+        in neither number there. Otherwise the bounds are 0 and 1, or NaN if the structure
         cannot reach the limit state (``ABSENT``).
         """
         x = np.asarray(intensity, dtype=np.float64)
