@@ -168,6 +168,14 @@ def test_the_order_of_motions_does_not_matter(order: list[int], seed: int) -> No
     assert_allclose(classes[1], classes[0], rtol=1e-12)
 
 
+def test_a_bound_holds_at_the_intensity_that_was_tried() -> None:
+    """One motion that stands bounds the probability to 0.95 up to its own intensity."""
+    tried = np.arange(0.1, 3.0, 0.01).round(2)
+    for verdict, bounds in ((False, [0.0, 0.95]), (True, [0.05, 1.0])):
+        found = [np.ravel(fit_fragility([one], [verdict]).band(one)) for one in tried]
+        assert_allclose(found, [bounds] * tried.size)
+
+
 @pytest.mark.parametrize("intensity", [np.ones(8), 1.0 + 1e-6 * np.arange(8)])
 def test_classes_share_motions_of_equal_intensity(intensity: Float) -> None:
     """Four of eight equal motions overturn, the first four in the file: half, in both classes."""

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
+from rockframe.risk.ties import SAME
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -379,8 +380,8 @@ class Fragility(Shown):
             middle = self.intercept + self.slope * terms[1]
             return self._of(middle - error), self._of(middle + error)
         if self.outcome in _WITHOUT_MAXIMUM:
-            stand = (self.stood >= x[..., None]).sum(axis=-1)
-            fall = (self.fell <= x[..., None]).sum(axis=-1)
+            stand = (self.stood * (1.0 + SAME) >= x[..., None]).sum(axis=-1)
+            fall = (self.fell <= x[..., None] * (1.0 + SAME)).sum(axis=-1)
             # where one motion stands and another overturns, neither bound applies
             low = np.where(stand > 0, zero, 1.0 - _left_open(fall))
             return low, np.where(fall > 0, one, _left_open(stand))
