@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tracemalloc
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -151,3 +152,13 @@ def test_percentiles_over_azimuths_are_the_least_the_middle_and_the_largest() ->
     """They are RotD00, RotD50 and RotD100; of four azimuths, the third is the middle."""
     found = over_azimuths([[0.4], [0.1], [np.inf], [0.2]], [7, 7, 7, 7])
     assert found.ravel().tolist() == [0.1, 0.4, math.inf]
+
+
+def test_round_off_does_not_shift_the_rank_of_a_percentile() -> None:
+    """The rank is the next above q (n - 1) / 100: of 181 azimuths, the 55th percentile is at 99."""
+    percents = range(101)
+    for azimuths in range(1, 182):
+        peaks = np.arange(float(azimuths))[:, None]
+        found = over_azimuths(peaks, np.zeros(azimuths, dtype=int), percents)
+        exact = [math.ceil(Fraction(percent * (azimuths - 1), 100)) for percent in percents]
+        assert found.ravel().tolist() == exact

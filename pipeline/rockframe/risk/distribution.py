@@ -199,10 +199,12 @@ def over_azimuths(
     [0.1, 0.3, inf]
     """
     values, belongs = np.asarray(peaks, dtype=np.float64), np.asarray(clusters)
+    # slightly less, because round-off above a rank would give the next value
+    percents = np.asarray(shares, dtype=np.float64) * (1.0 - 1e-12)
     # "higher", because interpolation between a number and infinity is not possible
     return np.stack(
         [
-            np.percentile(values[belongs == one], np.asarray(shares), axis=0, method="higher")
+            np.percentile(values[belongs == one], percents, axis=0, method="higher")
             for one in np.unique(belongs)
         ],
         axis=1,
