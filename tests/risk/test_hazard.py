@@ -13,6 +13,7 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.risk import (
     Fragility,
     HazardCurve,
+    LognormalFragility,
     Outcome,
     fit_fragility,
     overturning_rate,
@@ -100,8 +101,25 @@ def test_a_steep_curve_is_the_rate_of_its_median() -> None:
     points = np.geomspace(0.01, 10.0, 30)
     curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
     found = overturning_rate(curve, curve_of(0.5, 1e6))
-    assert_allclose(found.rate, 1e-4 * 0.5**-2.0, rtol=5e-3)
+    assert_allclose(found.rate, 1e-4 * 0.5**-2.0, rtol=1e-9)
     assert_allclose(found.low, found.rate, rtol=1e-12)
+
+
+@pytest.mark.parametrize("beta", [0.1, 0.03, 0.01, 0.003, 1e-6])
+def test_a_steep_lognormal_curve_has_the_closed_form_on_two_points(beta: float) -> None:
+    """The cells of a curve of two points are wider than the rise of P."""
+    curve = HazardCurve("pga", np.array([0.01, 10.0]), np.array([1.0, 1e-6]))
+    found = overturning_rate(curve, LognormalFragility(0.7, beta))
+    assert_allclose(found.rate, 1e-4 * 0.7**-2.0 * math.exp(2.0 * beta**2), rtol=1e-6)
+
+
+def test_contributions_of_a_steep_curve_are_those_of_the_segments_above_its_median() -> None:
+    """The rates fall with powers 1, 2 and 3; the median is in the second segment."""
+    curve = HazardCurve("pga", np.array([0.1, 1.0, 10.0, 20.0]), np.array([0.1, 1e-2, 1e-4, 1e-5]))
+    found = overturning_rate(curve, LognormalFragility(2.0, 1e-3))
+    rate = 1e-2 * 2.0**-2.0 * math.exp(2.0 * 1e-3**2)
+    expected = [0.0, rate - 1e-4, 1e-4 - 1e-5, 1e-5]
+    assert_allclose(found.contributions, expected, rtol=1e-6, atol=1e-20)
 
 
 def test_contributions_add_up_and_stay_between_the_bounds() -> None:
@@ -134,9 +152,10 @@ def test_no_overflow_over_eighteen_decades() -> None:
     assert_allclose(found.rate, 1e-4, rtol=0.1)
 
 
-def test_separated_verdicts_give_the_rates_that_so_few_motions_leave_open() -> None:
+@pytest.mark.parametrize("count", [2, 3, 200])
+def test_separated_verdicts_give_the_rates_that_so_few_motions_leave_open(count: int) -> None:
     """The lower bound of P rises at 0.6 and 0.9, the upper bound at 0.2 and 0.3 (there to 1)."""
-    points = np.geomspace(0.01, 10.0, 200)
+    points = np.geomspace(0.01, 10.0, count)
     curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
     fit = fit_fragility([0.2, 0.3, 0.6, 0.9], [1.0], [[0], [0], [1], [1]])
     found = overturning_rate(curve, fit)
@@ -145,8 +164,18 @@ def test_separated_verdicts_give_the_rates_that_so_few_motions_leave_open() -> N
     often = {x: 1e-4 * x**-2.0 for x in (0.01, 0.2, 0.3, 0.6, 0.9)}
     low = one * (often[0.6] - often[0.9]) + two * often[0.9]
     high = (1.0 - two) * (often[0.01] - often[0.2]) + 0.95 * (often[0.2] - often[0.3]) + often[0.3]
-    assert_allclose(found.low, low, rtol=1e-3)
-    assert_allclose(found.high, high, rtol=1e-3)
+    assert_allclose(found.low, low, rtol=1e-12)
+    assert_allclose(found.high, high, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("strength", "scale"), [(0.2, 1.2), (0.3, 1.5), (0.4, 3.0)])
+def test_a_motion_that_overturns_at_the_end_of_a_curve_counts_above_it(
+    strength: float, scale: float
+) -> None:
+    """Round-off of the scaled intensity does not decide whether it is beyond the curve."""
+    curve = HazardCurve("pga", np.array([0.1, round(strength * scale, 4)]), np.array([1e-2, 1e-4]))
+    falls = fit_fragility([strength], [scale], [[1]])
+    assert_allclose(overturning_rate(curve, falls).low, 0.05 * 1e-4, rtol=1e-9)
 
 
 def test_a_measure_that_overturning_falls_with_has_no_rate() -> None:
@@ -163,6 +192,26 @@ def test_what_was_not_tried_is_said() -> None:
     curve = HazardCurve("pga", points, np.array([1e-2, 1e-3, 1e-4]))
     fit = Fragility(**(vars(curve_of(2.0, 8.0)) | {"lowest": 0.01, "highest": 1.0}))
     assert overturning_rate(curve, fit).extrapolated > 0.9
+
+
+@pytest.mark.parametrize(("lowest", "highest"), [(0.3, 3.0), (0.5, 0.6), (1.0, 1.01), (0.12, 4.6)])
+def test_the_share_of_extrapolation_is_that_of_a_fine_sum(lowest: float, highest: float) -> None:
+    """Ends of the range between the points of the curve are ends of the integration."""
+    curve = HazardCurve("pgv", np.array([0.01, 10.0]), np.array([1.0, 1e-6]))
+    fragility = LognormalFragility(0.7, 0.4, lowest, highest)
+    tried = np.geomspace(lowest, highest, 100_001)
+    middle = np.sqrt(tried[1:] * tried[:-1])
+    within = -(fragility.probability(middle) * np.diff(curve.rate_of(tried))).sum()
+    found = overturning_rate(curve, fragility)
+    assert_allclose(found.extrapolated, 1.0 - within / found.rate, rtol=1e-7)
+
+
+@pytest.mark.parametrize("highest", [np.nextafter(2.0, 0.0), 2.0, np.nextafter(2.0, 3.0)])
+def test_motions_above_a_curve_that_ends_with_the_range_are_extrapolated(highest: float) -> None:
+    """Round-off of the end of the range does not decide."""
+    curve = HazardCurve("pgv", np.array([0.5, 2.0]), np.array([1e-2, 1e-3]))
+    found = overturning_rate(curve, LognormalFragility(1.0, 0.4, 0.1, highest))
+    assert_allclose(found.extrapolated, found.contributions[-1] / found.rate, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
-from rockframe.risk.ties import SAME
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -198,6 +197,8 @@ Curve: TypeAlias = Literal["lognormal", "logistic"]
 CONFIDENCE: Final = 0.9
 #: Standard deviation of the logistic distribution of scale 1.
 _UNIT: Final = math.pi / math.sqrt(3.0)
+#: Factor within whose reach intensities are equal: exp(ln x) is not x to the last bits.
+_EQUAL: Final = 1.0 + 1e-13
 _WITHOUT_MAXIMUM: Final = (Outcome.NONE_OVERTURN, Outcome.ALL_OVERTURN, Outcome.SEPARATED)
 
 
@@ -380,8 +381,8 @@ class Fragility(Shown):
             middle = self.intercept + self.slope * terms[1]
             return self._of(middle - error), self._of(middle + error)
         if self.outcome in _WITHOUT_MAXIMUM:
-            stand = (self.stood * (1.0 + SAME) >= x[..., None]).sum(axis=-1)
-            fall = (self.fell <= x[..., None] * (1.0 + SAME)).sum(axis=-1)
+            stand = self.stood.size - np.searchsorted(np.sort(self.stood) * _EQUAL, x)
+            fall = np.searchsorted(np.sort(self.fell), x * _EQUAL, side="right")
             # where one motion stands and another overturns, neither bound applies
             low = np.where(stand > 0, zero, 1.0 - _left_open(fall))
             return low, np.where(fall > 0, one, _left_open(stand))

@@ -19,6 +19,10 @@ Float = NDArray[np.float64]
 _CELLS: Final = 128
 #: Points and weights of Gauss's rule in each cell.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+#: Further ends of cells about the median, in standard deviations of ln x: a curve may be steep.
+_ABOUT_MEDIAN: Final = np.arange(-12.0, 13.0)
+#: Intensities are equal up to this share: those of scaled motions have round-off.
+_ROUND_OFF: Final = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,33 +170,57 @@ def overturning_rate(
     >>> bounds.low, f"{bounds.high:.4f}"
     (0.0, '0.0078')
     """
-    logs = np.log(curve.intensity)
-    steps = ((np.arange(_CELLS)[:, None] + 0.5 + 0.5 * _NODES) / _CELLS).ravel()
-    middle = np.exp(logs[:-1, None] + np.diff(logs)[:, None] * steps)
-    often = _frequencies(np.log(curve.rate), steps)
-    above = float(curve.rate[-1])
-    top = curve.intensity[-1]
+    ends = _ends(curve, fragility)
+    middle = np.exp(ends[:-1, None] + np.diff(ends)[:, None] * (0.5 + 0.5 * _NODES)).ravel()
+    often = _frequencies(curve, ends)
+    top = curve.intensity[-1] * (1.0 + _ROUND_OFF)  # the motions above the curve are stronger
+    starts = _WEIGHTS.size * np.searchsorted(ends, np.log(curve.intensity[:-1]))
     probability = fragility.probability(middle)
     low, high = fragility.band(middle)
-    contributions = np.append((probability * often).sum(axis=1), fragility.probability(top) * above)
+    contributions, least, most = (
+        np.append(np.add.reduceat(values * often, starts), last * curve.rate[-1])
+        for values, last in (
+            (probability, fragility.probability(top)),
+            (low, fragility.band(top)[0]),
+            (high, 1.0),
+        )
+    )
     rate = float(contributions.sum())
     outside = (middle < fragility.lowest) | (middle > fragility.highest)
     beyond = float((probability * often)[outside].sum())
     beyond += float(contributions[-1]) if top > fragility.highest else 0.0
     return OverturningRate(
         rate=rate,
-        low=float((low * often).sum() + fragility.band(top)[0] * above),
-        high=float((high * often).sum() + above),
+        low=float(least.sum()),
+        high=float(most.sum()),
         contributions=contributions,
         extrapolated=beyond / rate if rate > 0.0 else math.nan,
     )
 
 
-def _frequencies(falling: Float, steps: Float) -> Float:
-    """Return the annual rate of the intensities about each point, shape (segments, points)."""
-    ends = np.linspace(0.0, 1.0, _CELLS + 1)
-    slope = np.diff(falling)[:, None]
-    exceeded = np.exp(falling[:-1, None] + slope * ends)
-    shares = _WEIGHTS * np.exp(slope * steps).reshape(-1, _CELLS, _WEIGHTS.size)
-    shares /= shares.sum(axis=2, keepdims=True)  # so that the rates of each cell add up exactly
-    return np.asarray((-np.diff(exceeded, axis=1)[:, :, None] * shares).reshape(len(slope), -1))
+def _ends(curve: HazardCurve, fragility: Fragility | LognormalFragility) -> Float:
+    """Return the ends of the cells in ln x.
+
+    They include the points of the curve, the ends of the range of the fragility, and the jumps of
+    its bounds: the integrand is smooth within each cell.
+    """
+    logs = np.log(curve.intensity)
+    even = logs[:-1, None] + np.diff(logs)[:, None] * np.arange(_CELLS) / _CELLS
+    jumps, steep = np.array([fragility.lowest, fragility.highest]), np.empty(0)
+    if isinstance(fragility, LognormalFragility):
+        steep = math.log(fragility.median) + fragility.beta * _ABOUT_MEDIAN
+    elif fragility.slope > 0.0:
+        steep = -fragility.intercept / fragility.slope + fragility.lognormal_beta * _ABOUT_MEDIAN
+    else:
+        jumps = np.concatenate([jumps, fragility.stood, fragility.fell])
+    jumps = np.log(jumps[(jumps > curve.intensity[0]) & (jumps < curve.intensity[-1])])
+    steep = steep[(steep > logs[0]) & (steep < logs[-1])]
+    return np.unique(np.concatenate([even.ravel(), logs[-1:], jumps, steep]))
+
+
+def _frequencies(curve: HazardCurve, ends: Float) -> Float:
+    """Return the annual rate of the intensities about each point of the cells, in one row."""
+    falling = np.interp(ends, np.log(curve.intensity), np.log(curve.rate))
+    shares = _WEIGHTS * np.exp(np.diff(falling)[:, None] * (0.5 + 0.5 * _NODES))
+    shares /= shares.sum(axis=1, keepdims=True)  # so that the rates of each cell add up exactly
+    return np.asarray(-np.diff(np.exp(falling))[:, None] * shares).ravel()
