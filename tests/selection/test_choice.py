@@ -165,10 +165,55 @@ def test_groups_limit_the_choice(most: int) -> None:
     assert np.bincount(of[candidates.motion[chosen]]).max() == most
 
 
+def partitions(seed: int, limits: int) -> list[Groups]:
+    """Return limits of one or two motions in each of four groups, among nine motions."""
+    rng = np.random.default_rng(seed)
+    return [Groups(rng.integers(0, 4, 9), int(rng.integers(1, 3))) for _ in range(limits)]
+
+
+def sets(groups: list[Groups], size: int) -> list[list[int]]:
+    """Return all sets of so many of nine motions that the limits allow."""
+    every = (list(some) for some in combinations(range(9), size))
+    return [s for s in every if all(np.bincount(g.of[s]).max() <= g.most for g in groups)]
+
+
+@pytest.mark.parametrize("limits", [1, 2, 3])
+@pytest.mark.parametrize("spread", [False, True])
+def test_only_the_limits_forbid_more_motions(limits: int, spread: bool) -> None:
+    """Of all sets of nine motions that the limits allow, none has more than the chosen ones."""
+    aim = TargetSpectrum(np.ones(1), np.zeros(1), np.eye(1) if spread else None, "")
+    for seed in range(40):
+        groups = partitions(seed, limits)
+        motions = scaled_by(np.random.default_rng(seed).normal(size=(9, 1)), np.ones(9), BOUNDS)
+        chosen = choose(motions, aim, 6, groups).tolist()
+        assert sorted(chosen) in sets(groups, len(chosen))
+        assert len(chosen) == 6 or not sets(groups, len(chosen) + 1)
+
+
+@pytest.mark.parametrize("limits", [1, 2, 3])
+def test_the_nearest_set_that_the_limits_allow_is_chosen(limits: int) -> None:
+    """A near motion may take the places of two others that are nearer together."""
+    aim = TargetSpectrum(np.array([0.5, 1.0]), np.zeros(2), None, "")
+    for seed in range(40):
+        groups, records = partitions(seed, limits), np.random.default_rng(seed).normal(size=(9, 2))
+        chosen = choose(scaled_by(records, np.ones(9), BOUNDS), aim, 4, groups)
+        best = min(np.square(records[some]).sum() for some in sets(groups, chosen.size))
+        assert_allclose(np.square(records[chosen]).sum(), best, rtol=1e-9)
+
+
+def test_scaled_motions_are_limited_as_unscaled_ones() -> None:
+    """Each motion has nine scales here; the first choice ends after one of two."""
+    aim = TargetSpectrum(np.ones(1), np.zeros(1), np.full((1, 1), 0.01), "")
+    candidates = scaled_to_fit(np.array([[0.0], [9.0], [9.0]]), aim, (0.5, 2.0))
+    groups = [Groups(np.array([0, 0, 1]), 1), Groups(np.array([0, 1, 0]), 1)]
+    chosen = choose(candidates, aim, 3, groups)
+    assert set(candidates.motion[chosen]) == {1, 2}
+
+
 def test_no_candidates_give_no_choice() -> None:
     none = Candidates(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, PERIODS.size)))
     empty = Groups(np.zeros(0, dtype=np.int64), 1)
-    assert choose(none, target(), 3, [empty]).size == 0
+    assert choose(none, target(), 3, [empty, empty]).size == 0
 
 
 def test_the_example_target_is_that_of_a_file(tmp_path: Path) -> None:

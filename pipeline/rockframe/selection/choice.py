@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Final
 
 import numpy as np
+import scipy  # its submodules load when they are first used
 from numpy.typing import NDArray
 
 from rockframe.selection.target import TargetSpectrum
@@ -146,6 +148,10 @@ def choose(
     minimum, until no exchange helps. Without a spread of the target, the sum of the squared errors
     of all motions is minimised, so the nearest motions are chosen.
 
+    Under several limits a motion that is chosen early can leave too few for the rest, or only
+    distant ones. The first choice is then the largest and nearest set of all, if it would otherwise
+    be too small or if the target has no spread.
+
     References
     ----------
     Baker and Lee (2018), An improved algorithm for selecting ground motions to match a conditional
@@ -159,17 +165,17 @@ def choose(
     [1, 0]
     """
     limits = [Groups(np.arange(candidates.motion.max(initial=-1) + 1), 1), *groups]
-    chosen: list[int] = []
-    for wanted in _wanted(target, number, seed):
-        allowed = _allowed(candidates, chosen, limits)
-        if not allowed.any():
-            return np.array(chosen, dtype=np.int64)
-        misfit = ((candidates.log_sa - wanted) ** 2).sum(axis=1)
-        chosen.append(int(np.argmin(np.where(allowed, misfit, np.inf))))
+    wanted = _wanted(target, number, seed)
+    chosen = _in_turn(candidates, wanted, limits)
+    if not chosen:
+        return np.zeros(0, dtype=np.int64)
+    # one limit, with that of each motion within it, never leads into a dead end
+    if len(groups) > 1 and (len(chosen) < number or target.covariance is None):
+        chosen = _together(candidates, wanted, limits)
     best = float(_errors(candidates.log_sa[chosen][None], target)[0])
     for _ in range(_ROUNDS):
         before = best
-        for place in range(number):
+        for place in range(len(chosen)):
             others = chosen[:place] + chosen[place + 1 :]
             errors = _errors_with(candidates.log_sa, candidates.log_sa[others], target)
             errors = np.where(_allowed(candidates, others, limits), errors, np.inf)
@@ -179,6 +185,57 @@ def choose(
         if best == before:
             break
     return np.array(chosen, dtype=np.int64)
+
+
+def _in_turn(candidates: Candidates, wanted: Float, limits: Sequence[Groups]) -> list[int]:
+    """Return for each wanted spectrum the nearest candidate of those that are left."""
+    chosen: list[int] = []
+    for spectrum in wanted:
+        allowed = _allowed(candidates, chosen, limits)
+        if not allowed.any():
+            break
+        misfit = _misfit(candidates, spectrum)
+        chosen.append(int(np.argmin(np.where(allowed, misfit, np.inf))))
+    return chosen
+
+
+def _together(candidates: Candidates, wanted: Float, limits: Sequence[Groups]) -> list[int]:
+    """Return the set, as large as wanted or possible, with the least sum of distances.
+
+    The distance of a candidate is that from the nearest wanted spectrum. With the limit of each
+    motion and two others, the sets are flows from the groups of the one to those of the other, so
+    the linear programme has whole numbers for its solution; with more limits they are required.
+    """
+    distance = reduce(
+        np.minimum, (_misfit(candidates, spectrum) for spectrum in np.unique(wanted, axis=0))
+    )
+    every = np.arange(distance.size)
+    rules = []
+    for limit in limits:
+        members = (np.ones(distance.size), (limit.of[candidates.motion], every))
+        rules.append(
+            scipy.optimize.LinearConstraint(scipy.sparse.csr_array(members), ub=limit.most)
+        )
+
+    def least(cost: Float, *more: object) -> NDArray[np.bool_]:
+        found = scipy.optimize.milp(
+            cost,
+            integrality=int(len(limits) > 3),
+            bounds=scipy.optimize.Bounds(0.0, 1.0),
+            constraints=[*rules, *more],
+            options={"mip_rel_gap": 0.0},
+        )
+        return np.asarray(found.x > 0.5)
+
+    number = min(len(wanted), int(least(-np.ones(distance.size)).sum()))
+    of_that_size = scipy.optimize.LinearConstraint(np.ones((1, distance.size)), number, number)
+    chosen = np.flatnonzero(least(distance, of_that_size))
+    return [int(k) for k in chosen[np.argsort(distance[chosen], kind="stable")]]
+
+
+def _misfit(candidates: Candidates, spectrum: Float) -> Float:
+    """Return the sum of the squared differences of each candidate from a spectrum."""
+    return np.asarray(((candidates.log_sa - spectrum) ** 2).sum(axis=1))
 
 
 def _allowed(
