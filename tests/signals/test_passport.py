@@ -268,6 +268,27 @@ def test_bands_are_thirds_of_an_octave_from_two_cycles_of_the_noise(quiet: float
         assert thirds == pytest.approx(round(thirds), abs=1e-9)
 
 
+@pytest.mark.parametrize("quiet", [5.0, 7.0, 9.5, 20.0])
+def test_noise_just_below_the_nyquist_frequency_ends_the_band(quiet: float) -> None:
+    """A hiss at 49 Hz lasts during the motion, which reaches all frequencies up to 50 Hz."""
+    hiss = 0.3 * np.sin(2 * np.pi * 49.0 * TIME)
+    motion = np.where(TIME > 20.0, 50.0 * hum() + np.sin(2 * np.pi * 3.0 * TIME), 0.0)
+    high = signal_to_noise_band(hum(1e-4) + hiss + motion, STEP, quiet, (20.0, 40.0), 3.0)[1]
+    thirds = math.floor(3.0 * math.log2(50.0 * quiet / 2.0))
+    assert high == pytest.approx(2.0 / quiet * 2.0 ** (thirds / 3.0))
+
+
+@pytest.mark.parametrize("quiet", [5.0, 10.24, 10.25, 20.0])
+def test_one_line_of_noise_at_the_nyquist_frequency_does_not_end_the_band(quiet: float) -> None:
+    """It is weak beside all lines of the last band, which would hold no other line if it began at
+    50 or 49.95 Hz, where thirds of an octave end for two of these windows.
+    """
+    line = 5e-3 * (-1.0) ** np.arange(TIME.size)
+    motion = np.where(TIME > 20.0, 50.0 * hum(), 0.0)
+    band = signal_to_noise_band(hum(1e-4) + line + motion, STEP, quiet, (20.0, 40.0), 3.0)
+    assert band == (0.0, math.inf)
+
+
 def test_no_band_without_motion() -> None:
     band = signal_to_noise_band(hum(), STEP, 10.0, (12.0, 28.0), 3.0)
     assert np.isnan(band).all()

@@ -131,8 +131,9 @@ def signal_to_noise_band(
 ) -> tuple[float, float]:
     """Return the band in which the Fourier amplitudes of the motion exceed those of the noise [Hz].
 
-    Both are root-mean-square amplitudes over thirds of an octave. The noise is scaled to the
-    duration of the motion. The band is the continuous one around the largest amplitude.
+    Both are root-mean-square amplitudes over thirds of an octave, the last of which ends at the
+    Nyquist frequency. The noise is scaled to the duration of the motion. The band is the continuous
+    one around the largest amplitude.
 
     Parameters
     ----------
@@ -173,6 +174,13 @@ def signal_to_noise_band(
     if count < 1:
         return 0.0, math.inf
     edges = lowest * 2.0 ** (np.arange(count + 1) / _BANDS_PER_OCTAVE)
+    # The last band ends at the Nyquist frequency. What is left above the thirds of an octave is
+    # part of their last one if it is narrower than the distance of two Fourier lines.
+    line = 1.0 / (time_step * min(onset, last - first))
+    if 0.5 / time_step - edges[-1] < line:
+        edges[-1] = math.inf
+    else:
+        edges = np.append(edges, math.inf)
     noise = _density(acceleration[:onset], time_step, edges)
     motion = _density(acceleration[first:last], time_step, edges)
     known = np.isfinite(noise) & np.isfinite(motion)
