@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
+from scipy.signal import lsim
 
 from rockframe.errors import ParameterError
 from rockframe.signals.measures import housner_intensity, spectral_acceleration
@@ -40,6 +41,30 @@ def test_an_independent_solver_agrees(period: float) -> None:
     solved = solve_ivp(rates, (0.0, end), [0.0, 0.0], t_eval=times, **close)
     expected = omega**2 * np.abs(solved.y[0]).max()
     assert_allclose(spectral_acceleration(NOISE, STEP, [period]), expected, rtol=5e-5)
+
+
+def of_lsim(ground: list[float], time_step: float, period: float) -> float:
+    """Return the pseudo-acceleration, 5 % damped, by the solver of SciPy in 400 steps a sample.
+
+    Two calls: for the record, from rest, and for the period after it, from the last state.
+    """
+    omega = 2.0 * math.pi / period
+    system = [[0.0, 1.0], [-(omega**2), -0.1 * omega]], [[0.0], [-1.0]], [[1.0, 0.0]], [[0.0]]
+    at = np.linspace(0.0, len(ground) - 1.0, 400 * (len(ground) - 1) + 1)
+    during, state = lsim(system, np.interp(at, range(len(ground)), ground), time_step * at)[1:]
+    free = np.linspace(0.0, period, 1001)
+    after = lsim(system, np.zeros(free.size), free, X0=state[-1])[1]
+    return float(omega**2 * max(np.abs(during).max(), np.abs(after).max()))
+
+
+@pytest.mark.parametrize("ground", [[0.0, 1.0], [1.0, 0.0], [1.0, 1.0], [0.5, -2.0, 3.0]])
+@pytest.mark.parametrize("period", [0.05, 1.0])
+def test_a_record_lasts_from_its_first_sample_to_its_last(
+    ground: list[float], period: float
+) -> None:
+    """It may begin and end with any ground acceleration, as a piece of a longer record does."""
+    found = spectral_acceleration(ground, STEP, [period])
+    assert_allclose(found, of_lsim(ground, STEP, period), rtol=5e-5)
 
 
 def test_the_peak_between_steps_is_found_to_five_in_100000() -> None:
@@ -83,3 +108,11 @@ def test_housner_intensity_is_the_integral_of_the_spectrum_at_twice_as_many_peri
     velocity = spectral_acceleration(NOISE, STEP, periods) * periods / (2.0 * math.pi)
     expected = 3.0 * np.trapezoid(velocity, periods)
     assert housner_intensity(-3.0 * NOISE, STEP) == pytest.approx(expected, rel=1e-3)
+
+
+def test_housner_intensity_of_a_record_that_ends_suddenly() -> None:
+    """The documented example; the expected number is the integral of SciPy's spectrum."""
+    ground, periods = [0.0, *[1.0] * 9], np.linspace(0.1, 2.5, 61)
+    largest = np.array([of_lsim(ground, 0.1, period) for period in periods.tolist()])
+    expected = np.trapezoid(largest * periods / (2.0 * math.pi), periods)
+    assert housner_intensity(ground, 0.1) == pytest.approx(expected, rel=1e-3)

@@ -33,15 +33,19 @@ def through_sections(sections: Float, series: Float) -> Float:
 
 
 @compiled
-def through_oscillator(free: Float, before: Float, after: Float, ground: Float) -> Float:
+def through_oscillator(
+    free: Float, before: Float, after: Float, ground: Float, steps: int
+) -> Float:
     """Return displacement and velocity of an oscillator at each sample, shape (2, samples).
 
-    It starts at rest. One step adds `free`, shape (2, 2), times displacement and velocity;
-    `before`, shape (2,), times the ground motion before the step; and `after` times that after it.
+    It is at rest at the first sample. One step adds `free`, shape (2, 2), times displacement and
+    velocity; `before`, shape (2,), times the ground motion before the step; and `after` times that
+    after it. So many more steps follow the last sample, without ground motion.
     """
-    found = np.empty((2, ground.size))
-    x = v = earlier = 0.0
-    for k in range(ground.size):
+    found = np.empty((2, ground.size + steps))
+    x = v = found[0, 0] = found[1, 0] = 0.0
+    earlier = ground[0]
+    for k in range(1, ground.size):
         now = ground[k]
         x, v = (
             free[0, 0] * x + free[0, 1] * v + before[0] * earlier + after[0] * now,
@@ -49,4 +53,7 @@ def through_oscillator(free: Float, before: Float, after: Float, ground: Float) 
         )
         found[0, k], found[1, k] = x, v
         earlier = now
+    for k in range(ground.size, ground.size + steps):
+        x, v = free[0, 0] * x + free[0, 1] * v, free[1, 0] * x + free[1, 1] * v
+        found[0, k], found[1, k] = x, v
     return found

@@ -153,9 +153,10 @@ def spectral_acceleration(
 
     Notes
     -----
-    The oscillators start at rest, and vibrate freely for one period after the record. The recursion
-    is exact for ground acceleration that is linear between samples (Nigam and Jennings 1969). The
-    peak between two steps is that of the Hermite cubic of displacement and velocity.
+    The oscillators are at rest at the first sample, whatever the ground acceleration is there, and
+    vibrate freely for one period after the last one. The recursion is exact for ground acceleration
+    that is linear between samples (Nigam and Jennings 1969). The peak between two steps is that of
+    the Hermite cubic of displacement and velocity.
 
     Examples
     --------
@@ -216,10 +217,10 @@ def oscillator_response(
     ground = np.asarray(acceleration, dtype=np.float64)
     parts = max(parts, math.ceil(_STEPS * time_step / period))
     rest = math.ceil(period / time_step)
-    at = np.arange((ground.size + rest - 1) * parts + 1) / parts
-    finer = np.interp(at, np.arange(ground.size), ground, right=0.0)
+    at = np.arange((ground.size - 1) * parts + 1) / parts
+    finer = np.interp(at, np.arange(ground.size), ground)
     angle = 2.0 * math.pi * (time_step / parts) / period
-    x, v = _oscillation(angle, damping, finer)
+    x, v = _oscillation(angle, damping, finer, rest * parts)
     return np.concatenate((x, angle * v))
 
 
@@ -271,7 +272,7 @@ def housner_intensity(acceleration: ArrayLike, time_step: float) -> float:
     Examples
     --------
     >>> print(f"{housner_intensity(np.r_[0.0, np.ones(9)], 0.1):.3f}")
-    0.895
+    0.887
     """
     largest = [
         # One step between samples is enough for these periods, and takes a third of the time.
@@ -367,8 +368,10 @@ def _longest_run(flags: NDArray[np.bool_]) -> int:
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
-def _oscillation(angle: float, damping: float, ground: Float) -> Float:
+def _oscillation(angle: float, damping: float, ground: Float, steps: int) -> Float:
     """Return w^2 x and its derivative by the phase w t, under piecewise linear ground acceleration.
+
+    The oscillator is at rest at the first sample.
 
     Parameters
     ----------
@@ -377,7 +380,9 @@ def _oscillation(angle: float, damping: float, ground: Float) -> Float:
     damping : float
         Share of critical damping [1].
     ground : array, shape (samples,)
-        Ground acceleration at each step [m s-2]; it rises from zero in the step before the first.
+        Ground acceleration at each step [m s-2].
+    steps : int
+        Number of steps of free vibration after the last sample.
     """
     system = angle * np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
     # sums over k of system^k / (k + j)!, for j = 0 (free motion), 1 (constant ground), 2 (slope)
@@ -389,4 +394,4 @@ def _oscillation(angle: float, damping: float, ground: Float) -> Float:
         for j in range(3)
     )
     after, both = (-angle * of[:, 1] for of in (slope, constant))
-    return through_oscillator(free, both - after, after, ground)
+    return through_oscillator(free, both - after, after, ground, steps)
