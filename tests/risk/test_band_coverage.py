@@ -1,4 +1,4 @@
-"""How often the bands of fragilities contain the truth, where it is known.
+"""Shares of fits whose bands contain the truth, where it is known.
 
 ``python -m tests.risk.test_band_coverage`` prints the shares for other numbers of recordings.
 """
