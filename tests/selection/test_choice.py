@@ -172,7 +172,7 @@ def partitions(seed: int, limits: int) -> list[Groups]:
 
 
 def sets(groups: list[Groups], size: int) -> list[list[int]]:
-    """Return all sets of so many of nine motions that the limits allow."""
+    """Return all sets of this size, of nine motions, that the limits allow."""
     every = (list(some) for some in combinations(range(9), size))
     return [s for s in every if all(np.bincount(g.of[s]).max() <= g.most for g in groups)]
 

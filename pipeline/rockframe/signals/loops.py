@@ -40,7 +40,7 @@ def through_oscillator(
 
     It is at rest at the first sample. One step adds `free`, shape (2, 2), times displacement and
     velocity; `before`, shape (2,), times the ground motion before the step; and `after` times that
-    after it. So many more steps follow the last sample, without ground motion.
+    after it. `steps` more of them follow the last sample, without ground motion.
     """
     found = np.empty((2, ground.size + steps))
     x = v = found[0, 0] = found[1, 0] = 0.0
