@@ -180,7 +180,7 @@ def sets(groups: list[Groups], size: int) -> list[list[int]]:
 @pytest.mark.parametrize("limits", [1, 2, 3])
 @pytest.mark.parametrize("spread", [False, True])
 def test_only_the_limits_forbid_more_motions(limits: int, spread: bool) -> None:
-    """Of all sets of nine motions that the limits allow, none has more than the chosen ones."""
+    """No set of nine motions that the limits allow has more than the chosen ones."""
     aim = TargetSpectrum(np.ones(1), np.zeros(1), np.eye(1) if spread else None, "")
     for seed in range(40):
         groups = partitions(seed, limits)
