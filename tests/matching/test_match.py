@@ -100,6 +100,14 @@ def test_of_many_pulses_the_strongest_or_else_the_first_is_found(
     assert time == pytest.approx(2.13 * ((stronger or 0) + 1), abs=1e-3)
 
 
+def test_the_start_of_a_long_sine_is_not_lost_among_its_cycles() -> None:
+    """A wavelet at the start is cut, and matches the sine better than one inside."""
+    sine = np.sin(2.0 * math.pi * 1.7 * 0.005 * np.arange(40_001))
+    match = match_pulse(sine, 0.005, "symmetric_ricker")
+    assert match.pulse.time < 0.5
+    assert match.match_index == pytest.approx(0.06047, abs=1e-5)
+
+
 @pytest.mark.parametrize("wavelet", RICKERS)
 def test_a_record_turned_round_has_the_same_pulse(wavelet: str) -> None:
     """Many of these records have theirs at an end."""

@@ -182,3 +182,34 @@ def test_classes_share_motions_of_equal_intensity(intensity: Float) -> None:
     centre, share = observed_shares(intensity, [1.0], [[1]] * 4 + [[0]] * 4, classes=2)
     assert share.tolist() == [0.5, 0.5]
     assert centre[0] == centre[1] == pytest.approx(1.0, rel=SAME)
+
+
+@pytest.mark.parametrize("overturns", [0, 1])
+def test_a_bound_holds_at_all_intensities_that_count_as_equal(overturns: int) -> None:
+    """Factors of six digits scale three motions to nearly one intensity."""
+    intensity = 0.37 * (1.0 + 1e-6 * np.array([-2.0, 1.0, -1.0]))
+    fit = fit_fragility(intensity, [1.0], np.full((3, 1), overturns))
+    low, high = fit.band([intensity.min(), 0.37, intensity.max()])
+    bound = 1.0 - 0.05 ** (1.0 / 3.0)
+    if overturns:
+        assert_allclose(low, 1.0 - bound, rtol=1e-12)
+    else:
+        assert_allclose(high, bound, rtol=1e-12)
+
+
+def test_a_curve_that_depends_on_one_motion_has_an_open_band() -> None:
+    """Its facts are printed all the same."""
+    intensity = [0.1112, 0.1525, 1.0189, 0.1807, 0.0487]
+    fit = fit_fragility(intensity, [1.0], [[0], [0], [0], [1], [0]])
+    low, high = fit.median_band
+    assert low < 1e-100
+    assert high > 1e100
+    assert len(fit.facts()) > 3
+
+
+def test_without_the_only_motion_of_another_intensity_no_curve_is_determined() -> None:
+    intensity, verdicts = [1.0, 1.0, 1.0, 1.0, 2.0], [[0.0], [0.5], [0.2], [0.4], [0.6]]
+    fit = fit_fragility(intensity, [1.0], verdicts)
+    assert fit.outcome is Outcome.FITTED
+    assert np.isnan(fit.covariance).all()
+    assert np.isnan([*fit.median_band, *fit.lognormal_beta_band]).all()

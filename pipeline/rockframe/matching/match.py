@@ -26,7 +26,7 @@ from rockframe.wavelets.pulse import Pulse
 Float = NDArray[np.float64]
 
 #: Candidates are the maxima over time at the periods of the grid's maxima, above this share of the
-#: largest square; at most `_LOCATED` of them are located exactly in time.
+#: largest square; at most `_LOCATED` of them, and the first and the last, are located exactly.
 _NEARLY: Final = 0.95
 _LOCATED: Final = 64
 #: The highest of these are refined, at most `_REFINED`, if they are above this share of the
@@ -225,7 +225,9 @@ def _candidates(
             found.append((factor * square, period, time, number))
     least = _NEARLY * max(one[0] for one in found)
     found = sorted((one for one in found if one[0] >= least), key=lambda one: (-one[0], one[2]))
-    return [one[1:] for one in found[:_LOCATED]]
+    by_time = sorted(found, key=lambda one: one[2])
+    # the first and the last may be at an end of the record, where the grid errs most
+    return [one[1:] for one in dict.fromkeys([*found[:_LOCATED], by_time[0], by_time[-1]])]
 
 
 def _outside(pulse: Pulse, duration: float) -> float:

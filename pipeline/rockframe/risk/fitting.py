@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.risk.fragility import Curve, Fragility, Outcome
-from rockframe.risk.ties import merged
+from rockframe.risk.ties import extremes
 
 Float = NDArray[np.float64]
 #: Share of each scenario that overturns, or True and False if each has a single outcome.
@@ -60,8 +60,9 @@ def fit_fragility(
     of the members as single observations, each of weight 1 over their number, and members of one
     motion belong to its cluster: more members do not narrow the confidence bands.
 
-    Intensities that differ by 1e-5 or less are equal: in the outcome, the bounds of a step and the
-    concordance, neither round-off nor the six digits of a scale factor decide which one is larger.
+    Neighbouring intensities that differ by 1e-5 or less count as equal: in the outcome, the bounds
+    of a step and the concordance, neither round-off nor the six digits of a scale factor decide
+    which one is larger.
 
     Examples
     --------
@@ -92,8 +93,9 @@ def fit_fragility(
     strength, fell = strength[known], _outcomes(shares[known])
     _, belongs = np.unique(belongs[known], return_inverse=True)
     x = np.log(strength)[:, None] + np.log(factors)
-    ranked = merged(x)
-    tried = replace(_tried(ranked, fell, belongs), curve=curve)
+    least, most = extremes(x)
+    ranked = 0.5 * (least + most)
+    tried = replace(_tried(ranked, (least, most), fell, belongs), curve=curve)
     if tried.outcome is not Outcome.FITTED:
         return tried
     fit = maximum_likelihood(x, fell, belongs, curve)
@@ -113,15 +115,20 @@ def _outcomes(shares: Float) -> Shares:
     return shares.astype(bool) if single else shares
 
 
-def _tried(x: Float, shares: Shares, clusters: NDArray[np.intp]) -> Fragility:
-    """Return a fragility without a curve: the range tried, and the outcome."""
+def _tried(
+    x: Float, ends: tuple[Float, Float], shares: Shares, clusters: NDArray[np.intp]
+) -> Fragility:
+    """Return a fragility without a curve: the range tried, and the outcome.
+
+    `ends` are the least and the largest value that count as equal to each x.
+    """
     fell, stood = shares > 0.0, shares < 1.0  # some members may overturn, and others stand
     outcome = _outcome(x, fell, stood)
     strongest = -_least(-x, stood, clusters)
     weakest = _least(x, fell, clusters)
     # an intensity at which some of a motion stands and some overturns is evidence for neither
-    stands = -_least(-x, x < weakest[clusters][:, None], clusters)
-    falls = _least(x, x > strongest[clusters][:, None], clusters)
+    stands = -_least(-ends[1], x < weakest[clusters][:, None], clusters)
+    falls = _least(ends[0], x > strongest[clusters][:, None], clusters)
     separated = outcome is Outcome.SEPARATED
     return Fragility(
         outcome,
@@ -197,6 +204,9 @@ _BLOCK: Final = 65536
 _STEPS: Final = 200
 #: Gain of log-likelihood below which the iteration ends [1].
 _ENOUGH: Final = 1e-12
+#: Least determinant of the curvature without one cluster, over that of all: below it, round-off
+#: would decide.
+_DETERMINED: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -233,6 +243,8 @@ def maximum_likelihood(
     first step to the fit without a cluster is d = (H - h)^-1 s, with the curvature H of all, and
     the curvature h and the sum s of the scores of the cluster. The sandwich estimate H^-1 (sum s
     s^T) H^-1 n / (n - 1) of Liang and Zeger (1986) leaves out h, and is too small for few clusters.
+    One step is too small too if verdicts were separated without a cluster: the fit without it would
+    be a step. The covariance is NaN if the others do not determine a curve to round-off.
     """
     centre, spread = float(x.mean()), float(x.std())
     z = (x - centre) / spread
@@ -327,7 +339,8 @@ def _described(
     # without one of two clusters, the other alone would decide
     steps = np.full((count, 2), np.nan)
     rest = curvature - moments[:, [[0, 1], [1, 2]]]
-    if count > 2 and (np.linalg.det(rest) > 0.0).all():
+    known = np.linalg.det(rest) > _DETERMINED * np.linalg.det(curvature)
+    if count > 2 and known.all() and (rest[:, 0, 0] > 0.0).all():
         steps = np.linalg.solve(rest, scores[:, :, None])[:, :, 0]
     return CurveFit(
         intercept=float(where[0]),

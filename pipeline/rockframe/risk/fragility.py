@@ -197,7 +197,7 @@ Curve: TypeAlias = Literal["lognormal", "logistic"]
 CONFIDENCE: Final = 0.9
 #: Standard deviation of the logistic distribution of scale 1.
 _UNIT: Final = math.pi / math.sqrt(3.0)
-#: Factor within whose reach intensities are equal: exp(ln x) is not x to the last bits.
+#: Intensities are equal up to this factor: exp(ln x) is not x to the last bits.
 _EQUAL: Final = 1.0 + 1e-13
 _WITHOUT_MAXIMUM: Final = (Outcome.NONE_OVERTURN, Outcome.ALL_OVERTURN, Outcome.SEPARATED)
 
@@ -224,7 +224,7 @@ class Fragility(Shown):
         Coefficients of the argument of F over the logarithm of the intensity.
     covariance : array, shape (2, 2)
         Covariance of intercept and slope, with scales and azimuths of one motion as one cluster;
-        NaN for one or two motions, which do not determine it.
+        NaN for one or two motions, or if the others do not determine a curve without one.
     stood, fell : array, shape (motions,)
         For each independent motion, the strongest intensity that is below all at which any of it
         overturns, and the weakest above all at which any of it stands; 0 and inf if there is none.
@@ -334,10 +334,12 @@ class Fragility(Shown):
         """90 % confidence bounds of the median, by the delta method; NaN without a covariance."""
         if not self.slope > 0.0:
             return math.nan, math.nan
-        middle = math.log(self.median)
+        middle = -self.intercept / self.slope
         direction = np.array([1.0, middle]) / self.slope
         error = self._quantile * math.sqrt(direction @ self.covariance @ direction)
-        return math.exp(middle - error), math.exp(middle + error)
+        with np.errstate(over="ignore"):  # few motions can leave it open to 0 or infinity
+            low, high = np.exp([middle - error, middle + error]).tolist()
+        return low, high
 
     @property
     def lognormal_beta_band(self) -> tuple[float, float]:
@@ -346,7 +348,7 @@ class Fragility(Shown):
             return math.nan, math.nan
         error = self._quantile * math.sqrt(self.covariance[1, 1])
         least, unit = self.slope - error, self._deviation
-        return unit / (self.slope + error), unit / least if least > 0.0 else math.inf
+        return unit / (self.slope + error), math.inf if least <= 0.0 else unit / least
 
     @property
     def _quantile(self) -> float:

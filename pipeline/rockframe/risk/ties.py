@@ -15,9 +15,9 @@ SAME: Final = 1e-5
 
 
 def merged(x: Float) -> Float:
-    """Return logarithms of intensities, with one value for those that are equal.
+    """Return logarithms of intensities, with one value for those that count as equal.
 
-    Neighbours that differ by at most `SAME` are equal, but no value moves by more than it: a
+    Neighbours that differ by at most `SAME` are equal, in groups that are no wider than it: a
     million intensities are everywhere close to the next one, and nevertheless differ.
 
     Examples
@@ -25,11 +25,16 @@ def merged(x: Float) -> Float:
     >>> merged(np.array([0.3, 1.0, 0.1 + 0.2, 1.000002])).round(7).tolist()
     [0.3, 1.000001, 0.3, 1.000001]
     """
+    # the middle of equal values is exactly this value, which their mean need not be
+    return 0.5 * np.add(*extremes(x))
+
+
+def extremes(x: Float) -> tuple[Float, Float]:
+    """Return the least and the largest of the logarithms that count as equal to each one."""
     values, place = np.unique(x, return_inverse=True)
     begins = np.diff(values, prepend=-np.inf) > SAME
     above = values - values[begins][np.cumsum(begins) - 1]
     begins |= np.diff(np.floor(above / SAME), prepend=0.0) > 0.0
     starts = np.flatnonzero(begins)
-    # the middle of equal values is exactly this value, which their mean need not be
-    middle = 0.5 * (values[starts] + values[np.append(starts, values.size)[1:] - 1])
-    return np.asarray(middle[np.cumsum(begins) - 1][place].reshape(x.shape))
+    group = (np.cumsum(begins) - 1)[place].reshape(x.shape)
+    return values[starts][group], values[np.append(starts, values.size)[1:] - 1][group]
