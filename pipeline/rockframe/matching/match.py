@@ -225,9 +225,9 @@ def _candidates(
             found.append((factor * square, period, time, number))
     least = _NEARLY * max(one[0] for one in found)
     found = sorted((one for one in found if one[0] >= least), key=lambda one: (-one[0], one[2]))
-    by_time = sorted(found, key=lambda one: one[2])
     # the first and the last may be at an end of the record, where the grid errs most
-    return [one[1:] for one in dict.fromkeys([*found[:_LOCATED], by_time[0], by_time[-1]])]
+    ends = [choose(found, key=lambda one: one[2]) for choose in (min, max)]
+    return [one[1:] for one in dict.fromkeys([*found[:_LOCATED], *ends])]
 
 
 def _outside(pulse: Pulse, duration: float) -> float:

@@ -148,10 +148,9 @@ def _band(signal: Signal, least: int) -> Signal:
 
 
 def _resampled(signal: Signal, least: int) -> tuple[int, int, float]:
-    """Return the numbers of samples of a resampled signal, and the steps after the last inside.
+    """Return how many samples a resampled signal has, how many are within the record, and the rest.
 
-    The numbers are those of all samples and of those within the record, from the last of which it
-    is less than one step to the end of the record.
+    The rest is the distance from the last sample within the record to its end, in steps, below 1.
     """
     count = min(padded_size(least), signal.padded)
     end = signal.duration * count / signal.period
