@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.frame import RockingFrame
-from rockframe.parts import hollow, inertia_ratio_of, tapered, volume
+from rockframe.frame import RockingFrame, crushed
+from rockframe.parts import Pivot, hollow, inertia_ratio_of, tapered, volume
 from rockframe.rocking import GroundAcceleration, column_forces, impact_impulses, reactions, respond
+from rockframe.rocking.design import Design
 from rockframe.study.structures import read_structures
 from rockframe.units import GRAVITY
 
@@ -239,6 +241,78 @@ def test_a_tapered_column_keeps_its_shape_when_its_size_is_varied() -> None:
     assert larger.slenderness == pytest.approx(TEMPLE.slenderness, rel=1e-14)
     assert larger.restitution == pytest.approx(TEMPLE.restitution, rel=1e-14)
     assert larger.effective_size == pytest.approx(2.0 * TEMPLE.effective_size, rel=1e-14)
+
+
+#: Sections, and what each states about a column of a width: the other widths are in proportion.
+SECTIONS_OF_WIDTH = {
+    "rectangle": "depth_m = 1.5",
+    "circle": 'section = "circular"',
+    "frustum": 'section = "circular"\ntop_width_m = {0.8}',
+    "trapezoid": "depth_m = 1.5\ntop_width_m = {0.6}",
+    "tube": 'section = "circular"\ninner_width_m = {0.7}',
+    "box": "inner_width_m = {0.6}\ndepth_m = 2.0\ninner_depth_m = 1.6",
+}
+
+
+def stated_column(folder: Path, section: str, height: float, width: float) -> RockingFrame:
+    """Return the frame of a structure that states a section, its dimensions and its density."""
+    keys = re.sub(
+        r"{(.*)}", lambda ratio: repr(width * float(ratio[1])), SECTIONS_OF_WIDTH[section]
+    )
+    path = folder / "structures.toml"
+    path.write_text(
+        f'[[structure]]\nname = "a"\nheight_m = {height!r}\nwidth_m = {width!r}\n'
+        f"mass_ratio = 2.0\ndensity_kg_m3 = 2500.0\n{keys}\n"
+        "[structure.tendon]\narea_m2 = 1e-3\nmodulus_pa = 195e9\nprestress_n = 1e5\n"
+        f"[structure.dissipater]\nstiffness_n_m = 5e7\nyield_force_n = 1e5\n"
+        f"lever_arm_m = {0.5 * width!r}\n"
+    )
+    [frame] = read_structures(path)
+    return frame
+
+
+@pytest.mark.parametrize("section", SECTIONS_OF_WIDTH)
+@pytest.mark.parametrize("size", [(12.0, 2.0), (6.0, 1.1), (7.0, 0.9)])
+def test_a_resized_column_is_the_column_stated_with_these_dimensions(
+    tmp_path: Path, section: str, size: tuple[float, float]
+) -> None:
+    resized = stated_column(tmp_path, section, 6.0, 1.0).resized(*size)
+    stated = stated_column(tmp_path, section, *size)
+    numbers = ("column_mass", "inertia_ratio", "centre_height", "top_contact_width", "restitution")
+    for name in (*numbers, "effective_size", "uplift_acceleration"):
+        assert getattr(resized, name) == pytest.approx(getattr(stated, name), rel=1e-12), name
+    assert (resized.tendon, resized.dissipater) == (stated.tendon, stated.dissipater)
+
+
+def test_a_search_for_a_width_takes_every_known_section(tmp_path: Path) -> None:
+    design = Design(dimension="width", lowest=1.0, highest=1.2, steps=2)
+    for section in SECTIONS_OF_WIDTH:
+        found = design.candidates(stated_column(tmp_path, section, 6.0, 1.0))[1]
+        stated = stated_column(tmp_path, section, 6.0, 1.2)
+        assert found.column_mass == pytest.approx(stated.column_mass, rel=1e-12), section
+        assert found.restitution == pytest.approx(stated.restitution, rel=1e-12), section
+
+
+def test_crushed_edges_keep_the_inertia_of_the_column_that_they_carry() -> None:
+    """In proportion, the inertia about the centre of gravity is that of the whole column."""
+    whole = RockingFrame(height=6.0, width=1.0, column_mass=1e4, section="circular",
+                         inertia_ratio=inertia_ratio_of("circular", 6.0, 1.0))  # fmt: skip
+    worn = crushed(whole, Pivot(compressive_strength=30e6, depth=0.3))
+    wider = worn.resized(6.0, 1.2 * worn.width)
+    assert wider.column_mass == pytest.approx(1.44e4, rel=1e-14)
+    central = (wider.inertia_ratio - 1.0) * wider.size**2
+    assert central == pytest.approx(6.0**2 / 12.0 + 1.2**2 / 16.0, rel=1e-12)
+
+
+def test_the_section_is_recognised_by_its_inertia_and_else_unknown() -> None:
+    def section(inertia_ratio: float) -> str | None:
+        return RockingFrame(height=6.0, width=1.0, inertia_ratio=inertia_ratio).column_section
+
+    assert section(4.0 / 3.0) == "rectangular"
+    assert section(inertia_ratio_of("circular", 6.0, 1.0)) == "circular"
+    assert section(1.3) is None
+    with pytest.raises(ParameterError, match="Invalid section 'round'"):
+        RockingFrame(height=6.0, width=1.0, section="round")
 
 
 def test_other_sections_are_refused() -> None:

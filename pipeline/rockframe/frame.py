@@ -14,8 +14,18 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.errors import ParameterError, invalid
-from rockframe.parts import RECTANGULAR, Abutment, Dissipater, Lever, Pivot, Tendon
+from rockframe.errors import ParameterError, invalid, require_known
+from rockframe.parts import (
+    RECTANGULAR,
+    SECTIONS,
+    Abutment,
+    Dissipater,
+    Lever,
+    Pivot,
+    Tendon,
+    height_variance,
+    inertia_ratio_of,
+)
 from rockframe.units import GRAVITY
 
 #: Dimensions of a frame [m].
@@ -92,6 +102,10 @@ class RockingFrame:
     column_mass : float, optional
         Mass of one column [kg]. Restraints and forces in newtons need it; free rocking does not
         depend on it.
+    section : str, optional
+        Section of the columns, ``rectangular`` or ``circular``, of which mass and inertia of
+        columns of another size depend; by default the one whose `inertia_ratio_of` is the inertia
+        ratio.
     friction_coefficient : float, optional
         Coefficient of friction available at the joints [1]. Rocking does not depend on it: shear
         keys carry what exceeds the friction.
@@ -136,6 +150,7 @@ class RockingFrame:
     centre_of_gravity: float | None = None
     beam_depth: float | None = None
     column_mass: float | None = None
+    section: str | None = None
     friction_coefficient: float | None = None
     tendon: Tendon | None = None
     dissipater: Dissipater | None = None
@@ -156,6 +171,8 @@ class RockingFrame:
             )
         if not 0.0 <= self.mass_ratio <= _HEAVIEST:
             raise self._invalid("mass_ratio", f"between 0 and {_HEAVIEST:g}")
+        if self.section is not None:
+            require_known("section", self.section, SECTIONS)
         if self.centre_height >= self.height:
             raise self._invalid("centre_of_gravity", f"below the height, {self.height:g} m")
         if self.column_mass is None and self.restrained:
@@ -363,31 +380,66 @@ class RockingFrame:
         stretch = 2.0 * bars.lever_arm * math.sin(0.5 * abs(theta))
         return min(bars.stiffness * stretch, bars.yield_force)
 
+    @property
+    def column_section(self) -> str | None:
+        """Section of the columns, stated or recognised by the inertia ratio; None if unknown."""
+        if self.section is not None or not self.prismatic:
+            return self.section
+        size = (self.height, self.width)
+        matching = (
+            name for name in SECTIONS if self.inertia_ratio == inertia_ratio_of(name, *size)
+        )
+        return next(matching, None)
+
     def resized(self, height: float, width: float) -> Self:
         """Return the frame with another height and width [m], its other dimensions in proportion.
 
-        The mass of a column is proportional to both, the length of tendons to the height, and the
-        lever arm of dissipaters to the width. Sections and forces of restraints do not change.
+        The mass of a column is proportional to the height and to the width, or for a circular
+        section to the height and the square of the width; the depth of other columns does not
+        change. The inertia is that of the same section, unless the section is unknown: then the
+        inertia ratio does not change. The length of tendons is proportional to the height, and
+        the lever arm of dissipaters to the width. Sections and forces of restraints do not change.
 
         Examples
         --------
         >>> column = RockingFrame(height=8.0, width=1.6, top_width=1.2)
         >>> column.resized(4.0, 0.8).top_width
         0.6
+        >>> drum = RockingFrame(height=6.0, width=1.0, column_mass=1000.0, section="circular")
+        >>> drum.resized(12.0, 2.0).column_mass
+        8000.0
         """
         top, centre, mass = self.top_width, self.centre_of_gravity, self.column_mass
         tendon, bars = self.tendon, self.dissipater
         taller, wider = height / self.height, width / self.width
+        deeper = wider if self.column_section == "circular" else 1.0
         return replace(
             self,
             height=height,
             width=width,
+            inertia_ratio=self._resized_inertia(taller, wider),
             top_width=top and top * width / self.width,
             centre_of_gravity=centre and centre * height / self.height,
-            column_mass=mass and mass * taller * wider,
+            column_mass=mass and mass * taller * wider * deeper,
             tendon=tendon and replace(tendon, length=tendon.length and tendon.length * taller),
             dissipater=bars and replace(bars, lever_arm=bars.lever_arm * wider),
         )
+
+    def _resized_inertia(self, taller: float, wider: float) -> float:
+        """Return the inertia ratio of columns of the same section, higher and wider by factors.
+
+        The part of the inertia that the height gives grows with its square, the rest with that of
+        the width. Edges that crushed change neither.
+        """
+        whole = self.before_crushing or self
+        section = whole.column_section
+        rectangular = self.prismatic and self.inertia_ratio == RECTANGULAR
+        if section is None or taller == wider or rectangular:
+            return self.inertia_ratio
+        along = height_variance(section, whole.top_contact_width / whole.width) * self.height**2
+        across = (self.inertia_ratio - 1.0) * self.size**2 - along
+        squared = (taller * self.centre_height) ** 2 + (0.5 * wider * self.width) ** 2
+        return 1.0 + (taller**2 * along + wider**2 * across) / squared
 
     def horizontal_displacement(self, theta: ArrayLike) -> NDArray[np.float64]:
         """Return the displacement u of the beam from the ground [m], eq (7), at `theta` [rad].

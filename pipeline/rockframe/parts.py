@@ -17,6 +17,8 @@ RECTANGULAR: Final = 4.0 / 3.0
 
 #: Column sections accepted by `inertia_ratio_of` and `shape_of`.
 SECTIONS: Final = ("rectangular", "circular")
+#: The area of a section grows with this power of the width; the depth of rectangles is constant.
+_POWER: Final = {"rectangular": 1, "circular": 2}
 
 
 def inertia_ratio_of(section: str, height: float, width: float) -> float:
@@ -94,13 +96,33 @@ def tapered(section: str, height: float, width: float, top_width: float) -> Colu
     """
     _require_size(height=height, width=width, top_width=top_width)
     require_known("section", section, SECTIONS)
-    power = 1 if section == "rectangular" else 2  # the area grows with this power of the width
+    power = _POWER[section]
     # moments of order 0 to 2 of the area over the height, and of its squared radius of gyration
     area, first, second = (_moment(power, order, width, top_width) for order in range(3))
     gyration = _moment(power + 2, 0, width, top_width) / (12.0 if power == 1 else 16.0)
     centre = height * first / area
     about_base = height**2 * second / area + gyration / area
     return _shape(about_base, centre, width)
+
+
+def height_variance(section: str, top_ratio: float) -> float:
+    """Return the variance of the height of a solid column's mass, over its height squared [1].
+
+    Parameters
+    ----------
+    section : str
+        ``rectangular`` or ``circular``.
+    top_ratio : float
+        Width at the top over that at the base [1]; 1 also of hollow prismatic columns.
+
+    Examples
+    --------
+    >>> 12.0 * height_variance("circular", 1.0)
+    1.0
+    """
+    power = _POWER[section]
+    area, first, second = (_moment(power, order, 1.0, top_ratio) for order in range(3))
+    return second / area - (first / area) ** 2
 
 
 def hollow(

@@ -138,10 +138,14 @@ def of_record(record: Record, response: Response, ground: GroundAcceleration) ->
     fate = f"largest θ/α {response.peak_rotation_ratio:.3f}, {impacts}it stands"
     if math.isfinite(end):
         fate = f"{impacts}it overturns at {end:.2f} s"
+    motion = of_motion(record, ground)
+    return f"{motion[:1].upper()}{motion[1:]}: {fate}."
+
+
+def of_motion(record: Record, ground: GroundAcceleration) -> str:
+    """Return the words of a caption about a record, and its vertical motion."""
     upwards = "without" if ground.vertical is None else "with"
-    return (
-        f"Record {record.record_id}, {upwards} its vertical motion ({printed_pga(record)}): {fate}."
-    )
+    return f"record {record.record_id}, {upwards} its vertical motion ({printed_pga(record)})"
 
 
 def printed_pga(record: Record) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, Final
 
 import numpy as np
@@ -13,20 +14,23 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
+from numpy.typing import NDArray
 
+from rockframe.errors import ParameterError
 from rockframe.figures.captioned import (
     DRAWN_TO,
     PAGE_WIDTH,
     PRINT_WIDTH,
     Captioned,
+    of_motion,
     of_structure,
     plain_ticks,
-    printed_pga,
     styled,
 )
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
-from rockframe.rocking import STRIP_LEGEND, GroundAcceleration, Strip, respond_many
+from rockframe.rocking import STRIP_LEGEND, GroundAcceleration, Strip, as_ground, respond_many
+from rockframe.rocking.response import ties_of
 
 #: Range of multiples of the motion that is drawn; extended if a smaller multiple overturns [1].
 _LEAST: Final = 0.1
@@ -158,7 +162,8 @@ def draw_stability_map(
     record : Record
         The ground motion.
     frame : RockingFrame
-        The frame; all sizes have its slenderness, mass ratio, section and restitution factor.
+        The frame; all sizes have its slenderness, mass ratio, section and restitution factor, and
+        restraints of its sections and forces. Sizes whose restraints are too strong are left out.
     motion : GroundAcceleration, optional
         Motion of the ground, if it includes more than the record: with vertical acceleration.
     grid : int
@@ -173,7 +178,8 @@ def draw_stability_map(
     points = max(2, grid // _COARSER)
     heights = frame.height * np.geomspace(*_HEIGHTS, points)
     scales = np.linspace(_LARGEST_SCALE / points, _LARGEST_SCALE, points)
-    frames = [frame.resized(h, h * frame.width / frame.height) for h in heights.tolist()]
+    frames = _possible_sizes(frame, heights)
+    heights = heights[-len(frames) :]
     verdicts = respond_many([motion or record], frames, scales).verdict[0]
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 3.1), layout="constrained")
@@ -202,13 +208,40 @@ def draw_stability_map(
         ]
         figure.legend(handles=[*handles, cross], loc="outside lower center", ncols=2, fontsize=7)
     caption = (
-        f"Nominal verdict of frames of all sizes under multiples of record {record.record_id} "
-        f"({printed_pga(record)}): columns from {heights[0]:.3g} to "
+        f"Nominal verdict of frames of all sizes under multiples of "
+        f"{of_motion(record, as_ground(motion or record))}: columns from {heights[0]:.3g} to "
         f"{heights[-1]:.3g} m ({heights.size} heights), scales from {scales[0]:.3g} to "
-        f"{scales[-1]:.3g} ({scales.size}), slenderness and mass ratio as the structure's; the "
+        f"{scales[-1]:.3g} ({scales.size}), slenderness and mass ratio as the structure's"
+        f"{_of_sizes(frame, points - heights.size)}; the "
         f"cross is the structure under the motion itself. {of_structure(frame)}"
     )
     return Captioned(figure, "Stability map", caption)
+
+
+def _possible_sizes(frame: RockingFrame, heights: NDArray[np.float64]) -> list[RockingFrame]:
+    """Return the frame at these heights, without small ones whose restraints are too strong."""
+    frames = [frame.resized(h, h * frame.width / frame.height) for h in heights.tolist()]
+    for first, smaller in enumerate(frames):
+        with suppress(ParameterError):
+            ties_of(smaller)
+            return frames[first:]
+    ties_of(frames[-1])  # raises the error of the largest frame
+    return frames
+
+
+def _of_sizes(frame: RockingFrame, too_small: int) -> str:
+    """Return what a caption says about the sections and restraints of other sizes."""
+    words = ""
+    if frame.column_section is None:
+        words += "; the section of its columns is not known: they keep their inertia ratio"
+        words += ", and their mass grows with the square of the height" * frame.restrained
+    if frame.restrained:
+        words += "; tendons and dissipaters keep their sections and forces"
+    if frame.before_crushing is not None:
+        words += "; edges crush in proportion to the width"
+    if too_small:
+        words += f"; smaller heights ({too_small}) are left out, as their restraints are too strong"
+    return words
 
 
 def draw_scales(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned:

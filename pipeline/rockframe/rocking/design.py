@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import DesignOptions
-from rockframe.parts import SECTIONS, inertia_ratio_of
+from rockframe.parts import SECTIONS
 
 Float = NDArray[np.float64]
 
@@ -120,21 +120,13 @@ class Design:
             return replace(frame, mass_ratio=value)
         if self.dimension == "height":
             return frame.resized(value, frame.width * value / frame.height)
-        wider = frame.resized(frame.height, value)
-        return replace(wider, inertia_ratio=_inertia_of_width(frame, value))
-
-
-def _inertia_of_width(frame: RockingFrame, width: float) -> float:
-    """Return the inertia ratio of a column of the same section and another width."""
-    for section in SECTIONS:
-        if frame.prismatic and frame.inertia_ratio == inertia_ratio_of(
-            section, frame.height, frame.width
-        ):
-            return inertia_ratio_of(section, frame.height, width)
-    raise ParameterError(
-        f"frame {frame.name!r} has a stated inertia_ratio {frame.inertia_ratio:g}, which depends "
-        f"on the width. State a section instead, {' or '.join(SECTIONS)}, to search for a width."
-    )
+        if frame.column_section is None:
+            raise ParameterError(
+                f"frame {frame.name!r} has a stated inertia_ratio {frame.inertia_ratio:g}, which "
+                f"depends on the width. State a section instead, {' or '.join(SECTIONS)}, to "
+                "search for a width."
+            )
+        return frame.resized(frame.height, value)
 
 
 @dataclass(frozen=True)

@@ -261,6 +261,7 @@ class StructureEntry(TableEntry):
             centre_of_gravity=shape.centre_of_gravity if stated else None,
             beam_depth=self.beam_depth_m,
             column_mass=self._mass(),
+            section=self._section(),
             friction_coefficient=self.friction_coefficient,
             tendon=self.tendon,
             dissipater=self.dissipater,
@@ -285,6 +286,10 @@ class StructureEntry(TableEntry):
             depth=self.depth_m,
             inner_depth=self.inner_depth_m,
         )
+
+    def _section(self) -> str | None:
+        """Return the section of the columns; None if their inertia is stated instead."""
+        return None if self.inertia_ratio is not None else self.section or "rectangular"
 
     def _shape(self) -> ColumnShape:
         section = self.section or "rectangular"
