@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from rockframe.record import Record
 from rockframe.signals.corner import CORNERS, DEFAULT, Corner, CornerSource, _powers, choose_corner
-from rockframe.signals.noise import arrival
-from rockframe.signals.processing import BandPass, correct, integrate, peak
+from rockframe.signals.noise import arrival, pre_event
+from rockframe.signals.passport import Measures, measured
+from rockframe.signals.processing import BandPass, correct, integrate, level, peak
 
 Float = NDArray[np.float64]
 STEP = 0.01
@@ -66,6 +72,51 @@ def test_units_do_not_matter() -> None:
     corner = choose_corner(record, STEP, 3.0)
     for factor in (1e-200, 1.0 / 980.665, 1e200):
         assert choose_corner(factor * record + factor, STEP, 3.0) == corner
+
+
+@settings(max_examples=25)
+@given(
+    slope=st.floats(-1.0, 1.0),
+    offset=st.floats(-10.0, 10.0),
+    crossing=st.sampled_from([0.016, 0.05, 0.25, 0.5]),
+)
+def test_a_straight_line_changes_neither_corner_nor_samples(
+    slope: float, offset: float, crossing: float
+) -> None:
+    """The correction removes a straight line, so nothing may be chosen from one."""
+    record = hum(noise_that_hides_below(crossing)) + wavelet()
+    moved_by_a_line = record + offset + slope * TIME
+    corner = choose_corner(record, STEP, 3.0)
+    assert choose_corner(moved_by_a_line, STEP, 3.0) == corner
+    band = BandPass(corner.frequency)
+    samples, other = (correct(one, STEP, band)[0] for one in (record, moved_by_a_line))
+    assert np.abs(other - samples).max() <= 1e-11 * peak(moved_by_a_line)
+
+
+@pytest.mark.parametrize("slope", [1e-4, 0.1])
+def test_padding_on_a_straight_line_is_padding(slope: float) -> None:
+    record = wavelet() + slope * TIME
+    assert choose_corner(record, STEP, 3.0) == DEFAULT
+    assert pre_event(level(record), STEP)[0] == 0.0
+
+
+@pytest.mark.parametrize("slope", [1e-5, 1e-3, -0.1])
+def test_a_straight_line_is_no_noise(slope: float) -> None:
+    record = hum(1e-4) + wavelet()
+    known = measures_of(record)
+    measures = measures_of(record + slope * TIME)
+    assert (known.pre_event, measures.pre_event) == (pytest.approx(0.8 * QUIET, rel=0.02),) * 2
+    assert measures.noise_level == pytest.approx(known.noise_level, rel=1e-6)
+    assert measures.usable_period_longest == known.usable_period_longest
+    assert measures.opening_share == pytest.approx(known.opening_share, rel=1e-6)
+
+
+def measures_of(samples: Float) -> Measures:
+    """Return the measures of an uncorrected record after its correction."""
+    record = Record(record_id="a", acceleration=samples, time_step=STEP, uncorrected=True)
+    corrected, start, _ = correct(samples, STEP, BandPass(0.02))
+    after = replace(record, acceleration=corrected, filter_low=0.02, filter_high=40.0)
+    return measured(record, after, 3.0, start)
 
 
 def test_a_coarser_record_of_the_same_motion_has_the_same_corner() -> None:

@@ -9,7 +9,14 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.signals.noise import QUARTERS, STEADY, arrival, periodogram, quarter_levels
+from rockframe.signals.noise import (
+    QUARTERS,
+    STEADY,
+    arrival,
+    is_straight,
+    periodogram,
+    quarter_levels,
+)
 from rockframe.signals.processing import (
     NYQUIST_SHARE,
     TAPER,
@@ -17,6 +24,7 @@ from rockframe.signals.processing import (
     Float,
     correct,
     integrate,
+    level,
     peak,
 )
 
@@ -93,11 +101,12 @@ DEFAULT: Final = Corner(BandPass().low, CornerSource.DEFAULT)
 def choose_corner(acceleration: Float, time_step: float, ratio: float) -> Corner:
     """Choose the lower corner for an uncorrected record from its noise and its displacement.
 
-    The corner is the lowest of `CORNERS` down to which the Fourier amplitudes of the record exceed
-    those of the noise before the motion. Amplitudes are root-mean-square values over an octave. The
-    noise is scaled to the duration of the record. Frequencies with less than one cycle before the
-    motion are not judged, and never chosen. A baseline that shifts during the motion is not part of
-    that noise. Therefore a corner below the default is raised, at most to the default, until the
+    The record is judged without its least-squares line, which `correct` removes too. The corner is
+    the lowest of `CORNERS` down to which the Fourier amplitudes of the record exceed those of the
+    noise before the motion. Amplitudes are root-mean-square values over an octave. The noise is
+    scaled to the duration of the record. Frequencies with less than one cycle before the motion are
+    not judged, and never chosen. A baseline that shifts during the motion is not part of that
+    noise. Therefore a corner below the default is raised, at most to the default, until the
     displacement before the motion and in the last tenth of the record is at most a fifth of its
     peak.
 
@@ -114,10 +123,10 @@ def choose_corner(acceleration: Float, time_step: float, ratio: float) -> Corner
     -------
     Corner
         The source is ``SIGNAL_TO_NOISE``, or ``DISPLACEMENT`` for a raised corner. It is
-        ``DEFAULT``, with the corner of `BandPass`, if nothing or padding (equal samples) precedes
-        the motion; if what precedes it is too short to judge the default; if it hides the default,
-        but is no noise (its quarters differ by a factor of 3, or the motion nowhere exceeds it by a
-        factor of 10); or if it exceeds the motion where that is strongest.
+        ``DEFAULT``, with the corner of `BandPass`, if nothing or padding (samples on one line)
+        precedes the motion; if what precedes it is too short to judge the default; if it hides the
+        default, but is no noise (its quarters differ by a factor of 3, or the motion nowhere
+        exceeds it by a factor of 10); or if it exceeds the motion where that is strongest.
 
     References
     ----------
@@ -136,12 +145,14 @@ def choose_corner(acceleration: Float, time_step: float, ratio: float) -> Corner
     >>> choose_corner(hum + motion, 0.01, 3.0)
     Corner(frequency=0.04, source=<CornerSource.SIGNAL_TO_NOISE: 2>)
     """
-    largest = peak(acceleration - np.median(acceleration))
-    if largest == 0.0:
+    largest = peak(acceleration)
+    if largest == 0.0 or is_straight(acceleration / largest, 1.0):
         return DEFAULT
-    motion = acceleration / largest  # squares of extremely large samples would overflow
+    motion = level(acceleration / largest)  # squares of extremely large samples would overflow
+    motion /= peak(motion)
     onset = arrival(motion)
-    padded = any(np.ptp(part) == 0.0 for part in np.array_split(motion[:onset], QUARTERS) if onset)
+    quarters = np.array_split(motion[:onset], QUARTERS)
+    padded = any(is_straight(part, 1.0) for part in quarters if part.size > 2)
     judged, ratios = ([], _NOTHING) if padded else _ratios(motion, time_step, onset)
     if not judged or ratios[-1] < ratio:
         return DEFAULT

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.signals.processing import Float, level, taper
+from rockframe.signals.processing import Float, level, peak, taper
 
 #: Length of the first window, whose level is used to detect the onset of the motion [s].
 _LISTEN: Final = 2.0
@@ -21,6 +21,9 @@ _GUARD: Final = 0.2
 #: triggered record have a larger ratio.
 STEADY: Final = 3.0
 QUARTERS: Final = 4
+#: Distance from a line that rounding may cause, as a share of the largest sample. One digit of a
+#: 24-bit recorder is larger.
+_ROUNDED: Final = 1e-10
 #: Fewest samples on either side of an arrival.
 _BESIDE: Final = 10
 #: Least number of cycles of a frequency in the noise window; lower frequencies are not judged.
@@ -36,7 +39,8 @@ def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
 
     The event begins with the first sample that differs from the mean of the first 2 s by more than
     eight times their root mean square. The noise window is the time before it without its last
-    fifth, because the arrival may be emergent. The level is the root mean square about the mean.
+    fifth, because the arrival may be emergent. The level is the root mean square about the
+    least-squares line of the window, which is slow drift and no noise.
 
     Parameters
     ----------
@@ -49,8 +53,8 @@ def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
     -------
     length, level : float
         Length of the window and level of the noise. They are 0 and NaN if the noise is unknown: no
-        event is found; it begins within 2 s; the first 2 s or the window are padding (equal
-        samples); or the motion grows in the window (quarters that differ by a factor of 3).
+        event is found; it begins within 2 s; the first 2 s or the window are padding (samples
+        on one line); or the motion grows in the window (quarters that differ by a factor of 3).
 
     Examples
     --------
@@ -61,28 +65,48 @@ def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
     """
     count = round(_LISTEN / time_step)
     opening = acceleration[:count]
-    if count < 2 or np.ptp(opening) == 0.0:
+    if count < 2 or is_straight(opening, peak(acceleration)):
         return 0.0, math.nan
     away = np.abs(acceleration - opening.mean()) > _ONSET * opening.std()
     onset = int(away.argmax())
     if onset < count:
         return 0.0, math.nan
     window = acceleration[: round((1.0 - _GUARD) * onset)]
-    levels = quarter_levels(window)
-    if not 0.0 < max(levels) <= STEADY * min(levels):
+    if window.size < QUARTERS or is_straight(window, peak(acceleration)):
         return 0.0, math.nan
-    return time_step * window.size, float((window - window.mean()).std())
+    levels = quarter_levels(window)
+    if max(levels) > STEADY * min(levels):
+        return 0.0, math.nan
+    return time_step * window.size, float(level(window).std())
 
 
-def quarter_levels(window: Float) -> list[float]:
-    """Return the root mean square of each quarter of a window about the mean of the window.
+def is_straight(window: Float, largest: float) -> bool:
+    """Return True if samples are on one line, as padding is; rounded sums may move them.
+
+    Parameters
+    ----------
+    window : array, shape (samples,)
+        Part of a record.
+    largest : float
+        Largest absolute sample of the record.
 
     Examples
     --------
-    >>> quarter_levels(np.array([1.0, -1.0, 1.0, -1.0]))
+    >>> is_straight(np.array([0.1, 0.1, 0.1]), 1.0), is_straight(np.array([0.1, 0.1, 0.2]), 1.0)
+    (True, False)
+    """
+    return peak(level(window)) <= _ROUNDED * largest
+
+
+def quarter_levels(window: Float) -> list[float]:
+    """Return the root mean square of each quarter of a window about the line of the window.
+
+    Examples
+    --------
+    >>> quarter_levels(np.array([1.0, -1.0, -1.0, 1.0]))
     [1.0, 1.0, 1.0, 1.0]
     """
-    quarters = np.array_split(window - window.mean(), QUARTERS)
+    quarters = np.array_split(level(window), QUARTERS)
     return [float(np.sqrt(np.mean(part**2))) for part in quarters]
 
 

@@ -21,7 +21,7 @@ from rockframe.signals.measures import (
     significant_duration,
 )
 from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
-from rockframe.signals.processing import Float, integrate, peak
+from rockframe.signals.processing import Float, integrate, level, peak
 
 if TYPE_CHECKING:  # processes that read files need no options, whose import takes long
     from rockframe.options.ingest import PassportLimits
@@ -281,10 +281,10 @@ def _measure(before: Record, after: Record, ratio: float, moving: tuple[float, f
     velocity = moving[0] + from_rest
     displacement = moving[1] + integrate(velocity, step)
     raw = before.acceleration
-    # The offset of an uncorrected record is not part of the motion.
-    motion = raw - raw.mean() if after.uncorrected else raw
-    quiet, level = pre_event(raw, step)
-    band = signal_to_noise_band(raw, step, quiet, (start, end), ratio)
+    # The straight line that `correct` removes is not part of the motion, nor of its noise.
+    motion = level(raw) if after.uncorrected else raw
+    quiet, noise = pre_event(motion, step)
+    band = signal_to_noise_band(motion, step, quiet, (start, end), ratio)
     corners = after.filter_low, after.filter_high
     shortest, longest = usable_periods(step, after.duration, corners, band)
     strong = slice(int(start / step), int(end / step) + 2)
@@ -305,7 +305,7 @@ def _measure(before: Record, after: Record, ratio: float, moving: tuple[float, f
         opening_share=opening_share(motion, step),
         closing_share=opening_share(motion[::-1], step),
         pre_event=quiet,
-        noise_level=level,
+        noise_level=noise,
         stated_peak=abs(before.peak_ratio - 1.0),
         usable_period_shortest=shortest,
         usable_period_longest=longest,
