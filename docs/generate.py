@@ -25,6 +25,7 @@ _ROOMS: Mapping[str, str] = {
     "parts": "Parts of a frame",
     "wavelets": "Wavelets and pulses",
     "matching": "Pulses of records",
+    "assessment": "Assessments",
     "rocking": "Response",
     "oscillators": "Isolated decks and monolithic frames",
     "risk": "Statistics of verdicts",

@@ -30,7 +30,7 @@ FLOORS = (
     {"results"},
     {"figures", "report", "paper"},
     {"stages"},
-    {"explorer", "runs"},
+    {"assessment", "explorer", "runs"},
     {"cli"},
     {"__main__"},
 )

@@ -1,3 +1,5 @@
+from .assessment import Assessment as Assessment
+from .assessment import assess as assess
 from .components import HorizontalPair as HorizontalPair
 from .components import fault_components as fault_components
 from .components import pair_horizontals as pair_horizontals
@@ -77,6 +79,7 @@ from .risk import peak_distribution as peak_distribution
 from .risk import read_hazard as read_hazard
 from .rocking import ColumnForces as ColumnForces
 from .rocking import Design as Design
+from .rocking import EnsembleResponse as EnsembleResponse
 from .rocking import GroundAcceleration as GroundAcceleration
 from .rocking import Histories as Histories
 from .rocking import Impulses as Impulses
@@ -107,7 +110,13 @@ from .rocking import restoring_moment as restoring_moment
 from .rocking import robust_margins as robust_margins
 from .rocking import rocking_spectrum as rocking_spectrum
 from .rocking import trajectory as trajectory
+from .rocking import with_contact as with_contact
+from .rocking import with_ensemble as with_ensemble
+from .rocking import with_envelope as with_envelope
+from .rocking import with_forces as with_forces
+from .rocking import with_margins as with_margins
 from .rocking import with_parts as with_parts
+from .rocking import with_pulse as with_pulse
 from .rocking.response import RestraintResponse as RestraintResponse
 from .signals.measures import spectral_acceleration as spectral_acceleration
 from .signals.passport import Passport as Passport

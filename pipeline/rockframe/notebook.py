@@ -43,6 +43,11 @@ class Shown(ABC):
         self.draw(ax)
         return ax
 
+    def __repr__(self) -> str:
+        """Return the name of the class and the rows of the table, in one line."""
+        rows = "; ".join(f"{name} {value}" for name, value in self.facts().items())
+        return f"<{type(self).__name__}: {rows}>"
+
     def _repr_html_(self) -> str:
         from matplotlib.figure import Figure
 

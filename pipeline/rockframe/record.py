@@ -123,7 +123,7 @@ class Part:
         return cls(name, float(start), float(end))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Record(Shown):
     """One component of ground acceleration, evenly sampled. Unknown values are NaN or empty.
 

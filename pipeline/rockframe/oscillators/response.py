@@ -71,7 +71,7 @@ class OscillatorPeaks:
     dissipated_energy: Float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class OscillatorResponse(Shown):
     """Histories of an oscillator under one motion, and their peaks.
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,7 +13,7 @@ import xarray as xr
 from xarray.core import indexing
 
 from rockframe.errors import require_known
-from rockframe.results.stored import Stored, opened_file
+from rockframe.results.stored import Stored, kind_of, opened_file
 
 #: Largest size of a variable that is read whole when a part of it is needed [bytes].
 _SMALL: Final = 2**16
@@ -55,6 +55,35 @@ def _shared(path: Path) -> Iterator[tuple[netCDF4.Dataset, Any]]:
         store.close()
 
 
+class RockframeBackend(xr.backends.BackendEntrypoint):
+    """The engine ``rockframe`` of `xarray.open_dataset`, for the output of any stage.
+
+    Variables have the declared units and attributes, and `record` and `structure` are indexes.
+    Series along ``obs`` are read on demand.
+    """
+
+    description = "Open the output of a stage of rockframe, checked against its declaration"
+    open_dataset_parameters = ("filename_or_obj", "drop_variables")
+
+    def open_dataset(  # type: ignore[override]  # the options of other engines do not apply
+        self, filename_or_obj: str | Path, *, drop_variables: str | Iterable[str] | None = None
+    ) -> xr.Dataset:
+        """Open a file; the dataset closes it.
+
+        Raises
+        ------
+        InputError
+            If the file is missing or corrupted, or not the output of a stage.
+        """
+        path = Path(filename_or_obj)
+        with ExitStack() as stack:
+            dataset = indexed(stack.enter_context(opened(path, kind_of(path))))
+            dropped = [drop_variables] if isinstance(drop_variables, str) else drop_variables or ()
+            dataset = dataset.drop_vars(dropped)
+            dataset.set_close(stack.pop_all().close)
+        return dataset
+
+
 def positions(dataset: xr.Dataset, **wanted: str | float) -> dict[str, int]:
     """Return the position of a name or number along each dimension.
 
@@ -69,6 +98,21 @@ def positions(dataset: xr.Dataset, **wanted: str | float) -> dict[str, int]:
         require_known(dimension, name, names)
         found[dimension] = names.index(name)
     return found
+
+
+def indexed(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset in which `record` is an index, as names of other dimensions are.
+
+    Examples
+    --------
+    >>> peaks = xr.Dataset({"record_id": ("record", ["a", "b"]), "peak_u": ("record", [0.1, 0.2])})
+    >>> float(indexed(peaks)["peak_u"].sel(record="b"))
+    0.2
+    """
+    if "record_id" not in dataset or "record" not in dataset["record_id"].dims:
+        return dataset
+    names = dataset["record_id"].values.astype(str)
+    return dataset.assign_coords(record=("record", names, dataset["record_id"].attrs))
 
 
 def only_record(dataset: xr.Dataset, record: str | None) -> xr.Dataset:

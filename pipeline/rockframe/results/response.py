@@ -121,6 +121,32 @@ def write_response_rows(
     return write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
 
 
+def responses_dataset(
+    answers: Mapping[str, Sequence[Response]],
+    frames: Sequence[RockingFrame],
+    *,
+    pulses: bool = False,
+    motions: int = 0,
+) -> xr.Dataset:
+    """Return the variables of a response file for responses in memory, without the histories.
+
+    Parameters
+    ----------
+    answers : mapping of str to sequence of Response
+        For each record, the responses in the order of the frames.
+    frames : sequence of RockingFrame
+        At least one, with different names.
+    pulses : bool
+        Include the responses to the pulses alone.
+    motions : int
+        Largest number of motions of a sequence; 0 without sequences.
+    """
+    rows = [_values(name, responses) for name, responses in answers.items()]
+    columns = {name: [row[name] for row in rows] for name in rows[0]}
+    made = RESPONSE_NC.dataset(_complete(columns, frames, pulses, motions))
+    return made.assign_attrs(rockframe_kind=RESPONSE_NC.name)
+
+
 def response_row(
     name: str, responses: Sequence[Response], parameters: Mapping[str, Any]
 ) -> WrittenRow:

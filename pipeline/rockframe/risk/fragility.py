@@ -202,7 +202,7 @@ _EQUAL: Final = 1.0 + 1e-13
 _WITHOUT_MAXIMUM: Final = (Outcome.NONE_OVERTURN, Outcome.ALL_OVERTURN, Outcome.SEPARATED)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fragility(Shown):
     """Share of motions that overturn a structure, as a function of an intensity measure.
 

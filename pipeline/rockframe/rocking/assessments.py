@@ -331,7 +331,7 @@ class RobustMargin:
     sampling_changes: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Margin(Shown):
     """The margin of one frame against overturning under one motion.
 

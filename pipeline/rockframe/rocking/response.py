@@ -193,7 +193,7 @@ def first_crossing(time: Float, u: Float, velocity: Float, level: float) -> tupl
 _LOGGED_IMPACTS = 4096
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Response(Shown):
     """The rocking response of a frame: histories, peaks and verdict.
 

@@ -73,7 +73,7 @@ _Motion: TypeAlias = tuple[Record, Record | GroundAcceleration, Uncertain | None
 
 
 @dataclass(frozen=True)
-class _Task:
+class ResponseTask:
     """Motions by the names of their records, and the structures that respond to them.
 
     Of records with several versions, `uncertain` has what these are made of, and of sequences
@@ -201,7 +201,7 @@ def _tasks(
     frames: tuple[RockingFrame, ...],
     options: RespondOptions,
     pulses: _Pulses,
-) -> Iterator[_Task]:
+) -> Iterator[ResponseTask]:
     held: dict[str, Record | GroundAcceleration] = {}
     several: dict[str, Uncertain] = {}
     parts: dict[str, tuple[Part, ...]] = {}
@@ -214,10 +214,10 @@ def _tasks(
         beside |= pulses.of(record)
         nodes += record.acceleration.size * len(frames)
         if nodes >= _NODES:
-            yield _Task(held, several, parts, beside, frames, options)
+            yield ResponseTask(held, several, parts, beside, frames, options)
             held, several, parts, beside, nodes = {}, {}, {}, {}, 0
     if held:
-        yield _Task(held, several, parts, beside, frames, options)
+        yield ResponseTask(held, several, parts, beside, frames, options)
 
 
 @dataclass(frozen=True)
@@ -252,16 +252,16 @@ class _Pulses:
         return {record.record_id: pulse}
 
 
-def _rows(task: _Task) -> list[tuple[str, WrittenRow | None, str]]:
+def _rows(task: ResponseTask) -> list[tuple[str, WrittenRow | None, str]]:
     """Return what is written of each record, or the reason why it is rejected."""
     stated = task.options.stated()
     return [
         (name, response_row(name, responses, stated) if responses else None, reason)
-        for name, responses, reason in _answer(task)
+        for name, responses, reason in answer_task(task)
     ]
 
 
-def _answer(task: _Task) -> list[tuple[str, list[Response] | None, str]]:
+def answer_task(task: ResponseTask) -> list[tuple[str, list[Response] | None, str]]:
     """Return the responses to each record, or the reason why it is rejected.
 
     Margins take most of the time and run in threads, because the kernel releases the GIL.
@@ -291,7 +291,7 @@ def _with_ensembles(
 
 
 def _answer_one(
-    task: _Task, several: Mapping[str, Versions], name: str
+    task: ResponseTask, several: Mapping[str, Versions], name: str
 ) -> tuple[str, list[Response] | None, str]:
     try:
         motion = as_ground(task.motions[name])

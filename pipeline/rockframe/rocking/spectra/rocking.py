@@ -34,7 +34,7 @@ Float = NDArray[np.float64]
 Motion = Record | Pulse | GroundAcceleration
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RockingSpectrum(Shown):
     """Peaks over motion, slenderness, mass ratio and 2 pi / p.
 

@@ -351,7 +351,7 @@ def _intervals(edges: Flips, starting: Points) -> tuple[Int, Float, Float, NDArr
     return line, lower, upper, impacts
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class OverturningSpectrum(Shown):
     """Verdicts over pulse, slenderness, mass ratio, frequency ratio and amplitude.
 

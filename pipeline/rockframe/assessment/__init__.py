@@ -1,0 +1,244 @@
+"""Assess structures under motions in memory: what `respond_stage` computes, without files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from rockframe.engines.engine import Engine, map_tasks
+from rockframe.errors import ParameterError, require_known
+from rockframe.frame import RockingFrame
+from rockframe.notebook import Shown
+from rockframe.options.respond import RespondOptions
+from rockframe.record import Record
+from rockframe.results.reading import indexed
+from rockframe.results.response import responses_dataset
+from rockframe.rocking import GroundAcceleration, Response, as_ground
+from rockframe.rocking.response import require_some
+from rockframe.stages.respond import ResponseTask, answer_task
+from rockframe.wavelets.pulse import Pulse
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+Motion: TypeAlias = Record | Pulse | GroundAcceleration
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Assessment(Shown):
+    """The responses of structures to motions, with their ensembles and margins.
+
+    Printed, it shows a line for each motion and structure; notebooks show a table and the
+    histories.
+
+    Parameters
+    ----------
+    motions : mapping of str to Record, Pulse or GroundAcceleration
+        The motions by name.
+    responses : mapping of str to tuple of Response
+        Responses to each motion, in the order of the structures.
+    options : RespondOptions
+        What was computed.
+    """
+
+    motions: Mapping[str, Motion]
+    responses: Mapping[str, tuple[Response, ...]]
+    options: RespondOptions
+
+    @property
+    def structures(self) -> tuple[RockingFrame, ...]:
+        """The structures."""
+        return tuple(response.frame for response in next(iter(self.responses.values())))
+
+    def sel(self, *, record: str | None = None, structure: str | None = None) -> Response:
+        """Return the response of a structure to a motion.
+
+        Parameters
+        ----------
+        record, structure : str, optional
+            Names of the motion and the structure. A name may be left out if there is only one.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such motion or structure, or if a name of several is left out.
+        """
+        names = [frame.name for frame in self.structures]
+        motion = _only("record", record, list(self.responses))
+        return self.responses[motion][names.index(_only("structure", structure, names))]
+
+    def __iter__(self) -> Iterator[tuple[str, Response]]:
+        """Yield the name of the motion and the response, structures of a motion in their order."""
+        return ((name, one) for name, responses in self.responses.items() for one in responses)
+
+    def __len__(self) -> int:
+        """Return the number of motions times that of structures."""
+        return len(self.responses) * len(self.structures)
+
+    def __repr__(self) -> str:
+        lines = [
+            f"{name:{self._width}}  {label:.<32} {value}" for name, label, value in self._lines()
+        ]
+        return "\n".join([f"<Assessment of {len(self)} responses>", *lines])
+
+    @property
+    def _width(self) -> int:
+        return max(map(len, self.responses))
+
+    def _lines(self) -> Iterator[tuple[str, str, str]]:
+        """Yield motion, structure, and the verdict in words with its share and margin."""
+        for name, response in self:
+            ensemble, words = response.ensemble, response.spread_verdict.sentence
+            stated = (
+                f"{ensemble.overturned} of {ensemble.members} overturn" if ensemble else "nominal"
+            )
+            yield name, f"{response.frame.name} ", f"{words} ({stated})"
+
+    def facts(self) -> dict[str, str]:
+        """Return the verdict of each motion and structure, for the table in notebooks."""
+        return {f"{name}, {label.strip()}": value for name, label, value in self._lines()}
+
+    def draw(self, axes: Axes) -> None:
+        """Draw theta / alpha of all responses over time."""
+        for name, response in self:
+            if response.time.size:
+                label = f"{name}, {response.frame.name}"
+                axes.plot(
+                    response.time,
+                    response.theta / response.frame.slenderness,
+                    linewidth=0.9,
+                    label=label,
+                )
+        axes.set(xlabel="time [s]", ylabel="θ/α", ylim=(-1.5, 1.5))
+        axes.legend(fontsize="small")
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return verdicts, shares, bands, margins, peaks and properties by record and structure.
+
+        The variables are those of ``response.nc``, with their units; `record` and `structure` are
+        indexes. Histories are those of `Response.to_xarray`.
+        """
+        made = responses_dataset(
+            self.responses,
+            self.structures,
+            pulses=all(one.to_pulse is not None for _, one in self),
+        )
+        return indexed(made)
+
+
+def assess(
+    structures: RockingFrame | Sequence[RockingFrame],
+    motions: Motion | Sequence[Motion] | Mapping[str, Motion],
+    options: RespondOptions | None = None,
+    *,
+    pulses: Mapping[str, Pulse] | None = None,
+    engine: Engine | None = None,
+) -> Assessment:
+    """Return how surely structures stand under motions, without reading or writing files.
+
+    For each motion and structure it computes the nominal response, the share of plausible
+    structures that overturn with its 90 % interval, the bands of their peaks, and the margin.
+    `respond_stage` computes the same for the records of a file; there, an ensemble also varies the
+    corner and the orientation of records that this package corrected.
+
+    Parameters
+    ----------
+    structures : RockingFrame or sequence of RockingFrame
+        Structures with different names.
+    motions : Record, Pulse or GroundAcceleration, or a sequence or mapping of them
+        Motions. A record has the name of its ``record_id``; other motions are numbered, unless a
+        mapping names them.
+    options : RespondOptions, optional
+        Ensemble, margins, forces and histories. ``vertical`` is not one of them: state the vertical
+        motion with `GroundAcceleration.with_vertical`.
+    pulses : mapping of str to Pulse, optional
+        Pulse of each motion by name: adds the response to the pulse alone.
+    engine : Engine, optional
+        Engine of the computation; the result does not depend on it.
+
+    Raises
+    ------
+    ParameterError
+        If there is no motion or structure, if two have one name, if a member of the ensemble does
+        not rock, if an option needs a file, or if a vertical acceleration exceeds gravity
+        downwards.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
+    >>> assess(bent, pulse)
+    <Assessment of 1 responses>
+    motion  bent ........................... stands; 10 % overturn at 1.06 (0 of 64 overturn)
+    >>> float(assess(bent, {"pulse": pulse}).to_xarray()["share_overturned"].sel(record="pulse"))
+    0.0
+    """
+    options = options or RespondOptions()
+    if options.vertical or options.structure is not None:
+        word = "vertical" if options.vertical else "structure"
+        raise ParameterError(
+            f"Invalid option {word} of assess. Must be left out: it chooses from a file."
+        )
+    frames = [structures] if isinstance(structures, RockingFrame) else structures
+    require_some(frames=frames)
+    _require_different("structures", [frame.name for frame in frames])
+    named = _named(motions)
+    for name in pulses or {}:
+        require_known("record", name, [*named])
+    tasks = [
+        ResponseTask(
+            motions={name: motion if isinstance(motion, Record) else as_ground(motion)},
+            uncertain={},
+            parts={name: motion.parts} if isinstance(motion, Record) and motion.parts else {},
+            pulses={name: pulses[name]} if pulses and name in pulses else {},
+            frames=tuple(frames),
+            options=options,
+        )
+        for name, motion in named.items()
+    ]
+    found: dict[str, tuple[Response, ...]] = {}
+    for answers in map_tasks(answer_task, tasks, engine=engine):
+        for name, responses, reason in answers:
+            if responses is None:
+                raise ParameterError(f"{name}: {reason}")
+            found[name] = tuple(responses)
+    return Assessment(named, found, options)
+
+
+def _named(motions: Motion | Sequence[Motion] | Mapping[str, Motion]) -> dict[str, Motion]:
+    """Return motions by name."""
+    if isinstance(motions, Mapping):
+        named = dict(motions)
+    else:
+        several = [motions] if isinstance(motions, Motion) else list(motions)
+        labels = (
+            ["motion"] if len(several) == 1 else [f"motion-{k + 1}" for k in range(len(several))]
+        )
+        names = [
+            motion.record_id if isinstance(motion, Record) else label
+            for motion, label in zip(several, labels, strict=True)
+        ]
+        _require_different("motions", names)
+        named = dict(zip(names, several, strict=True))
+    require_some(motions=[*named])
+    return named
+
+
+def _require_different(label: str, names: Sequence[str]) -> None:
+    """Raise an error if a name occurs twice."""
+    for name in names:
+        if names.count(name) > 1:
+            raise ParameterError(
+                f"{names.count(name)} {label} have the name {name!r}. Must differ."
+            )
+
+
+def _only(label: str, name: str | None, names: Sequence[str]) -> str:
+    """Return a name that is known, or the only one."""
+    if name is None and len(names) > 1:
+        raise ParameterError(f"Missing {label}. Must be one of {', '.join(names)}.")
+    chosen = names[0] if name is None else name
+    require_known(label, chosen, list(names))
+    return chosen
