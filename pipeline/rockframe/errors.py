@@ -166,7 +166,7 @@ Trusted = Literal[
 ]
 #: What each word trusts, and over what.
 TRUSTED: Final[Mapping[str, str]] = {
-    "samples": "the samples that are present, over the number or the duration that a header states",
+    "samples": "the samples as they stand, over the number or the duration that a header states",
     "values": "the values of the samples, over the peak, extremes or mean that a header states",
     "sensitivity": "the stated sensitivity, over stages, full scales and SCALE",
     "stages": "the product of the stage gains of a StationXML, over its sensitivity",

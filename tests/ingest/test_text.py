@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import ReadOptions, read_bytes
 from rockframe.ingest.formats.text import sniff
+from rockframe.ingest.parsing import Float
 from rockframe.record import Orientation, Record
 
 PATH = Path("shake.csv")
@@ -256,7 +258,7 @@ def test_a_column_may_be_chosen(names: str, column: str, values: list[float]) ->
             None,
             r"2 accelerations of the same direction or of none.*--column NAME",
         ),
-        ("", None, r"3 columns without names\..*--column NAME"),
+        ("", None, r"3 columns without names, of which column 1 rises.*--column NUMBER, of 1 to 3"),
         ("t,acc_1,acc_2\n", "acc_3", r"no column 'acc_3'\. Must be one of: t, acc_1, acc_2"),
         ("", "4", r"no column '4'\. Must be one of: 1 to 3"),
         ("t,vel_1,acc_2\n", "vel_1", r"column 'vel_1' is a velocity, not an acceleration"),
@@ -269,16 +271,150 @@ def test_columns_that_are_refused(names: str, column: str | None, message: str) 
         read_bytes("a.csv", text.encode(), ReadOptions("g", column=column))
 
 
+def motion(count: int) -> Float:
+    """Return a smooth motion in which neighbouring samples differ by less than distant ones."""
+    time = 0.01 * np.arange(count)
+    return np.round(np.sin(40.0 * time + 3.0 * time**2) * np.exp(-0.2 * time), 4)
+
+
+def lines_of(table: Float) -> str:
+    return "".join(" ".join(f"{x:10.4f}" for x in row) + "\n" for row in table)
+
+
 @pytest.mark.parametrize("many", [8, 10])
 def test_many_values_a_line_are_one_series(many: int) -> None:
-    values = [round(0.01 * k, 2) for k in range(2 * many + 3)]
-    lines = [values[k : k + many] for k in range(0, len(values), many)]
-    text = "\n".join(" ".join(f"{x:8.2f}" for x in line) for line in lines) + "\n"
+    values = motion(60 * many + 3)
+    text = lines_of(values[:-3].reshape(-1, many)) + lines_of(values[np.newaxis, -3:])
     [record] = read_bytes("a.txt", text.encode(), ReadOptions("m/s2", 0.01))
-    assert record.acceleration.tolist() == values
-    short = text.replace(f"{values[many + 3]:8.2f}", "", 1)
+    assert np.array_equal(record.acceleration, values)
+    short = text.replace(f"{values[many + 3]:10.4f}", "", 1)
     with pytest.raises(InputError, match=rf"{many - 1} values in a line"):
         read_bytes("a.txt", short.encode(), ReadOptions("m/s2", 0.01))
+
+
+@pytest.mark.parametrize("many", [8, 10])
+@pytest.mark.parametrize("kind", ["same motion", "other motions", "noise", "with times"])
+def test_channels_are_no_series_and_one_can_be_chosen(many: int, kind: str) -> None:
+    """Read line by line, channels would be a motion that no instrument recorded."""
+    rows = 300
+    noise = np.random.default_rng(1).standard_normal((rows, many))
+    channels = {
+        "same motion": np.outer(motion(rows), np.linspace(1.0, 1.7, many)),
+        "other motions": np.stack([motion(rows + 40 * k)[-rows:] for k in range(many)], axis=1),
+        "noise": noise,
+        "with times": np.c_[0.01 * np.arange(rows), noise[:, 1:]],
+    }[kind].round(4)
+    text = lines_of(channels).encode()
+    with pytest.raises(InputError, match=rf":1: {many} columns without names.* --column NUMBER"):
+        read_bytes("a.txt", text, ReadOptions("m/s2", 0.01))
+    [record] = read_bytes("a.txt", text, ReadOptions("m/s2", 0.01, column="3"))
+    assert np.array_equal(record.acceleration, channels[:, 2])
+    [record] = read_bytes("a.txt", text, ReadOptions("m/s2", 0.01, column="all"))
+    assert np.array_equal(record.acceleration, channels.ravel())
+
+
+@pytest.mark.parametrize("pairs", [2, 4, 5])
+def test_pairs_of_time_and_value_are_one_series(pairs: int) -> None:
+    count = 40 * pairs
+    table = np.c_[0.01 * np.arange(count), motion(count)].reshape(-1, 2 * pairs)
+    text = lines_of(table)
+    [record] = read_bytes("a.txt", text.encode(), ReadOptions("m/s2"))
+    assert (record.time_step, record.acceleration.tolist()) == (0.01, motion(count).tolist())
+    with pytest.raises(InputError, match=r"each line holds .* Leave out --column"):
+        read_bytes("a.txt", text.encode(), ReadOptions("m/s2", column="2"))
+    late = text.replace(f"{0.01 * (3 * pairs + 1):10.4f}", "    3.5001", 1)
+    with pytest.raises(InputError, match=r":[45]: time 0\.\d+ s after 3\.5001 s"):
+        read_bytes("a.txt", late.encode(), ReadOptions("m/s2"))
+    odd = text.rsplit(" ", 1)[0] + "\n"
+    with pytest.raises(InputError, match=rf":40: time {0.01 * (count - 1):g} s without an accel"):
+        read_bytes("a.txt", odd.encode(), ReadOptions("m/s2"))
+
+
+def test_two_channels_without_times() -> None:
+    text = lines_of(np.c_[motion(50), motion(90)[-50:]]).encode()
+    with pytest.raises(InputError, match=r"2 columns without names, which may be channels"):
+        read_bytes("a.txt", text, BOTH)
+    [record] = read_bytes("a.txt", text, ReadOptions("m/s2", 0.01, column="2"))
+    assert np.array_equal(record.acceleration, motion(90)[-50:])
+    with pytest.raises(InputError, match=r"time step unstated\. State it with --time-step-s"):
+        read_bytes("a.txt", text, ReadOptions("m/s2", column="2"))
+
+
+def test_the_time_step_decides_between_numbers_of_rows_and_times() -> None:
+    rows = np.arange(50.0)
+    text = lines_of(np.c_[rows, 0.01 * rows, motion(50)]).encode()
+    with pytest.raises(InputError, match=r"columns 1 and 2 .* rise like times.* --time-step-s"):
+        read_bytes("a.txt", text, ReadOptions("m/s2", column="3"))
+    [record] = read_bytes("a.txt", text, ReadOptions("m/s2", 0.01, column="3"))
+    assert (record.time_step, record.acceleration.tolist()) == (0.01, motion(50).tolist())
+
+
+@pytest.mark.parametrize("header", ["200 0.01", "  200, .01", "# made so\n200 0.0100"])
+@pytest.mark.parametrize("columns", [1, 2, 5])
+def test_a_line_above_the_numbers_states_their_number_and_step(header: str, columns: int) -> None:
+    table = motion(200).reshape(-1, columns)
+    if columns == 2:
+        table = np.c_[0.01 * np.arange(200), motion(200)]
+    text = f"{header}\n{lines_of(table)}"
+    [record] = read_bytes("a.txt", text.encode(), ReadOptions("m/s2"))
+    assert (record.time_step, record.acceleration.tolist()) == (0.01, motion(200).tolist())
+    wrong = r"199 samples stated above 200 .*--trust samples|time 0 s after 199 s|Must be 2"
+    with pytest.raises(InputError, match=wrong):
+        read_bytes("a.txt", text.replace("200", "199", 1).encode(), ReadOptions("m/s2"))
+    wrong = r"dt 0?.010?0? s in the header.*--trust header|time step 0.02 s given"
+    with pytest.raises(InputError, match=wrong):
+        read_bytes("a.txt", text.encode(), ReadOptions("m/s2", 0.02))
+
+
+@pytest.mark.parametrize("columns", [1, 5])
+def test_a_line_above_the_numbers_states_their_number(columns: int) -> None:
+    text = f"200\n{lines_of(motion(200).reshape(-1, columns))}".encode()
+    [record] = read_bytes("a.txt", text, BOTH)
+    assert record.acceleration.tolist() == (9.81 * motion(200)).tolist()
+
+
+@pytest.mark.parametrize("first", ["1", "+3", "2500", "-12"])
+def test_a_whole_number_above_decimals_is_no_sample_unless_trusted(first: str) -> None:
+    """A count or the number of a station became a sample, as 1 g."""
+    text = f"{first}\n{lines_of(motion(200).reshape(-1, 1))}".encode()
+    with pytest.raises(
+        InputError, match=rf":1: '{re.escape(first)}' is a whole .* header.*--trust samples"
+    ):
+        read_bytes("a.txt", text, BOTH)
+    trusting = ReadOptions("m/s2", 0.01, trust=("samples",))
+    [record] = read_bytes("a.txt", text, trusting)
+    assert record.acceleration[:2].tolist() == [float(first), motion(1)[0]]
+    [record] = read_bytes("a.txt", b"# " + text, BOTH)
+    assert record.acceleration.size == 200
+
+
+@pytest.mark.parametrize("first", ["0", "1.0", "1."])
+def test_other_numbers_above_decimals_are_samples(first: str) -> None:
+    text = f"{first}\n{lines_of(motion(20).reshape(-1, 1))}".encode()
+    assert read_bytes("a.txt", text, BOTH)[0].acceleration.size == 21
+
+
+@pytest.mark.parametrize(
+    ("usual", "last"),
+    [("0.25", "0.0"), ("1e-05", "0.0"), ("-10.0", "1e-05"), ("0.125", "0.5"), ("7.0", "7")],
+)
+def test_a_shorter_last_number_without_a_line_end_is_whole(usual: str, last: str) -> None:
+    """Python and others print as few digits as a number needs, and never end it in zeros."""
+    rows = [f"{0.01 * k:.2f},{usual}" for k in range(20)]
+    record = one("\n".join(["time_s,acc_m_s2", *rows, f"0.20,{last}"]))
+    assert record.acceleration[-1] == float(last)
+
+
+@pytest.mark.parametrize(
+    ("usual", "last"),
+    [("0.2500", "0.25"), ("1.50E-03", "1.5"), ("1.5E-03", "1.5E-0"), ("0.25", "0."), ("1.5", "1.")],
+)
+def test_a_number_that_is_cut_is_refused_unless_trusted(usual: str, last: str) -> None:
+    text = "\n".join(["time_s,acc_m_s2", *[f"{0.01 * k:.2f},{usual}" for k in range(20)]])
+    with pytest.raises(InputError, match=rf":22: the file ends within '{last}'.*--trust samples"):
+        one(f"{text}\n0.20,{last}")
+    record = one(f"{text}\n0.20,{last}", ReadOptions(trust=("samples",)))
+    assert record.acceleration[-1] == float(last)
 
 
 @pytest.mark.parametrize("names", ["", "Zeit;acc\n", "time;NS;EW\n"])

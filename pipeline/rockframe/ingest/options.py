@@ -32,7 +32,8 @@ class ReadOptions:
         Remove the full response from miniSEED records with this water level [dB] (default: divide
         by the sensitivity).
     column : str, optional
-        Name or number of the column of acceleration in text files.
+        Name or number of the column of acceleration in text files, or ``all`` if the columns are
+        one series, line by line.
     streams : str, optional
         Streams of ASDF files: ``processed``, ``raw``, or their label (default: ``processed``).
     trust : tuple of str

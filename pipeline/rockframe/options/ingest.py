@@ -195,8 +195,8 @@ class IngestOptions(Options):
     """Time step of text files that do not state it [s] (a file that states another time step is
     rejected)."""
     column: Annotated[str | None, Field(examples=["acc_x"])] = None
-    """Name or number of the column of acceleration in text files; by default the columns whose
-    names mean acceleration."""
+    """Name or number of the column of acceleration in text files, or `all` if the columns are one
+    series, line by line; by default the columns whose names mean acceleration."""
     streams: Annotated[str | None, Field(examples=["raw"])] = None
     """Streams of ASDF files: processed, raw, or their label; by default the processed ones that
     passed the checks of gmprocess."""

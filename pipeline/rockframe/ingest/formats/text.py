@@ -2,6 +2,7 @@
 
 Optional comment lines (``#``, ``%``) come first, then an optional line of column names, which
 states the units: ``time_s,acc_g``, ``t, acceleration [m/s2]``, ``acc_cm_s2``. No units are assumed.
+Instead of names, a line may state the number of samples, or that and the time step: ``2500 0.01``.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import io
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -41,6 +42,7 @@ from rockframe.ingest.parsing.lines import (
     require_whole_end,
 )
 from rockframe.ingest.parsing.timing import even_time_step
+from rockframe.ingest.parsing.unnamed_columns import are_pairs, is_series, time_column, unclear
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
@@ -48,15 +50,21 @@ DESCRIPTION = "CSV or white-space text: time and acceleration, or acceleration a
 
 #: Characters of rows of numbers; `numpy.loadtxt` treats some other characters as blanks.
 _USUAL: Final = bytes({*range(ord(" "), 0x7F), *b"\t\n\v\f\r"} - {*b"_"})
-#: Number of rows whose number of digits is compared with that of the last row.
-_ROWS_OF_END: Final = 20
 _STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d{1,12})\b", re.I)
 _STATED_STEP: Final = re.compile(
     r"\bdt\b\s*[:=]\s*(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)\s*(?:s|sec|seconds?)?\s*(?:[,;]|$)",
     re.I,
 )
+#: Number of samples, and perhaps the time step, in a line of their own above the rows.
+_SIZES: Final = re.compile(
+    r"\s*(?P<count>[1-9]\d{0,8})(?:[\s,;]+(?P<step>\d*\.?\d+(?:e-?\d{1,2})?))?\s*", re.I
+)
+#: Number of rows whose decimal points are compared with the first row.
+_FIRST_ROWS: Final = 20
 #: Possible numbers of values per line, in a series without times.
 _SERIES: Final = (8, 10)
+#: Column that the user states for a series with several values per line.
+ALL_COLUMNS: Final = "all"
 #: Relative tolerance between two time steps, one of which is rounded.
 _SAME_STEP: Final = 1e-3
 
@@ -71,6 +79,7 @@ class _Layout:
     body: bytes
     first_line: int
     separator: bytes | None
+    sizes: re.Match[str] | None = None
 
     @property
     def rows(self) -> list[bytes]:
@@ -145,24 +154,15 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     (0.01, array([ 0.981, -1.962]))
     """
     layout = _split(path, data)
-    names_line = layout.names_line or layout.first_line
-    is_series = not layout.names and layout.columns in _SERIES and options.column is None
-    # Eight or ten values per line, without times, are one series.
-    columns = (
-        Columns(None, {0: ""}, None)
-        if is_series
-        else read_headers(path, layout.names, layout.columns, names_line, options.column)
-    )
+    table, columns, per_row = _read_columns(path, layout, options)
     stated = columns.units
     factor = factor_to_si(path, stated, options, layout.names_line or None)
     taken = f"{stated!r} in the column name" if stated else f"{options.units!r} given"
     _require_units(path, layout, factor, taken)
-    table = _series(path, layout) if is_series else _parse(path, layout, columns)
     if not data[-1:].isspace():
-        end = layout.body.rsplit(b"\n", _ROWS_OF_END)[-_ROWS_OF_END:]
-        line = layout.first_line + layout.body.count(b"\n") + 1 - len(end)
-        require_whole_end(path, b"\n".join(end), line, 1 if is_series else layout.columns)
+        require_whole_end(path, layout.body, layout.first_line, per_row)
     _require_count(path, layout, len(table))
+    _require_sample(path, layout)
     step = _agreed_step(path, layout, _time_step(path, layout, columns.time, table, options))
     ids = record_ids(path, [*columns.accelerations.values()])
     return [
@@ -176,21 +176,72 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     ]
 
 
+def _read_columns(path: Path, layout: _Layout, options: ReadOptions) -> tuple[Float, Columns, int]:
+    """Return the numbers, the meaning of their columns, and the number of columns of a line."""
+    count, chosen, line = layout.columns, options.column, layout.names_line or layout.first_line
+    if layout.names:
+        columns = read_headers(path, layout.names, count, line, chosen)
+        return _parse(path, layout, columns), columns, count
+    if chosen is not None and chosen.strip().lower() == ALL_COLUMNS:
+        return _values(path, layout).reshape(-1, 1), Columns(None, {0: ""}, None), 1
+    if count > 2 and chosen is None:
+        return _many_columns(path, layout)
+    columns = read_headers(path, [], count, line, chosen)
+    table, [place] = _parse(path, layout, columns), [*columns.accelerations]
+    if count > 2 and are_pairs(table.ravel(), count):
+        message = f"each line holds {count // 2} pairs of time and acceleration, which are one"
+        raise InputError(path, f"{message} series. Leave out --column.", line)
+    time = time_column(path, table, place, options.time_step, line)
+    if count == 2 and time is None and chosen is None and len(table) > 1:
+        raise unclear(path, table.ravel(), 2, line)
+    return table, replace(columns, time=time), count
+
+
+def _many_columns(path: Path, layout: _Layout) -> tuple[Float, Columns, int]:
+    """Return the numbers in three columns or more without names, as `_read_columns`."""
+    values, count = _values(path, layout), layout.columns
+    if are_pairs(values, count):
+        if values.size % 2:
+            last = layout.first_line + len(layout.rows) - 1
+            raise InputError(path, f"time {values[-1]:g} s without an acceleration.", last)
+        return values.reshape(-1, 2), Columns(0, {1: ""}, None), 2
+    if (count in _SERIES or layout.sizes) and is_series(values, count):
+        return values.reshape(-1, 1), Columns(None, {0: ""}, None), 1
+    raise unclear(path, values, count, layout.first_line)
+
+
 def _split(path: Path, data: bytes) -> _Layout:
     comments, body = _skip_comments(plain_text(path, data).rstrip())
-    names = column_names(decoded(body.partition(b"\n")[0]))
+    top, _, below = body.partition(b"\n")
+    names = column_names(decoded(top))
+    sizes = None if names else _sizes(decoded(top), below)
     names_line = len(comments) + 1 if names else 0
     skipped: list[str] = []
-    if names:
-        skipped, body = _skip_comments(body.partition(b"\n")[2])
+    if names or sizes:
+        skipped, body = _skip_comments(below)
     if not body:
         raise InputError(path, "no rows of numbers.")
     first_row = body.partition(b"\n")[0]
     separator = b";" if b";" in first_row else b"," if b"," in first_row else None
     if separator == b";":
         body = body.replace(b",", b".")  # decimal commas
-    first_line = len(comments) + bool(names) + len(skipped) + 1
-    return _Layout(comments, names, names_line, body, first_line, separator)
+    first_line = len(comments) + bool(names or sizes) + len(skipped) + 1
+    return _Layout(comments, names, names_line, body, first_line, separator, sizes)
+
+
+def _sizes(line: str, below: bytes) -> re.Match[str] | None:
+    """Return the match of a line that states the number of samples, and perhaps the time step.
+
+    Unlike a row, it has another number of fields than the rows, or the number of the rows.
+    """
+    stated = _SIZES.fullmatch(line)
+    rows = below.split(b"\n")
+    row = next((decoded(one) for one in rows if one.strip()), "")
+    if not stated or not is_row(row):
+        return None
+    if len(split_fields(row)) == len(split_fields(line)):
+        return stated if int(stated["count"]) == sum(1 for one in rows if one.strip()) else None
+    return stated if stated["step"] or len(split_fields(row)) > 2 else None
 
 
 def _skip_comments(text: bytes) -> tuple[list[str], bytes]:
@@ -202,8 +253,8 @@ def _skip_comments(text: bytes) -> tuple[list[str], bytes]:
     return [decoded(line) for line in lines], rest
 
 
-def _series(path: Path, layout: _Layout) -> Float:
-    """Return all numbers of a series with several values per line, shape (samples, 1)."""
+def _values(path: Path, layout: _Layout) -> Float:
+    """Return all numbers of lines of equal length; the last line may be shorter."""
     separator = layout.separator or b" "
     rows = layout.rows
     for line, row in enumerate(rows, layout.first_line):
@@ -213,7 +264,7 @@ def _series(path: Path, layout: _Layout) -> Float:
             message = f"{count} values in a line. Must be {layout.columns}, as in the first row."
             raise InputError(path, message, line=line)
     body = b"\n".join(row.replace(separator, b" ") for row in rows)
-    return parse_numbers(path, body, layout.first_line).reshape(-1, 1)
+    return parse_numbers(path, body + b"\n", layout.first_line)
 
 
 def _parse(path: Path, layout: _Layout, columns: Columns) -> Float:
@@ -262,6 +313,23 @@ def _require_count(path: Path, layout: _Layout, rows: int) -> None:
         if stated and int(stated[1]) != rows:
             message = f"npts {stated[1]} in the comment, {rows} rows in the file."
             settle(path, message, {"samples": rows}, line)
+    if layout.sizes and int(layout.sizes["count"]) != rows:
+        message = f"{layout.sizes['count']} samples stated above {rows} rows of them."
+        settle(path, message, {"samples": rows}, len(layout.comments) + 1)
+
+
+def _require_sample(path: Path, layout: _Layout) -> None:
+    """Reject a whole number above a column of decimals, such as a count or the number of a station.
+
+    Zero is a sample: it adds nothing to the motion.
+    """
+    if layout.names or layout.columns > 1:
+        return
+    first, *rows = (row.strip() for row in layout.body.split(b"\n", _FIRST_ROWS)[:_FIRST_ROWS])
+    if re.fullmatch(rb"[-+]?0*[1-9]\d*", first) and all(b"." in row for row in rows):
+        message = f"{decoded(first)!r} is a whole number above decimals: a sample, or a header?"
+        must = "Put # before a header."
+        settle(path, message, {"samples": None}, layout.first_line, must)
 
 
 def _require_units(path: Path, layout: _Layout, factor: float, taken: str) -> None:
@@ -274,11 +342,13 @@ def _require_units(path: Path, layout: _Layout, factor: float, taken: str) -> No
 
 def _agreed_step(path: Path, layout: _Layout, step: float) -> float:
     """Return the time step [s] of the samples, or of a comment that the user trusts."""
-    for line, comment in enumerate(layout.comments, 1):
-        stated = _STATED_STEP.search(comment.strip())
-        if stated and not math.isclose(float(stated["step"]), step, rel_tol=_SAME_STEP):
-            message = f"dt {stated['step']} s in the comment, time step {step:g} s of the samples."
-            steps = {"waveform": step, "header": float(stated["step"])}
+    stated = [_STATED_STEP.search(comment.strip()) for comment in layout.comments]
+    for line, found in enumerate([*stated, layout.sizes], 1):
+        printed = found and found["step"]
+        if printed and not math.isclose(float(printed), step, rel_tol=_SAME_STEP):
+            where = "comment" if line <= len(stated) else "header"
+            message = f"dt {printed} s in the {where}, time step {step:g} s of the samples."
+            steps = {"waveform": step, "header": float(printed)}
             return settle(
                 path, message, steps if steps["header"] > 0.0 else {"waveform": step}, line
             )
@@ -289,15 +359,24 @@ def _time_step(
     path: Path, layout: _Layout, time: int | None, table: Float, options: ReadOptions
 ) -> float:
     if time is not None:
+        pairs = layout.columns // 2 if table.shape[1] < layout.columns else 1
 
         def printed() -> list[bytes]:
-            return [row.split(layout.separator)[time] for row in layout.rows]
+            rows = [row.split(layout.separator) for row in layout.rows]
+            return [token for row in rows for token in (row[::2] if pairs > 1 else [row[time]])]
 
-        return even_time_step(path, table[:, time], printed, layout.first_line, options.time_step)
-    if options.time_step is None:
+        try:
+            return even_time_step(path, table[:, time], printed, 0, options.time_step)
+        except InputError as error:
+            line = None if error.line is None else layout.first_line + error.line // pairs
+            raise InputError(path, error.reason, line) from None
+    step = options.time_step
+    if step is None and layout.sizes and layout.sizes["step"]:
+        step = float(layout.sizes["step"])
+    if step is None or not step > 0.0:
         message = "time step unstated. State it with --time-step-s, or add a column of times"
         raise InputError(path, f"{message} before the acceleration.")
-    return options.time_step
+    return step
 
 
 def _first_content(lines: Iterable[str]) -> int:

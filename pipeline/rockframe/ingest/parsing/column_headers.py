@@ -41,7 +41,7 @@ _IN_WORDS: Final = re.compile(
     re.I,
 )
 _MUST: Final = "Must be time and acceleration, as in 'time_s,acc_g', or acceleration alone."
-_COMMAS: Final = "If commas are decimal commas, separate the columns with semicolons."
+COMMAS: Final = "If commas are decimal commas, separate the columns with semicolons."
 _CHOOSE: Final = "Choose one with --column NAME."
 
 
@@ -165,7 +165,7 @@ def read_headers(
     """
     if names and len(names) != columns:
         message = f"{columns} columns under {len(names)} names ({','.join(names)})."
-        message += f" {_COMMAS}" if columns == 2 * len(names) else ""
+        message += f" {COMMAS}" if columns == 2 * len(names) else ""
         raise InputError(path, message, line=line)
     found = [_column(name) for name in names]
     if chosen is not None:
@@ -181,7 +181,7 @@ def read_headers(
     if not names:
         if columns > 2:
             message = f"{columns} columns without names. {_MUST} {_CHOOSE}"
-            message += f" {_COMMAS}" if columns == 4 else ""
+            message += f" {COMMAS}" if columns == 4 else ""
             raise InputError(path, message, line=line)
         return Columns(0 if columns == 2 else None, {columns - 1: ""}, None)
     return _read_names(path, names, found, line)

@@ -22,8 +22,10 @@ _END_MARK: Final = b"\x1a"
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 #: Larger than any acceleration or time in any unit; products of smaller numbers are finite.
 _LARGEST: Final = 1e30
-#: If this many numbers before the last have the same form, the last number must have it too.
+#: Least number of numbers that are compared with the last one, and the size of their text [bytes].
 _ENOUGH: Final = 10
+_END: Final = 4096
+_BLANKS: Final = bytes.maketrans(b",;", b"  ")
 #: Size of the blocks in which numbers are parsed, which limits memory [bytes].
 _BLOCK: Final = 1 << 22
 #: Number of bytes from which catalogues and StationXML are recognised.
@@ -247,15 +249,18 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
 
 
 def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1) -> None:
-    r"""Reject a text that was cut within its last number; the rest would be read as another number.
+    r"""Reject a text that was cut within its last number, unless the user trusts the samples.
 
-    The last number counts as cut if no line end follows, if all numbers before it have the same
-    number of digits, and if it has fewer.
+    The rest of the number would be read as another number. It counts as cut if no line end follows,
+    if all numbers before it have the same number of digits, and if it has fewer: a point without
+    decimals, an exponent of fewer digits, or fewer decimals than numbers that end in zeros. A
+    program that prints as few digits as a number needs writes no such zeros, and its last number
+    may be shorter.
 
     Parameters
     ----------
     body : bytes
-        Numbers separated by white space or commas.
+        Numbers separated by white space, commas or semicolons.
     first_line : int
         Line number of the first number.
     columns : int
@@ -274,20 +279,32 @@ def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1
     """
     if not body or body[-1:].isspace():
         return
-    tokens = body[-4096:].replace(b",", b" ").split()[1:]
-    last, *others = [_digits(token) for token in tokens[::-columns][: _ENOUGH + 1]] or [(0, 0)]
-    if len(others) < _ENOUGH or len(set(others)) > 1:
-        return
-    if last[0] < others[0][0] or last[1] < others[0][1]:
-        shown = tokens[-1].decode("latin-1")
+    tokens = body[-_END:].translate(_BLANKS).split()[1:][::-columns]
+    if len(tokens) > _ENOUGH and _is_cut(*tokens):
+        shown = tokens[0].decode("latin-1")
         message = f"the file ends within {shown!r}, which has fewer digits than the numbers before"
-        raise InputError(path, f"{message} it.", first_line + body.count(b"\n"))
+        line = first_line + body.count(b"\n")
+        settle(path, f"{message} it.", {"samples": None}, line, "A whole file ends its last line.")
 
 
-def _digits(token: bytes) -> tuple[int, int]:
-    """Return the number of decimals and the length of the exponent."""
+def _is_cut(last: bytes, *others: bytes) -> bool:
+    """Return True if a number has fewer digits than others, all of which have the same number."""
+    (mantissa, decimals, exponent), forms = _digits(last), [_digits(other) for other in others]
+    if len({form[1:] for form in forms}) > 1:
+        return False
+    _, usual, longest = forms[0]
+    if usual and mantissa.endswith(b"."):
+        return True
+    if 0 < exponent < longest:
+        return longest > len("-9")
+    fixed = usual > 1 and any(form[0].endswith(b"0") for form in forms)
+    return fixed and (decimals < usual or exponent < longest)
+
+
+def _digits(token: bytes) -> tuple[bytes, int, int]:
+    """Return the digits before the exponent, the number of decimals, and that of the exponent."""
     number, _, exponent = token.lower().partition(b"e")
-    return len(number.partition(b".")[2]), len(exponent)
+    return number, len(number.partition(b".")[2]), len(exponent)
 
 
 def _first_bad_number(path: Path, body: bytes, first_line: int) -> InputError:
