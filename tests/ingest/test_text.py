@@ -274,7 +274,8 @@ def test_columns_that_are_refused(names: str, column: str | None, message: str) 
 def motion(count: int) -> Float:
     """Return a smooth motion in which neighbouring samples differ by less than distant ones."""
     time = 0.01 * np.arange(count)
-    return np.round(np.sin(40.0 * time + 3.0 * time**2) * np.exp(-0.2 * time), 4)
+    samples: Float = np.sin(40.0 * time + 3.0 * time**2) * np.exp(-0.2 * time)
+    return samples.round(4)
 
 
 def lines_of(table: Float) -> str:
