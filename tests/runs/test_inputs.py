@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import os
+import re
 import shutil
 import zipfile
 from pathlib import Path
@@ -186,6 +187,81 @@ def test_hazard_curve_of_what_is_not_known_of_turned_pairs_is_refused(tmp_path: 
     screen = '[screen]\nhazard = "hazard.csv"\nazimuths_degree = [0.0, 45.0]\n[figures]'
     study = make_study(tmp_path, 1, FEW.replace("[figures]", screen))
     with pytest.raises(InputError, match=r"hazard\.csv: is for a_p, .* Must be of PGA or PGV"):
+        listed(study)
+
+
+_ISOLATED = "isolated]\nstrength_ratio = 0.05\nperiod_s = 3.0\n"
+
+
+@pytest.mark.parametrize(
+    ("tables", "reason"),
+    [
+        (
+            "[compare.fixed]\nmodulus_pa = 3e10\n",
+            r"compare\]: key 'column_mass_kg' or 'density_kg_m3' missing",
+        ),
+        (f"[compare.{_ISOLATED}", r"compare\]: Frame 'slender-column' is a column without a beam"),
+        ("[compare]\n", r"compare\]: No bridge to compare with 'bridge-bent'"),
+        ("[screen]\nstructure = 'bent'\n", r"screen\]: Invalid structure 'bent'\. Must be one of"),
+        ("[screen]\nlimit_gap_ratio = [1.0]\n", r"screen\]: Missing gap_m of abutments"),
+        (
+            "[screen]\nstructure = 'bridge-bent'\npooled = true\n",
+            r"screen\]: pooled needs at least",
+        ),
+        (
+            "[screen.design]\ndimension = 'width'\nrange = [1.0, 60.0]\n",
+            r"screen\]: .*slenderness",
+        ),
+        (
+            "[screen]\nscenario_members = 64\n[screen.ensemble]\nheight = 0.99\n",
+            r"screen\]: Invalid spread .* of the ensemble of frame 'bridge-bent'",
+        ),
+        (
+            "[spectrum]\nwavelet = ['symmetric_ricker']\nslenderness_degree = [10.0]\n"
+            "frequency_ratio = [0.001]\n",
+            r"spectrum\]: Invalid frequency_ratio 0\.001",
+        ),
+        (
+            "[spectrum]\nwavelet = ['symmetric_ricker']\nslenderness_degree = [10.0]\n"
+            "frequency_ratio = [3.0]\namplitude_step = 1e-9\n",
+            r"spectrum\]: Invalid amplitude step 1e-09",
+        ),
+        (
+            "[rocking_spectrum]\nslenderness_degree = [10.0, 95.0]\n",
+            r"rocking_spectrum\]: Invalid",
+        ),
+    ],
+)
+def test_what_follows_from_the_study_alone_is_refused_before_anything_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], tables: str, reason: str
+) -> None:
+    """Stages would fail hours later, and name generated files that the user has not written."""
+    study = make_study(tmp_path, 1, FEW.replace("[figures]", f"{tables}[figures]"))
+    assert run(study, tmp_path / "run", "--plan") == 2
+    said = capsys.readouterr().err
+    assert re.fullmatch(rf"rockframe: error: {study}:\d+: \[{reason}[^\n]*\n", said), said
+    assert not (tmp_path / "run").exists()
+
+
+def test_structures_with_different_rivals_are_refused_before_anything_runs(tmp_path: Path) -> None:
+    study = make_study(tmp_path, 1, FEW.replace("[figures]", f"[compare.{_ISOLATED}[figures]"))
+    columns = study.read_text().replace("width_m = 0.2", "width_m = 0.2\nmass_ratio = 2.0")
+    fixed = "[structure.fixed]\nmodulus_pa = 3e10\n"
+    study.write_text(columns + fixed)
+    with pytest.raises(InputError, match=r"small\.toml:\d+: \[compare\]: key 'column_mass_kg'"):
+        listed(study)
+    study.write_text(f"{columns}column_mass_kg = 9e3\ndepth_m = 1.0\n{fixed}")
+    with pytest.raises(InputError, match="'slender-column' has the models free, isolated, fixed"):
+        listed(study)
+
+
+def test_tendons_that_no_kernel_can_compute_are_refused_at_once(
+    tmp_path: Path,
+) -> None:
+    text = FEW.replace("members = 16", "members = 0") + "column_mass_kg = 1.0\n[structure.tendon]\n"
+    tendon = "area_m2 = 1e3\nmodulus_pa = 2e11\n"
+    study = make_study(tmp_path, 1, text + tendon)
+    with pytest.raises(InputError, match=r"small\.toml:\d+: \[respond\]: Invalid tendon"):
         listed(study)
 
 

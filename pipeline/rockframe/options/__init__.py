@@ -40,6 +40,9 @@ class Stage:
     command, summary : str
         Module in `rockframe.cli` of the command with the stage's name, and what the command does.
         Empty for a stage that belongs to another command.
+    foreseen : str
+        Module and name of a function that takes the options and the structures of a study, and
+        raises the errors that follow from them alone; a plan calls it. Empty without such errors.
     requested : bool
         True if the stage runs only if the study has its table.
     batches : bool
@@ -62,6 +65,7 @@ class Stage:
     figures: str = ""
     command: str = ""
     summary: str = ""
+    foreseen: str = ""
     requested: bool = True
     batches: bool = False
     engine: bool = True
@@ -116,6 +120,7 @@ _DECLARED: Final = (
         inputs=(RECORDS_FILE, STRUCTURES, "pulses.nc"),
         outputs=("response.nc",),
         asked={"pulses.nc": "pulses"},
+        foreseen="stages.respond.foresee_respond",
         variables="response.RESPONSE_NC",
         command="stages.respond",
         summary="compute the rocking response of structures to records",
@@ -134,6 +139,7 @@ _DECLARED: Final = (
             *("pooled.csv", "rates.csv", "design.csv"),
         ),
         asked={"pooled.csv": "pooled", "rates.csv": "hazard", "design.csv": "design"},
+        foreseen="stages.screen.foresee_screen",
         variables="response.SCREEN_NC",
         figures="stages.screen.screening_figures",
         command="stages.screen",
@@ -145,6 +151,7 @@ _DECLARED: Final = (
         options="options.respond.SpectrumOptions",
         inputs=(),
         outputs=("spectrum.nc",),
+        foreseen="stages.spectrum.foresee_spectrum",
         variables="response.SPECTRUM_NC",
         figures="stages.spectrum.spectrum_figures",
         command="stages.respond",
@@ -156,6 +163,7 @@ _DECLARED: Final = (
         options="options.respond.RockingSpectrumOptions",
         inputs=(RECORDS_FILE,),
         outputs=("rocking_spectrum.nc",),
+        foreseen="stages.spectrum.foresee_rocking_spectrum",
         variables="response.ROCKING_SPECTRUM_NC",
         figures="stages.spectrum.rocking_spectrum_figures",
     ),
@@ -165,6 +173,7 @@ _DECLARED: Final = (
         options="study.structures.CompareEntry",
         inputs=(RECORDS_FILE, STRUCTURES),
         outputs=("compare.nc",),
+        foreseen="stages.compare.foresee_compare",
         variables="response.COMPARE_NC",
         figures="stages.compare.comparison_figures",
         command="stages.compare",

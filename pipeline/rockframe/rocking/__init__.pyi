@@ -59,6 +59,7 @@ from .response import ToPulse as ToPulse
 from .response import as_ground as as_ground
 from .response import refuse_flight as refuse_flight
 from .response import respond as respond
+from .response import ties_of as ties_of
 from .response import with_pulse as with_pulse
 from .scenarios import Peaks as Peaks
 from .scenarios import Scenarios as Scenarios
@@ -71,7 +72,9 @@ from .screening import margins_of as margins_of
 from .screening import member_peaks_of as member_peaks_of
 from .screening import peaks_of as peaks_of
 from .screening import responses_of as responses_of
+from .spectra.overturning import columns_of as columns_of
 from .spectra.overturning import overturning_spectrum as overturning_spectrum
+from .spectra.overturning import require_scan as require_scan
 from .spectra.rocking import RockingSpectrum as RockingSpectrum
 from .spectra.rocking import rocking_spectrum as rocking_spectrum
 from .spectra.scan import OverturningSpectrum as OverturningSpectrum

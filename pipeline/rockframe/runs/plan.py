@@ -15,18 +15,21 @@ from typing import Any, Final
 from rockframe.cells import write_rows
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import folder_names, is_catalogue, printable, read_catalogue
-from rockframe.options import STAGES, STRUCTURES, Stage
+from rockframe.options import STAGES, STRUCTURES, Stage, loaded
 from rockframe.options.model import Options
 from rockframe.provenance import (
     MANIFEST,
+    is_sealed,
     key_of,
+    read_json,
     refuse_obstacles,
     refuse_overwriting,
     sha256_of,
     source_code_hash,
 )
+from rockframe.study.structures import read_bridges
 from rockframe.study.study import Study, structures_text
-from rockframe.study.toml import read_limits
+from rockframe.study.toml import line_of, read_limits, read_text
 
 
 @dataclass(frozen=True)
@@ -342,8 +345,8 @@ def make_plan(study: Study, folder: Path) -> Plan:
     Raises
     ------
     InputError
-        If the folder lies among the records, if an output would replace or contain an input, or if
-        a file cannot be read.
+        If the folder lies among the records, if an output would replace or contain an input, if a
+        file cannot be read, or if a stage cannot compute what the study states.
     """
     inputs = tuple(_inputs(study, folder))
     _validate_inputs(study)
@@ -366,7 +369,18 @@ def make_plan(study: Study, folder: Path) -> Plan:
     source = source_code_hash()
     plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source, study_files)
     _refuse_inputs(plan, study, folder)
+    if not _is_planned(plan, folder):
+        _foresee(study)
     return plan
+
+
+def _is_planned(plan: Plan, folder: Path) -> bool:
+    """Return True if the folder has the plan of these steps, which were possible then."""
+    try:
+        text = (folder / KEPT / "plan.json").read_bytes()
+        return is_sealed(text) and read_json(text)["keys"] == plan.keys
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def _external_inputs(step: Step, inputs: Sequence[Input], places: Mapping[str, int]) -> list[Input]:
@@ -416,6 +430,19 @@ def _validate_inputs(study: Study) -> None:
         if screen.azimuths_degree and measure in ("a_p", "L_p"):
             unknown = f"is for {measure}, which is unknown for rotated motions"
             raise InputError(path, f"{unknown}. Must be of PGA or PGV.")
+
+
+def _foresee(study: Study) -> None:
+    """Raise the errors of later stages that follow from options and structures alone."""
+    entries = study.tables.structure or read_bridges(study.structures)[0]
+    for stage in STAGES.values():
+        options = study.options(stage.name)
+        if stage.foreseen and options is not None and (study.records or not stage.of_records):
+            try:
+                loaded(stage.foreseen)(options, entries)
+            except ParameterError as error:
+                line = line_of(read_text(study.path), (stage.name,))
+                raise InputError(study.path, f"[{stage.name}]: {error}", line) from None
 
 
 def _inputs(study: Study, folder: Path) -> Iterator[Input]:

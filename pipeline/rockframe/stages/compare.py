@@ -14,7 +14,7 @@ from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import BridgeEnsemble
-from rockframe.oscillators.comparison import Compared, Rivals, compare
+from rockframe.oscillators.comparison import Compared, Rivals, bridge_members, compare
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting, whole_file
 from rockframe.record import Record
@@ -36,6 +36,7 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
+from rockframe.stages.respond import require_possible
 from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 
@@ -140,12 +141,35 @@ def _compared(
         if structure not in (None, entry.name):
             continue
         try:
-            found.append(_rivals_of(entry, common, against or common.against or ()))
-            _require_same_rivals(found)
+            found.append(_next_rivals(found, entry, common, against))
         except ParameterError as error:
             line = line_of(read_text(path), ("structure", i))
             raise InputError(path, str(error), line) from None
     return found
+
+
+def foresee_compare(options: CompareEntry, structures: Sequence[StructureEntry]) -> None:
+    """Raise the errors of `compare_stage` that need no record."""
+    found: list[Rivals] = []
+    for entry in structures:
+        found.append(_next_rivals(found, entry, options))
+    models = [model for rivals in found for model in rivals.models.values()]
+    require_possible(options.ensemble, (one for one in models if isinstance(one, RockingFrame)))
+    for model in models if options.ensemble.members else ():
+        if not isinstance(model, RockingFrame):
+            bridge_members(options.ensemble, model)
+
+
+def _next_rivals(
+    found: Sequence[Rivals],
+    entry: StructureEntry,
+    common: CompareEntry,
+    against: Collection[str] | None = None,
+) -> Rivals:
+    """Return the models of a structure; all structures must have the same."""
+    rivals = _rivals_of(entry, common, against or common.against or ())
+    _require_same_rivals([*found, rivals])
+    return rivals
 
 
 def _filtered(paths: Sequence[Path], filters: Filters) -> dict[str, str]:

@@ -15,7 +15,7 @@ from rockframe.components import vertical_beside
 from rockframe.engines.engine import Engine, map_tasks, on_threads
 from rockframe.errors import InputError, ParameterError, RockframeWarning, require_known
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import RespondOptions
+from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Part, Record
@@ -41,6 +41,7 @@ from rockframe.rocking import (
     part_responses,
     require_motion,
     respond,
+    ties_of,
     with_contact,
     with_envelope,
     with_forces,
@@ -58,7 +59,7 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
-from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
+from rockframe.study.structures import SHIPPED_STRUCTURES, StructureEntry, read_structures
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
@@ -66,6 +67,10 @@ if TYPE_CHECKING:
 
 #: Largest number of samples times structures in a task, which limits memory for histories.
 _NODES: Final = 200_000
+
+
+#: Number of structures of each kind that are tried with their members before a run.
+_TRIED: Final = 16
 
 
 #: A record, the motion that it states, and what its versions are made of.
@@ -143,8 +148,7 @@ def respond_stage(
     beside = [Path(pulses_path)] if pulses_path else []
     refuse_overwriting([output], [records_path, structures_path, *beside])
     frames = choose_structures(structures_path, options.structure)
-    for frame in frames if options.ensemble.members else ():
-        members(options.ensemble, frame)
+    require_possible(options.ensemble, frames)
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
@@ -169,6 +173,34 @@ def respond_stage(
     written(made)
     _warn_of_motion(made)
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
+
+
+def foresee_respond(options: RespondOptions, structures: Sequence[StructureEntry]) -> None:
+    """Raise the errors of `respond_stage` that need no record.
+
+    Of thousands of structures, whose members would take minutes, only the stoutest and those that
+    lose least in impacts are tried with their members, because these are impossible first.
+    """
+    frames = made_structures(structures, options.structure)
+    for frame in frames:
+        ties_of(frame)
+    stoutest = sorted(frames, key=lambda frame: -frame.slenderness)[:_TRIED]
+    bounciest = sorted(frames, key=lambda frame: -frame.restitution)[:_TRIED]
+    require_possible(options.ensemble, dict.fromkeys([*stoutest, *bounciest]))
+
+
+def require_possible(ensemble: Ensemble, frames: Iterable[RockingFrame]) -> None:
+    """Require structures, and members of an ensemble of each, that the kernel can compute.
+
+    Raises
+    ------
+    ParameterError
+        If there is another one.
+    """
+    for frame in frames:
+        ties_of(frame)
+        if ensemble.members:
+            members(ensemble, frame)
 
 
 def _warn_of_motion(response: xr.Dataset) -> None:
@@ -458,7 +490,17 @@ def choose_structures(path: Path, name: str | None) -> list[RockingFrame]:
     >>> [frame.name for frame in choose_structures(SHIPPED_STRUCTURES, "apollo-frame")]
     ['apollo-frame']
     """
-    frames = read_structures(path)
+    return _named(read_structures(path), name)
+
+
+def made_structures(
+    entries: Iterable[StructureEntry], name: str | None
+) -> tuple[RockingFrame, ...]:
+    """Return the structures of a study, or only the one with this name."""
+    return tuple(_named([entry.made() for entry in entries], name))
+
+
+def _named(frames: list[RockingFrame], name: str | None) -> list[RockingFrame]:
     if name is None:
         return frames
     require_known("structure", name, [frame.name for frame in frames])

@@ -55,10 +55,10 @@ from rockframe.risk import (
 from rockframe.risk.fragility import QUANTITIES, Curve, limited_in
 from rockframe.rocking import Design, Verdict, quantiles
 from rockframe.stages.common import NamedFigure, Progress, Written, silent, unseen
-from rockframe.stages.respond import choose_structures
+from rockframe.stages.respond import choose_structures, made_structures
 from rockframe.stages.screen_batches import ScreeningRequest, ScreeningRun
 from rockframe.stages.screen_motions import Motions
-from rockframe.study.structures import SHIPPED_STRUCTURES
+from rockframe.study.structures import SHIPPED_STRUCTURES, StructureEntry
 
 Float = NDArray[np.float64]
 #: For each structure and limit state, the shares of members that reach it, for the motions and
@@ -463,9 +463,8 @@ def screen_stage(
     refuse_overwriting([output, *tables.values()], read, beside=output)
     refuse_strange_tables(tables)
     frames = tuple(choose_structures(structures_path, options.structure))
-    request = ScreeningRequest.of(options, frames)
+    request = _requested(options, frames)
     _require_pulses(options, pulses_path)
-    _require_free(options, frames)
     hazard = _hazard(options, pulses_path)
     metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
@@ -494,6 +493,17 @@ def screen_stage(
     written(made)
     rejected = tuple(chosen.rejections)
     return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
+
+
+def foresee_screen(options: ScreenOptions, structures: Sequence[StructureEntry]) -> None:
+    """Raise the errors of `screen_stage` that need no record."""
+    _requested(options, made_structures(structures, options.structure))
+
+
+def _requested(options: ScreenOptions, frames: tuple[RockingFrame, ...]) -> ScreeningRequest:
+    """Return the computation of these options for these structures, if it is possible."""
+    _require_free(options, frames)
+    return ScreeningRequest.of(options, frames)
 
 
 def _asked(options: ScreenOptions) -> dict[str, bool]:

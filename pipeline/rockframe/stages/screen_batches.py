@@ -32,6 +32,7 @@ from rockframe.rocking import (
     peaks_of,
     quantiles,
     responses_of,
+    ties_of,
 )
 from rockframe.stages.common import Progress
 from rockframe.stages.screen_motions import Motion, Motions
@@ -112,8 +113,10 @@ class ScreeningRequest:
             others = {k: v for k, v in options.design if k != "range"}
             design = Design(lowest=lowest, highest=highest, **others)
         candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
-        if (ensemble := options.scenario_ensemble()) is not None:
-            for frame in (*frames, *candidates):
+        ensemble = options.scenario_ensemble()
+        for frame in (*frames, *candidates):
+            ties_of(frame)
+            if ensemble is not None:
                 members(ensemble, frame)
         return cls(options, frames, design, candidates, np.array(options.scales))
 

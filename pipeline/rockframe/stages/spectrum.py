@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError, require_known
@@ -22,9 +23,18 @@ from rockframe.results.response import (
 )
 from rockframe.results.schema.response import ROCKING_SPECTRUM_NC, SPECTRUM_NC
 from rockframe.results.writing import input_hash, write
-from rockframe.rocking import Verdict, overturning_spectrum, rocking_spectrum
+from rockframe.rocking import (
+    Verdict,
+    columns_of,
+    overturning_spectrum,
+    require_scan,
+    rocking_spectrum,
+)
 from rockframe.stages.common import NamedFigure, Written, horizontal, unseen
+from rockframe.study.structures import StructureEntry
 from rockframe.wavelets.pulse import Pulse
+
+Float = NDArray[np.float64]
 
 
 def spectrum_stage(
@@ -69,18 +79,7 @@ def spectrum_stage(
     """
     output = Path(output)
     refuse_obstacles([output])
-    phase, half_cycles = math.radians(options.phase_degree), options.half_cycles
-    found = overturning_spectrum(
-        [
-            Pulse(wavelet=name, a_p=1.0, T_p=1.0, phase=phase, half_cycles=half_cycles)
-            for name in options.wavelet
-        ],
-        np.radians(options.slenderness_degree),
-        options.mass_ratio,
-        options.frequency_ratio,
-        amplitudes(options.max_amplitude, options.amplitude_step),
-        engine=engine,
-    )
+    found = overturning_spectrum(*_scan(options), engine=engine)
     made = spectrum_dataset(found)
     write(
         made,
@@ -90,6 +89,34 @@ def spectrum_stage(
         parameters=options.stated(),
     )
     written(made)
+
+
+def _scan(options: SpectrumOptions) -> tuple[list[Pulse], Float, Float, Float, Float]:
+    """Return the pulses, and the values of each dimension of an overturning spectrum."""
+    phase, half_cycles = math.radians(options.phase_degree), options.half_cycles
+    pulses = [
+        Pulse(wavelet=name, a_p=1.0, T_p=1.0, phase=phase, half_cycles=half_cycles)
+        for name in options.wavelet
+    ]
+    return (
+        pulses,
+        np.radians(options.slenderness_degree),
+        np.array(options.mass_ratio),
+        np.array(options.frequency_ratio),
+        amplitudes(options.max_amplitude, options.amplitude_step),
+    )
+
+
+def foresee_spectrum(options: SpectrumOptions, _structures: Sequence[StructureEntry]) -> None:
+    """Raise the errors of `spectrum_stage`, which needs no record."""
+    require_scan(*_scan(options))
+
+
+def foresee_rocking_spectrum(
+    options: RockingSpectrumOptions, _structures: Sequence[StructureEntry]
+) -> None:
+    """Raise the errors of `rocking_spectrum_stage` that need no record."""
+    columns_of(np.radians(options.slenderness_degree), options.mass_ratio, options.column_period_s)
 
 
 def rocking_spectrum_stage(
@@ -148,7 +175,7 @@ def rocking_spectrum_stage(
     written(made)
 
 
-def amplitudes(largest: float, step: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def amplitudes(largest: float, step: float) -> Float:
     """Return the amplitudes of a scan, starting from 1, where uplift begins.
 
     Raises

@@ -108,22 +108,10 @@ def overturning_spectrum(
     >>> found.minimum_overturning_amplitude.ravel().round(4)
     array([1.6421, 4.3282])
     """
-    if not pulses:
-        raise ParameterError("Invalid number of pulses, 0. Must be one or more.")
-    for number, pulse in enumerate(pulses):
-        if pulse in pulses[:number]:
-            raise ParameterError(f"Invalid pulses: {pulse.wavelet!r} twice. Must differ.")
-    slenderness = increasing("slenderness", slendernesses)
-    mass_ratio = increasing("mass_ratio", mass_ratios, zero=True)
-    frequency_ratio = increasing("frequency_ratio", frequency_ratios)
-    if frequency_ratio[0] < LEAST_FREQUENCY_RATIO:
-        raise ParameterError(
-            f"Invalid frequency_ratio {frequency_ratio[0]:g}. Must be {LEAST_FREQUENCY_RATIO:g} or "
-            "more: a longer pulse acts as a static load."
-        )
-    amplitude = increasing("amplitude", amplitudes)
-    frames = tuple(
-        column_of(*of_frame) for of_frame in product(slenderness.tolist(), mass_ratio.tolist())
+    frames = require_scan(pulses, slendernesses, mass_ratios, frequency_ratios, amplitudes)
+    slenderness, mass_ratio, frequency_ratio, amplitude = (
+        np.atleast_1d(np.asarray(row, dtype=np.float64))
+        for row in (slendernesses, mass_ratios, frequency_ratios, amplitudes)
     )
     grounds = list(product(pulses, frequency_ratio.tolist()))
     size = max(1, _TASK // (len(frames) * amplitude.size))
@@ -140,6 +128,54 @@ def overturning_spectrum(
     return OverturningSpectrum(
         tuple(pulses), slenderness, mass_ratio, frequency_ratio, amplitude, found
     )
+
+
+def require_scan(
+    pulses: Sequence[Pulse],
+    slendernesses: ArrayLike,
+    mass_ratios: ArrayLike,
+    frequency_ratios: ArrayLike,
+    amplitudes: ArrayLike,
+) -> tuple[RockingFrame, ...]:
+    """Return the frames of an overturning spectrum, after checking its arguments.
+
+    Raises
+    ------
+    ParameterError
+        Under the conditions of `overturning_spectrum`.
+    """
+    if not pulses:
+        raise ParameterError("Invalid number of pulses, 0. Must be one or more.")
+    for number, pulse in enumerate(pulses):
+        if pulse in pulses[:number]:
+            raise ParameterError(f"Invalid pulses: {pulse.wavelet!r} twice. Must differ.")
+    frames = columns_of(slendernesses, mass_ratios, math.tau)
+    least = increasing("frequency_ratio", frequency_ratios)[0]
+    if least < LEAST_FREQUENCY_RATIO:
+        raise ParameterError(
+            f"Invalid frequency_ratio {least:g}. Must be {LEAST_FREQUENCY_RATIO:g} or more: a "
+            "longer pulse acts as a static load."
+        )
+    increasing("amplitude", amplitudes)
+    return frames
+
+
+def columns_of(
+    slendernesses: ArrayLike, mass_ratios: ArrayLike, column_periods: ArrayLike
+) -> tuple[RockingFrame, ...]:
+    """Return the frame of each slenderness, mass ratio and 2 pi / p; the last varies fastest.
+
+    Raises
+    ------
+    ParameterError
+        If an array is empty, not increasing or not positive, or no frame has such values.
+    """
+    rows = (
+        increasing("slenderness", slendernesses),
+        increasing("mass_ratio", mass_ratios, zero=True),
+        increasing("column_period", column_periods),
+    )
+    return tuple(column_of(*of_frame) for of_frame in product(*(row.tolist() for row in rows)))
 
 
 def column_of(

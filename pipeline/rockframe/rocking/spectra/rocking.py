@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +21,7 @@ from rockframe.notebook import Shown
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.scenarios import Scenarios, respond_scenarios
-from rockframe.rocking.spectra.overturning import column_of, increasing
+from rockframe.rocking.spectra.overturning import columns_of
 from rockframe.rocking.verdict import Verdict
 from rockframe.wavelets.pulse import Pulse
 
@@ -122,12 +121,10 @@ def rocking_spectrum(
     """
     if not motions:
         raise ParameterError("Invalid number of motions, 0. Must be one or more.")
-    slenderness = increasing("slenderness", slendernesses)
-    mass_ratio = increasing("mass_ratio", mass_ratios, zero=True)
-    period = increasing("column_period", column_periods)
-    frames = tuple(
-        column_of(*of_frame)
-        for of_frame in product(slenderness.tolist(), mass_ratio.tolist(), period.tolist())
+    frames = columns_of(slendernesses, mass_ratios, column_periods)
+    slenderness, mass_ratio, period = (
+        np.atleast_1d(np.asarray(row, dtype=np.float64))
+        for row in (slendernesses, mass_ratios, column_periods)
     )
     tasks = [(motion, frames) for motion in motions]
     found = list(map_tasks(_respond, tasks, engine=OneProcess() if engine is None else engine))
