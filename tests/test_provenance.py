@@ -12,6 +12,7 @@ import pytest
 from tests.runs.small import FEW, make_study, run
 
 from rockframe import provenance
+from rockframe.errors import InputError
 from rockframe.provenance import sha256_of
 
 
@@ -76,3 +77,26 @@ def test_a_resumed_run_reads_each_kept_file_once_for_its_hash(
     assert run(study, tmp_path / "run") == 0
     assert read["manifest.json"] == 1
     assert set(read.values()) == {1}
+
+
+def test_a_folder_that_is_renamed_while_files_are_written_is_not_made_anew(tmp_path: Path) -> None:
+    """Results would be in two places, and no message would say so."""
+    folder, elsewhere = tmp_path / "results", tmp_path / "elsewhere"
+    folder.mkdir()
+
+    def write_one(path: Path) -> None:
+        with provenance.whole_file(path):
+            folder.rename(elsewhere)
+
+    def write_several() -> None:
+        with provenance.whole_folder(folder, ["a.txt"]) as partial:
+            folder.rename(elsewhere)
+            with provenance.whole_file(partial / "a.txt"):
+                pass
+
+    with pytest.raises(InputError, match="written: its folder was renamed or removed meanwhile"):
+        write_one(folder / "a.txt")
+    elsewhere.rename(folder)
+    with pytest.raises(InputError, match="was renamed or removed during this command"):
+        write_several()
+    assert [path.name for path in tmp_path.iterdir()] == ["elsewhere"]

@@ -6,6 +6,7 @@ import errno
 import hashlib
 import importlib.metadata
 import json
+import math
 import os
 import platform
 import shutil
@@ -13,12 +14,13 @@ import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path, PureWindowsPath
 from typing import Any, Final, Self
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import check, undoing
 
 #: Suffixes of the package's own files.
@@ -265,6 +267,63 @@ def processor() -> str:
     return " ".join([platform.machine(), *used])
 
 
+#: Folders that are in use, and are not made anew if they vanish.
+_IN_USE: ContextVar[tuple[Path, ...]] = ContextVar("folders in use", default=())
+
+
+@contextmanager
+def staying(folder: Path) -> Iterator[None]:
+    """Use a folder within the block; it is not made anew if it is renamed or removed meanwhile.
+
+    Raises
+    ------
+    InputError
+        If it is.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as home:
+    ...     (folder := Path(home, "run")).mkdir()
+    ...     with staying(folder):
+    ...         _ = folder.rename(Path(home, "elsewhere"))
+    ...         make_folder(folder / "figures")
+    Traceback (most recent call last):
+    rockframe.errors.InputError: ...run: was renamed or removed during this command. Restore ...
+    """
+    folder = folder.absolute()
+    before = _IN_USE.set((*_IN_USE.get(), folder))
+    try:
+        yield
+    except (OSError, RockframeError) as error:
+        if folder.is_dir():
+            raise
+        raise _vanished(folder) from error
+    finally:
+        _IN_USE.reset(before)
+
+
+def _vanished(folder: Path) -> InputError:
+    gone = "was renamed or removed during this command"
+    return InputError(folder, f"{gone}. Restore its name, or repeat the command.")
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and the folders above it, unless one of them was in use and has vanished.
+
+    Raises
+    ------
+    InputError
+        If one has.
+    OSError
+        If the folder cannot be made.
+    """
+    for used in _IN_USE.get():
+        if folder.absolute().is_relative_to(used) and not used.is_dir():
+            raise _vanished(used)
+    folder.mkdir(parents=True, exist_ok=True)
+
+
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path`; if the block succeeds, move the file to `path`.
@@ -288,7 +347,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     check()
     refuse_obstacles([path])
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         handle, name = tempfile.mkstemp(
             prefix=f".{path.stem}-", suffix=f".partial{path.suffix}", dir=path.parent
         )
@@ -307,10 +366,26 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def _why(error: OSError, partial: Path) -> str:
-    """Return the system's message; netCDF does not report a full disk, so it is checked here."""
-    if error.strerror is None and shutil.disk_usage(partial.parent).free < _FULL:
-        return os.strerror(errno.ENOSPC)
+    """Return the system's message; netCDF hides it, so that likely causes are checked here."""
+    if not partial.parent.is_dir():
+        return "its folder was renamed or removed meanwhile"
+    if error.errno in (None, errno.EFBIG) or error.strerror is None:
+        limit = _largest_file()
+        if partial.is_file() and partial.stat().st_size >= limit - _FULL:
+            return f"{os.strerror(errno.EFBIG)}: the limit of this process is {limit} bytes"
+        if shutil.disk_usage(partial.parent).free < _FULL:
+            return os.strerror(errno.ENOSPC)
     return error.strerror or str(error)
+
+
+def _largest_file() -> float:
+    """Return the largest size of a file that this process may write [bytes]."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limit
+        return math.inf
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
+    return math.inf if limit == resource.RLIM_INFINITY else limit
 
 
 def _settle(partial: Path, path: Path) -> None:
@@ -425,17 +500,18 @@ def _partial_folder(folder: Path, parent: Path, prefix: str, suffix: str = "") -
     check()
     is_new = not parent.exists()
     try:
-        parent.mkdir(parents=True, exist_ok=True)
+        make_folder(parent)
         partial = Path(tempfile.mkdtemp(prefix=prefix, suffix=suffix, dir=parent))
     except OSError as error:
         raise InputError(folder, f"cannot be written to: {error.strerror}.") from None
     try:
-        yield partial
+        with staying(parent):
+            yield partial
     except OSError as error:
         raise InputError(folder, f"cannot be written: {error.strerror or error}.") from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-        if is_new and not any(parent.iterdir()):
+        if is_new and parent.is_dir() and not any(parent.iterdir()):
             parent.rmdir()
 
 
@@ -448,7 +524,7 @@ def _move_in(partial: Path, folder: Path) -> None:
     for name in sorted(old - set(new)):
         (folder / name).unlink(missing_ok=True)
     for name in sorted(new, key=lambda path: path.name == MANIFEST):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        make_folder((folder / name).parent)
         (partial / name).replace(folder / name)
 
 

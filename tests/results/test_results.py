@@ -173,7 +173,7 @@ def test_no_record_makes_no_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
-def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, share: float) -> None:
+def test_a_file_that_is_too_large_is_said_and_leaves_nothing(tmp_path: Path, share: float) -> None:
     resource = pytest.importorskip("resource", reason="no limits of file size on this system")
     noise = np.random.default_rng(1).standard_normal(40_000)
     records = [Record(record_id="noise", acceleration=noise, time_step=0.01)]
@@ -181,7 +181,7 @@ def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, share: float) ->
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(share * size), hard))
     try:
-        with pytest.raises(InputError, match=r"records\.nc: cannot be written: "):
+        with pytest.raises(InputError, match=r"records\.nc: cannot be written: File too large: "):
             save_records(records, tmp_path / "records.nc")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

@@ -13,10 +13,11 @@ from typing import Any
 
 import pytest
 from filelock import lock_descriptor, unlock_descriptor
+from tests.runs.small import FEW, contents, make_study, run
 from tests.runs.small import STUDY as FIVE
-from tests.runs.small import contents, make_study, run
 
 from rockframe.cli.main import main
+from rockframe.runs import performing
 from rockframe.runs.plan import make_plan
 from rockframe.runs.state import is_locked, locked, read_plan, states_of, write_plan
 from rockframe.study.study import read_study
@@ -280,6 +281,42 @@ def test_a_look_at_the_lock_keeps_no_run_out(home: Path) -> None:
         with locked(home / "run"):
             assert is_locked(home / "run")
         gone.join()
+
+
+@pytest.mark.parametrize(
+    ("step", "moment"),
+    [("ingest", "before"), ("pulse", "after"), ("draw", "before"), ("manifest", "after")],
+)
+def test_folder_that_is_renamed_under_way_is_one_line_and_not_made_anew(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    step: str,
+    moment: str,
+) -> None:
+    study = make_study(tmp_path, 1, FEW.replace("most = 0", "most = 1"))
+    folder = tmp_path / "run"
+    perform = performing.do
+
+    def do(work: performing.Work) -> object:
+        if work.step.name == step and moment == "before":
+            folder.rename(tmp_path / "elsewhere")
+        done = perform(work)
+        if work.step.name == step and moment == "after":
+            folder.rename(tmp_path / "elsewhere")
+        return done
+
+    monkeypatch.setattr(performing, "do", do)
+    assert run(study, folder) == 2
+    said = [line for line in capsys.readouterr().err.splitlines() if " error: " in line]
+    assert said == [
+        f"rockframe: error: {folder}: was renamed or removed during this command. "
+        "Restore its name, or repeat the command."
+    ]
+    assert not folder.exists()
+    (tmp_path / "elsewhere").rename(folder)
+    monkeypatch.undo()
+    assert step != "manifest" or run(study, folder) == 0
 
 
 def test_folder_of_another_study_is_refused_unless_asked(

@@ -25,6 +25,7 @@ from typing import Any, Final, NoReturn, TextIO
 from rockframe import interruption
 from rockframe.errors import RockframeError, RockframeWarning, meant
 from rockframe.options import STAGES
+from rockframe.provenance import staying
 
 #: The commands in the order of the help, each with its module and summary.
 _VERBS: Final = {
@@ -164,7 +165,21 @@ def call(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     options = parser(words[0] if words else "").parse_args(words)
-    return int(options.run(options) or 0)  # None: the command rejects no records
+    with staying(_place_of(options)):
+        return int(options.run(options) or 0)  # None: the command rejects no records
+
+
+def _place_of(options: argparse.Namespace) -> Path:
+    """Return the innermost folder of the command's output that exists already."""
+    output = getattr(options, "output", None) or Path()
+    return next((path for path in (output, *output.parents) if _is_folder(path)), Path())
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:  # such as a name that is too long: the command refuses it
+        return False
 
 
 def _move_cache_from_full_disk() -> None:

@@ -26,7 +26,7 @@ from rockframe.options import STAGES, STRUCTURES, Stage, loaded
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import FigureOptions, ReportOptions
 from rockframe.outcome import InputOutcome
-from rockframe.provenance import scratch_folder, sha256_of
+from rockframe.provenance import make_folder, scratch_folder, sha256_of, staying
 from rockframe.runs.plan import KEPT, Plan, Step, computing_steps, waves
 from rockframe.runs.state import finish, read_plan, remove_partials, stamp
 from rockframe.stages.acceptance import Ingested
@@ -85,9 +85,14 @@ def perform(work: Work) -> int:
         If the log cannot be written, or the user must correct something: the log contains the same
         message.
     """
+    with staying(work.folder):
+        return _perform_there(work)
+
+
+def _perform_there(work: Work) -> int:
     log = work.folder / "logs" / f"{work.step.name}.log"
     try:
-        log.parent.mkdir(exist_ok=True)
+        make_folder(log.parent)
         log.touch()
     except OSError as error:
         raise InputError(log, f"cannot be written: {error.strerror}.") from None

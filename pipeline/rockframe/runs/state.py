@@ -28,6 +28,7 @@ from rockframe.provenance import (
     read_json,
     sealed,
     sha256_of,
+    staying,
     whole_file,
     write_manifest,
 )
@@ -325,7 +326,7 @@ def _remove_batches(plan: Plan, folder: Path) -> list[str]:
     """
     if any(step.stage == "screen" for step in plan.steps):
         return []
-    left = [path for path in folder.iterdir() if _BATCHES.fullmatch(path.name)]
+    left = [path for path in folder.glob(".*") if _BATCHES.fullmatch(path.name)]
     for path in left:
         _remove(path)
     return [path.name for path in left]
@@ -423,6 +424,8 @@ _PAUSE: Final = 0.02
 def locked(folder: Path) -> Iterator[None]:
     """Hold the lock of a run's folder during the block; the system frees it if the process dies.
 
+    The folder is not made anew if it is renamed during the block.
+
     Raises
     ------
     InputError
@@ -438,7 +441,8 @@ def locked(folder: Path) -> Iterator[None]:
     try:
         if not _acquired(descriptor):
             raise InputError(folder, "in use by another run. Wait until it ends.")
-        yield
+        with staying(folder):
+            yield
     finally:
         os.close(descriptor)
 

@@ -28,11 +28,13 @@ from rockframe.provenance import (
     Stamp,
     is_sealed,
     key_of,
+    make_folder,
     read_json,
     refuse_obstacles,
     replaced_folder,
     sealed,
     sha256_of,
+    staying,
 )
 from rockframe.results.pulses import best_pulses
 from rockframe.results.records import open_records
@@ -151,7 +153,7 @@ def _keep(known: Mapping[str, Any], key: str, before: Path, folder: Path) -> boo
     if known.get("key") != key or any(Stamp(key, known["sha256"]).faults(before)):
         return False
     for name in known["sha256"]:
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        make_folder((folder / name).parent)
         shutil.copyfile(before / name, folder / name)
     return True
 
@@ -289,13 +291,19 @@ def prepare_drawing() -> None:
 
 def _draw_record(shown: _OfRecord) -> list[str]:
     """Draw the figures of a record; return their files, relative to the folder."""
-    file, drawn = f"{shown.name}.png", []
+    with staying(shown.folder):
+        return list(_figures_of_record(shown))
+
+
+def _figures_of_record(shown: _OfRecord) -> Iterator[str]:
+    """Draw each figure of a record, then yield its file."""
+    file = f"{shown.name}.png"
     if shown.histories:
         figure = draw_response_history(
             *(shown.acceleration, shown.pulse, shown.histories, shown.title), tested=shown.tested
         )
         save(figure, shown.folder / file)
-        drawn.append(file)
+        yield file
     captioned: list[tuple[str, Callable[..., Captioned], Collection[Any]]] = [
         ("margins", draw_margin_strips, shown.strips),
         ("sensitivity", draw_sensitivity, shown.spreads),
@@ -304,8 +312,7 @@ def _draw_record(shown: _OfRecord) -> list[str]:
     for kind, draw, content in captioned:
         if content:
             save_captioned(draw(content, shown.title), shown.folder / kind / file)
-            drawn.append(f"{kind}/{file}")
-    return drawn
+            yield f"{kind}/{file}"
 
 
 def _most_rotated(rows: Iterable[Row], response: Path, most: int) -> list[str]:

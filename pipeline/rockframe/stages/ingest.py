@@ -26,7 +26,7 @@ from rockframe.ingest.collection import read_and_measured
 from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
 from rockframe.outcome import InputOutcome
-from rockframe.provenance import refuse_overwriting, sha256_of
+from rockframe.provenance import make_folder, refuse_overwriting, sha256_of
 from rockframe.record import Record, in_sequence
 from rockframe.results.records import RecordsFile, open_records, write_records
 from rockframe.results.tables.entries import refuse_strange_entries
@@ -301,7 +301,7 @@ def _place(output: Path, *, rotated: bool) -> Iterator[Path]:
         yield output
         return
     try:
-        output.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(output.parent)
         folder = tempfile.TemporaryDirectory(  # recognisable if the run is killed
             prefix=f".{output.stem}-", suffix=f".partial{output.suffix}", dir=output.parent
         )
