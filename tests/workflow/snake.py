@@ -28,10 +28,16 @@ def rockframe(*words: object) -> None:
     )
 
 
-def started(folder: Path, *words: str, profile: str = "default") -> subprocess.Popen[str]:
-    """Start the workflow in a folder that has a plan, in a process group of its own."""
+def started(
+    folder: Path, *words: str, profile: str = "default", programs: Path | None = None
+) -> subprocess.Popen[str]:
+    """Start the workflow in a folder that has a plan, in a process group of its own.
+
+    `programs` is a folder of programs that take precedence over those of this environment.
+    """
     profiles = WORKFLOW / "profiles" / profile
-    beside = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    places = [*([programs] if programs else []), Path(sys.executable).parent, os.environ["PATH"]]
+    beside = os.pathsep.join(map(str, places))
     called: list[str | Path] = [SNAKEMAKE, "-s", WORKFLOW / "Snakefile", "--directory", folder]
     return subprocess.Popen(
         [*called, "--workflow-profile", profiles, *words],
@@ -44,12 +50,28 @@ def started(folder: Path, *words: str, profile: str = "default") -> subprocess.P
 
 
 def snakemake(
-    folder: Path, *words: str, profile: str = "default"
+    folder: Path, *words: str, profile: str = "default", programs: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run the workflow in a folder that has a plan."""
-    process = started(folder, *words, profile=profile)
+    process = started(folder, *words, profile=profile, programs=programs)
     said, errors = process.communicate()
     return subprocess.CompletedProcess(process.args, process.returncode, said, errors)
+
+
+def recorder(folder: Path) -> Path:
+    """Make a program `rockframe` that records its words in `words`, then runs the package.
+
+    It is in a folder of its own, which is returned.
+    """
+    programs = folder / "programs"
+    programs.mkdir()
+    wrapper = programs / "rockframe"
+    wrapper.write_text(
+        f'#!/bin/sh\necho "$*" >> "{folder / "words"}"\n'
+        f'exec "{sys.executable}" -m rockframe.cli.main "$@"\n'
+    )
+    wrapper.chmod(0o755)
+    return programs
 
 
 def jobs_done(ended: subprocess.CompletedProcess[str]) -> set[str]:

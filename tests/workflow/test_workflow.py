@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import re
@@ -15,8 +16,16 @@ import pytest
 from packaging.requirements import Requirement
 from tests.conftest import REPOSITORY
 from tests.faults.harness import all_gone, children, wait_until
-from tests.runs.small import STUDY, contents, make_study, run
-from tests.workflow.snake import MARKS, WORKFLOW, jobs_done, rockframe, snakemake, started
+from tests.runs.small import FEW, STUDY, contents, make_study, run
+from tests.workflow.snake import (
+    MARKS,
+    WORKFLOW,
+    jobs_done,
+    recorder,
+    rockframe,
+    snakemake,
+    started,
+)
 
 from rockframe.cli.main import main
 from rockframe.runs.state import is_locked, locked
@@ -86,6 +95,61 @@ def test_lock_is_held_until_the_workflow_ends(made: Path) -> None:
     process.communicate()
     assert process.returncode == 0
     assert not is_locked(folder)
+
+
+@pytest.fixture(scope="module")
+def rejecting(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a study in one batch that rejects a file and, in `run`, its run."""
+    home = tmp_path_factory.mktemp("rejecting")
+    study = make_study(home, 4, FEW)
+    (home / "motions" / "notes.txt").write_text("Nothing of the kind.\n")
+    assert run(study, home / "run") == 1
+    return home
+
+
+def test_rejected_records_and_workers_are_those_of_a_run(rejecting: Path, tmp_path: Path) -> None:
+    """A rejected record ends a step with status 1, which is no failure; large steps get a pool."""
+    rockframe("run", rejecting / "small.toml", "--output", tmp_path / "flow", "--plan")
+    ended = snakemake(tmp_path / "flow", "--cores", "2", programs=recorder(tmp_path))
+    assert ended.returncode == 0, ended.stderr
+    assert results(tmp_path / "flow") == results(rejecting / "run")
+    executed = sorted((tmp_path / "words").read_text().splitlines())
+    steps = json.loads((tmp_path / "flow" / ".rockframe" / "plan.json").read_text())["steps"]
+    threads = {step["name"]: min(2, step["threads"]) for step in steps}
+    assert executed == sorted(f"step . {name} --workers {n}" for name, n in threads.items())
+    assert {name for name, number in threads.items() if number == 2} >= {"ingest", "respond"}
+
+
+def test_verify_fails_where_a_file_is_corrupted(made: Path, tmp_path: Path) -> None:
+    """Status 1 of `verify` reports a fault, so it is no success."""
+    folder = tmp_path / "flow"
+    shutil.copytree(made / "flow", folder)
+    rockframe("run", made / "small.toml", "--output", folder, "--plan")
+    table = folder / "table.csv"
+    kept, content = table.stat(), table.read_bytes()
+    table.write_bytes(content.swapcase())
+    os.utime(table, ns=(kept.st_atime_ns, kept.st_mtime_ns))  # Snakemake compares times
+    (folder / ".rockframe" / "ended" / "verify").unlink()
+    ended = snakemake(folder)
+    assert ended.returncode != 0
+    assert "table.csv" in ended.stderr
+
+
+def test_interrupted_it_resumes(rejecting: Path, tmp_path: Path) -> None:
+    """Ctrl-C goes to the whole process group; status 130 of a step is a failure, not a success."""
+    folder = tmp_path / "flow"
+    rockframe("run", rejecting / "small.toml", "--output", folder, "--plan")
+    process = started(folder, "--cores", "2")
+    assert wait_until(lambda: logs(folder) > 1, process)
+    below = list(children(process.pid))
+    os.killpg(process.pid, signal.SIGINT)
+    process.communicate()
+    assert process.returncode != 0
+    assert all_gone(below)
+    assert not (folder / "manifest.json").exists()
+    ended = snakemake(folder, "--cores", "2")
+    assert ended.returncode == 0, ended.stderr
+    assert results(folder) == results(rejecting / "run")
 
 
 def logs(folder: Path) -> int:

@@ -1,5 +1,6 @@
 # One rule for each stage of the plan: `rockframe step FOLDER NAME`. Exit status 1 means that
-# records were rejected and listed; it is a failure of `verify` only.
+# records were rejected and listed; it is a failure of `verify` only. The shell command has no
+# variable of the loop below: Snakemake evaluates it when the job runs, after the loop.
 
 
 def outputs_of(steps):
@@ -17,12 +18,6 @@ def step_of(rule_name, wildcards):
     """Return the step of the plan that a job performs."""
     number = int(getattr(wildcards, "batch", 1))
     return STEPS[rule_name][number - 1]
-
-
-def called(step):
-    """Return the shell command of a step; where records may be rejected, status 1 is accepted."""
-    words = "rockframe step . {params.step}" + " --workers {threads}" * step["workers"]
-    return f"{words} || [ $? -eq 1 ]" if step["may_reject"] else words
 
 
 def name_of(rule_name):
@@ -51,6 +46,7 @@ for rule_name, steps in STEPS.items():
         params:
             step=name_of(rule_name),
             key=key_of(rule_name),
+            accepted=int(steps[0]["may_reject"]),
             source=PLAN["source_code_hash"],
         threads: steps[0]["threads"]
         resources:
@@ -58,4 +54,5 @@ for rule_name, steps in STEPS.items():
             runtime=steps[0]["minutes"],
         retries: 2
         shell:
-            f"( {called(steps[0])} ) > {{log}} 2>&1"
+            "( rockframe step . {params.step} --workers {threads}"
+            " || [ $? -eq {params.accepted} ] ) > {log} 2>&1"
