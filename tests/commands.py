@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
-from rockframe.cli.main import main
+from rockframe.cli.main import main, parser
 
 STRUCTURE = """
 [[structure]]
@@ -24,3 +25,14 @@ def ingested(motion: Path) -> Path:
     stated = ("--units", "g", "--time-step", "0.01", "--workers", "0")
     assert run("ingest", motion, *stated, "--output", output) == 0
     return output
+
+
+def commands() -> dict[str, argparse.ArgumentParser]:
+    """Return the parser of each command."""
+    (verbs,) = (a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))  # noqa: SLF001
+    return dict(verbs.choices)
+
+
+def options_of(command: str) -> list[argparse.Action]:
+    """Return the arguments of a command, as its parser states them."""
+    return list(commands()[command]._actions)  # noqa: SLF001

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import shutil
 from collections.abc import Mapping
@@ -12,6 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
+from numpy.typing import NDArray
+from tests.commands import options_of
 
 from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
@@ -22,6 +26,7 @@ from rockframe.paper.claim import Claim
 from rockframe.paper.claims import all_claims
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration, as_ground
+from rockframe.study.structures import SHIPPED_STRUCTURES
 from rockframe.wavelets.pulse import Pulse
 
 
@@ -30,8 +35,8 @@ def motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of two text records without metadata."""
     folder = tmp_path_factory.mktemp("figures") / "motions"
     folder.mkdir()
-    for name, a_p in (("weak", 0.3), ("strong", 0.45)):
-        pulse = Pulse(wavelet="antisymmetric_ricker", a_p=a_p, T_p=1.0, time=3.0)
+    for name, a_p, period in (("weak", 0.3, 0.8), ("strong", 0.45, 1.0)):
+        pulse = Pulse(wavelet="antisymmetric_ricker", a_p=a_p, T_p=period, time=3.0)
         samples = pulse.acceleration(0.01 * np.arange(801))
         np.savetxt(folder / f"{name}.csv", samples, fmt="%.8f")
     return folder
@@ -41,9 +46,18 @@ def run(*words: str | Path) -> int:
     return main([str(word) for word in words])
 
 
-def stated(motions: Path) -> tuple[str | Path, ...]:
-    read = ("--units", "g", "--time-step", "0.01", "--workers", "0")
-    return ("--records", motions, *read, "--grid", "12")
+def read(motions: Path) -> tuple[str | Path, ...]:
+    return (
+        *("--records", motions, "--units", "g", "--time-step", "0.01", "--workers", "0"),
+        *("--grid", "12"),
+    )
+
+
+def stated(motions: Path, figure: str) -> tuple[str | Path, ...]:
+    """Return the records and the resolution of maps, if the figure takes them."""
+    records, grid = read(motions)[:-2], read(motions)[-2:]
+    takes = FIGURES[figure].takes
+    return (*(records if takes("records") else ()), *(grid if takes("grid") else ()))
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +72,7 @@ def paper(motions: Path, claims: list[Claim]) -> tuple[Path, list[dict[str, str]
     folder, printed = motions.with_name("paper"), StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed):
         patch.setattr("rockframe.paper.claims.all_claims", lambda: claims)
-        assert run("paper", "--output", folder, *stated(motions), "--json") == 0
+        assert run("paper", "--output", folder, *read(motions), "--json") == 0
     return folder, json.loads(printed.getvalue())["claims"]
 
 
@@ -73,7 +87,7 @@ def test_each_figure_is_drawn_with_its_caption(
     """The file is byte-identical to the one that `paper` writes."""
     output = tmp_path / "figure.png"
     bent = ("--spacing", "12", "--beam-centre", "1") if name == "joints" else ()
-    assert run("figure", name, "--output", output, *bent, *stated(motions), "--json") == 0
+    assert run("figure", name, "--output", output, *bent, *stated(motions, name), "--json") == 0
     printed = json.loads(capsys.readouterr().out)
     assert output.read_bytes() == (paper[0] / "figures" / f"figure-{name}.png").read_bytes()
     beside = Path(printed["caption_file"])
@@ -84,16 +98,16 @@ def test_the_record_that_turns_the_structure_furthest_is_drawn(
     motions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     output = tmp_path / "figure.png"
-    assert run("figure", "phase-portrait", "--output", output, *stated(motions)) == 0
+    assert run("figure", "phase-portrait", "--output", output, *stated(motions, "joints")) == 0
     assert "Record strong" in capsys.readouterr().out
     words = ("figure", "phase-portrait", "--output", output, "--record", "weak")
-    assert run(*words, *stated(motions)) == 0
+    assert run(*words, *stated(motions, "joints")) == 0
     assert "Record weak" in capsys.readouterr().out
 
 
 def test_figure_8_says_how_many_of_the_records_it_shows(motions: Path, tmp_path: Path) -> None:
     output = tmp_path / "figure.png"
-    assert run("figure", "8", "--output", output, *stated(motions)) == 0
+    assert run("figure", "8", "--output", output, *stated(motions, "8")) == 0
     caption = output.with_suffix(".caption.txt").read_text(encoding="utf-8")
     assert "1 of 2 records are shown; --record names others." in caption
 
@@ -119,6 +133,11 @@ def test_a_figure_of_the_bundled_records_with_their_vertical_motion(
         (("joints", "--output", "a.png", "--vertical"), "no vertical record"),
         (("joints", "--output", "a.png", "--record", "weak", "--record", "strong"), "Must be one"),
         (("joints", "--output", "a.png", "--structure", "tower"), "Invalid structure"),
+        (("joints", "--output", "a.png", "--beam-centre", "1"), "no effect without --spacing"),
+        (
+            ("joints", "--output", "a.png", "--spacing", "9", "--structure", "slender-column"),
+            "is a column alone",
+        ),
     ],
 )
 def test_the_users_mistake_is_one_line_and_status_2(
@@ -130,7 +149,7 @@ def test_the_users_mistake_is_one_line_and_status_2(
 ) -> None:
     monkeypatch.chdir(motions.parent)
     try:
-        status = run("figure", *words, *stated(motions))
+        status = run("figure", *words, *stated(motions, words[0] if words[0] in FIGURES else "5"))
     except SystemExit as ended:
         status = int(str(ended.code))
     assert status == 2
@@ -183,12 +202,12 @@ def test_the_paper_checked_again_is_the_same(
 
     monkeypatch.setattr("rockframe.cli.shipped._draw_all", drawn_before)
     again = tmp_path / "again"
-    assert run("paper", "--output", again, *stated(motions), "--json") == 0
+    assert run("paper", "--output", again, *read(motions), "--json") == 0
     assert (again / "manifest.json").read_bytes() == (paper[0] / "manifest.json").read_bytes()
 
 
 def test_the_page_keeps_out_of_the_folder_of_the_records(motions: Path) -> None:
-    assert run("paper", "--output", motions, *stated(motions)) == 2
+    assert run("paper", "--output", motions, *read(motions)) == 2
     assert sorted(file.name for file in motions.iterdir()) == ["strong.csv", "weak.csv"]
 
 
@@ -203,7 +222,7 @@ def test_figure_11_lists_the_records_without_vertical_motion(
             raise ParameterError("nothing beside it.")
         return as_ground(record)
 
-    words = ("figure", "11", "--output", tmp_path / "a.png", *stated(motions), "--vertical")
+    words = ("figure", "11", "--output", tmp_path / "a.png", *stated(motions, "11"), "--vertical")
     assert run(*words) == 2
     assert "record 'strong': no vertical record" in capsys.readouterr().err
     monkeypatch.setattr("rockframe.cli.shown.with_vertical", above_the_strong_one)
@@ -228,3 +247,100 @@ def test_numbers_of_figures_have_bounds(invalid: dict[str, Any]) -> None:
 def test_a_map_of_one_point_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("figure", "9", "--output", tmp_path / "a.png", "--grid", "1") == 2
     assert "Invalid grid 1. Must be 2 to 4000." in capsys.readouterr().err
+
+
+def options_of_figures() -> list[argparse.Action]:
+    """Return the options of `rockframe figure` that are not for all figures."""
+    common = ("help", "figure", "output", "json")
+    return [one for one in options_of("figure") if one.dest not in common]
+
+
+#: Values of the options that are fields of a request, and what they need beside them.
+VALUES: dict[str, tuple[str, ...]] = {
+    "record": ("--record", "weak"),
+    "structure": ("--structure", "apollo-frame"),
+    "vertical": ("--vertical",),
+    "friction": ("--friction", "0.3"),
+    "spacing": ("--spacing", "12"),
+    "beam_centre": ("--spacing", "12", "--beam-centre", "1"),
+    "grid": ("--grid", "16"),
+}
+#: What is drawn without them.
+BESIDE = {"beam_centre": ("--spacing", "12"), "grid": ("--grid", "12")}
+
+
+def words_of(action: argparse.Action) -> tuple[str, ...]:
+    """Return an option with a value that its type accepts."""
+    if action.dest in VALUES:
+        return VALUES[action.dest]
+    if action.dest == "structures":
+        return ("--structures", str(SHIPPED_STRUCTURES))
+    values = list(map(str, action.choices or ("1",)))
+    count = action.nargs if isinstance(action.nargs, int) else 1
+    return (
+        action.option_strings[0],
+        *(str(1 + k) if count > 1 else values[0] for k in range(count)),
+    )
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_each_option_reaches_the_figure_or_is_refused_in_one_line(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All pairs of figure and option, as the parser states them; nothing is drawn here."""
+    reached: list[argparse.Namespace] = []
+
+    def note(options: argparse.Namespace) -> AbstractContextManager[tuple[Path, int]]:
+        reached.append(options)
+        raise ParameterError("reached")
+
+    monkeypatch.setattr("rockframe.cli.arguments.stated_records", note)
+    for action in options_of_figures():
+        words = words_of(action)
+        taken = FIGURES[name].takes(action.dest)
+        if taken and not FIGURES[name].takes("records"):
+            continue  # drawn in the next test
+        assert run("figure", name, "--output", tmp_path / "a.png", *words) == 2, words
+        error = capsys.readouterr().err
+        if taken:
+            assert hasattr(reached.pop(), action.dest), words
+        else:
+            flag = f"--{action.dest.replace('_', '-')}"
+            assert f"{flag} has no effect on figure {name}. Leave it out, or draw" in error
+            assert error.count("\n") == 1
+    assert not reached
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_each_option_changes_the_picture_and_the_caption(
+    motions: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All options of a figure that are no options of reading, as the parser states them."""
+
+    def shaken_upwards(record: Record, _beside: Mapping[str, Record]) -> GroundAcceleration:
+        upwards = GroundAcceleration.from_samples(0.5 * record.acceleration[::-1], 0.01)
+        return as_ground(record).with_vertical(upwards)
+
+    monkeypatch.setattr("rockframe.cli.shown.with_vertical", shaken_upwards)
+    monkeypatch.setattr("rockframe.figures.spectra._SCALES", np.array([0.9, 1.0, 1.1]))
+    monkeypatch.setattr("rockframe.figures.captioned._PRINT", 60)
+
+    def drawn(*words: str) -> tuple[NDArray[np.float64], str]:
+        output, given = tmp_path / "figure.png", stated(motions, name)
+        if "--grid" in given:
+            given = (*given[:-1], "48")
+        if "--grid" in words:
+            given = given[:-2]
+        assert run("figure", name, "--output", output, *given, *words) == 0
+        return imread(output), caption_path(output).read_text(encoding="utf-8")
+
+    for action in options_of_figures():
+        if action.dest in VALUES and FIGURES[name].takes(action.dest):
+            words = VALUES[action.dest]
+            if action.dest == "record" and FIGURES[name].shows == "best_matched":
+                words = ("--record", "strong")  # by default the other record
+            before, after = drawn(*BESIDE.get(action.dest, ())), drawn(*words)
+            assert before[1] != after[1], action.dest
+            same = before[0].shape == after[0].shape and (before[0] == after[0]).all()
+            assert not same, action.dest

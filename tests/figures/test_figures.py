@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, ParameterError
 from rockframe.figures.captioned import Captioned, caption_path, save, save_captioned, styled
 from rockframe.figures.histories import draw_response_grid, draw_response_history
 from rockframe.figures.joints import draw_joints, draw_moment_rotation, draw_phase_portrait
@@ -24,6 +24,7 @@ from rockframe.matching.match import PulseMatch
 from rockframe.parts import Abutment, Tendon
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration, Response, column_forces, reactions, respond
+from rockframe.rocking.contact import uplift_friction_demand, with_contact
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -185,7 +186,8 @@ def test_joints_of_columns_too_close_say_that_the_beam_lifts() -> None:
 def test_joints_of_a_column_alone_have_no_top() -> None:
     drawn = draw_joints(shake(0.2), COLUMN)
     assert "under the beam" not in drawn.caption.split(";")[0]
-    assert draw_joints(shake(0.2), COLUMN, spacing=5.0).caption == drawn.caption
+    with pytest.raises(ParameterError, match="is a column alone"):
+        draw_joints(shake(0.2), COLUMN, spacing=5.0)
 
 
 def test_a_joint_that_nothing_presses_slides_whatever_its_friction() -> None:
@@ -204,8 +206,51 @@ def test_a_joint_that_nothing_presses_slides_whatever_its_friction() -> None:
 
 def test_a_frame_at_rest_can_be_drawn() -> None:
     quiet = shake(0.01)
-    assert "0 impacts" in draw_phase_portrait(quiet, BENT).caption
-    assert "0 impacts" in draw_joints(quiet, BENT).caption
+    assert "0 impacts, no uplift" in draw_phase_portrait(quiet, BENT).caption
+    assert "0 impacts, no uplift" in draw_joints(quiet, BENT).caption
+
+
+def test_a_frame_at_rest_needs_the_friction_of_neither_uplift_nor_impacts() -> None:
+    """A body fixed to the ground needs a / g; at uplift it would need b / h = 1 / 6."""
+    quiet = shake(0.1)
+    caption = draw_joints(quiet, BENT, friction=0.12).caption
+    at_most = np.abs(quiet.acceleration).max() / GRAVITY
+    assert f"all base joints together {at_most:.3f}" in caption
+    assert "no sliding holds" in caption
+    assert "uplift, tan" not in caption
+    assert "each impact" not in caption
+
+
+def test_joints_say_where_the_friction_is_from() -> None:
+    stated = replace(BENT, friction_coefficient=0.4)
+    said = "coefficient of 0.4, stated by the structure, the assumption"
+    assert said in draw_joints(shake(), stated).caption
+    assert "coefficient of 0.3, assumed, the" in draw_joints(shake(), stated, friction=0.3).caption
+    assert "coefficient of 0.5, assumed and not measured" in draw_joints(shake(), BENT).caption
+
+
+def test_forces_of_joints_over_the_static_ones_include_the_prestress() -> None:
+    """They are those of `response.nc` and the tables; in kN, the joint carries the prestress."""
+    tendon = Tendon(area=1e-4, modulus=195e9, prestress=1e5)
+    tied = replace(BENT, column_mass=48e3, tendon=tendon)
+    drawn = draw_joints(shake(), tied)
+    contact = with_contact(respond(tied, shake()), shake()).contact
+    assert contact is not None
+    least = f"all base joints together {contact.least_base_vertical:.3f}"
+    assert f"with the prestress of tendons: {least}" in drawn.caption
+    at_rest = (5.0 * 48e3 * GRAVITY + 1e5) / 1000.0
+    assert_allclose(curve(axes_of(drawn)[2], 0)[1][0], at_rest, rtol=1e-12)
+
+
+def test_the_friction_at_uplift_is_that_of_a_prestressed_joint() -> None:
+    """It is the largest demand of a ramp that ends at the uplift acceleration."""
+    tied = replace(BENT, column_mass=48e3, tendon=Tendon(area=1e-4, modulus=195e9, prestress=1e6))
+    ramp = np.linspace(0.0, tied.uplift_acceleration, 101)
+    still = Record(record_id="ramp", acceleration=0.999999 * ramp, time_step=0.01)
+    response = respond(tied, still)
+    demand = np.nanmax(reactions(response, still).base_friction_demand[:101])
+    assert uplift_friction_demand(tied) == pytest.approx(demand, rel=1e-5)
+    assert uplift_friction_demand(BENT) == pytest.approx(1.0 / 6.0, rel=1e-14)
 
 
 def test_vertical_motion_presses_the_joints() -> None:

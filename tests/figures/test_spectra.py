@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from matplotlib.collections import QuadMesh
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
+from rockframe.errors import ParameterError
 from rockframe.figures import spectra
 from rockframe.figures.captioned import Captioned
 from rockframe.figures.margins import draw_stability_map
@@ -24,6 +26,7 @@ from rockframe.figures.spectra import (
     draw_selection,
 )
 from rockframe.frame import RockingFrame
+from rockframe.parts import Tendon, inertia_ratio_of
 from rockframe.record import Record
 from rockframe.results.response import rocking_spectrum_dataset, spectrum_dataset
 from rockframe.rocking import (
@@ -162,6 +165,45 @@ def test_the_stability_map_is_that_of_single_responses() -> None:
             assert shown[k, i] == alone.verdict
     assert "Structure bent" in drawn.caption
     assert len(np.unique(shown)) > 1
+
+
+def test_the_stability_map_of_round_columns_is_that_of_stated_ones() -> None:
+    """The mass of a column four times as high is 64 times as large, beside an equal prestress."""
+    tendon = Tendon(area=1e-4, modulus=195e9, prestress=4e6)
+    inertia = inertia_ratio_of("circular", 9.6, 1.6)
+    column = RockingFrame(height=9.6, width=1.6, inertia_ratio=inertia, column_mass=48e3,
+                          section="circular", tendon=tendon)  # fmt: skip
+    drawn = draw_stability_map(shaking(), column, grid=8)
+    (mesh,) = (c for c in drawn.figure.axes[0].collections if isinstance(c, QuadMesh))
+    stated = replace(column, height=38.4, width=6.4, column_mass=64.0 * 48e3,
+                     tendon=replace(tendon, length=38.4))  # fmt: skip
+    for scale, verdict in zip((2.0, 4.0), np.asarray(mesh.get_array())[:, -1], strict=True):
+        samples = scale * shaking().acceleration
+        assert verdict == respond(stated, GroundAcceleration.from_samples(samples, 0.02)).verdict
+    assert "tendons and dissipaters keep their sections and forces" in drawn.caption
+
+
+def test_small_sizes_with_too_strong_tendons_are_left_out_of_the_map() -> None:
+    tendon = Tendon(area=1e-4, modulus=195e9, prestress=2e9)
+    tied = replace(BENT, column_mass=48e3, tendon=tendon)
+    drawn = draw_stability_map(shaking(), tied, grid=16)
+    assert "smaller heights (1) are left out" in drawn.caption
+    assert "columns from 3.28 to 38.4 m (3 heights)" in drawn.caption
+
+
+@pytest.mark.parametrize("draw", [draw_record_spectrum, draw_drift_by_size])
+def test_figures_of_free_frames_refuse_tendons_that_they_would_ignore(draw: Any) -> None:
+    tendon = Tendon(area=1e-4, modulus=195e9)
+    tied = replace(BENT, column_mass=48e3, tendon=tendon)
+    with pytest.raises(ParameterError, match="has tendons or dissipaters"):
+        draw(shaking(), tied)
+
+
+def test_a_marked_frame_that_is_not_on_the_curves_is_said() -> None:
+    losing = replace(BENT, restitution_factor=0.9)
+    caption = draw_record_spectrum(shaking(), losing).caption
+    assert "not those of bent itself: they have the restitution of eq (43)." in caption
+    assert "itself" not in draw_record_spectrum(shaking(), BENT).caption
 
 
 def test_similar_frames_lie_on_one_line_of_the_map() -> None:

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli import arguments, console
-from rockframe.cli.options import file_to_write
+from rockframe.cli.options import file_to_write, flag
+from rockframe.errors import ParameterError
 from rockframe.provenance import refuse_obstacles
 
 if TYPE_CHECKING:
@@ -34,14 +35,17 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
         "--record",
         action="append",
         metavar="ID",
-        help="only this record; may be repeated for figures 11 and drift-by-size (default: all "
-        "records for these, else the record with the largest rotation of the structure without "
+        help="only this record; may be repeated for figures 8, 11 and drift-by-size (default: all "
+        "records for 11 and drift-by-size, those of the paper or with the best matches for figures "
+        "of pulses, else the record with the largest rotation of the structure without "
         "overturning)",
     )
     parser.add_argument(
         "--vertical",
         action="store_true",
-        help="include the vertical component recorded at the same station",
+        default=argparse.SUPPRESS,
+        help="include the vertical component recorded at the same station, except in figures of "
+        "pulses",
     )
     add_joints(parser)
     add_grid(parser)
@@ -54,7 +58,7 @@ def add_grid(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--grid",
         type=int,
-        default=400,
+        default=argparse.SUPPRESS,
         metavar="N",
         help="points along each side of the maps of figure 9; stability maps have a quarter "
         "of this number (default: 400)",
@@ -66,22 +70,26 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--friction",
         type=float,
+        default=argparse.SUPPRESS,
         metavar="MU",
-        help="assumed coefficient of friction of the joints (default: friction_coefficient of the "
-        "structure, or 0.5 if it states none)",
+        help="assumed coefficient of friction of the joints, in their figure (default: "
+        "friction_coefficient of the structure, or 0.5 if it states none)",
     )
     parser.add_argument(
         "--spacing",
         type=float,
+        default=argparse.SUPPRESS,
         metavar="METRES",
-        help="distance between the axes of two columns [m]: adds the forces on each column",
+        help="distance between the axes of two columns [m]: adds the forces on each column of the "
+        "figure of the joints",
     )
     parser.add_argument(
         "--beam-centre",
         type=float,
-        default=0.0,
+        default=argparse.SUPPRESS,
         metavar="METRES",
-        help="height of the beam's centre of mass above its underside [m] (default: 0)",
+        help="height of the beam's centre of mass above its underside [m], with --spacing "
+        "(default: 0)",
     )
 
 
@@ -90,13 +98,13 @@ def run_figure(options: argparse.Namespace) -> int:
     from rockframe.cli.shown import FigureRequest
     from rockframe.figures.captioned import caption_path, save_captioned
 
+    _refuse_idle(options)
     output: Path = options.output
     refuse_obstacles([output, caption_path(output)])
     request = FigureRequest(
         records=partial(arguments.stated_records, options),
-        record=tuple(options.record or ()),
         structures=arguments.chosen_structures(options),
-        **{name: getattr(options, name) for name in ("structure", "vertical", "grid", *_OF_JOINTS)},
+        **_stated(options),
     )
     drawn, status = FIGURES[options.figure].draw(request)
     caption_file = save_captioned(drawn, output)
@@ -114,6 +122,25 @@ def run_figure(options: argparse.Namespace) -> int:
         print(f"{drawn.title}. {drawn.caption}")
         print(f"{output}, {caption_file}")
     return status
+
+
+def _stated(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the stated fields of the request."""
+    values = {name: getattr(options, name, None) for name in _OF_REQUEST}
+    values["record"] = tuple(options.record or ())
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _refuse_idle(options: argparse.Namespace) -> None:
+    """Raise an error if an option is stated that the figure does not take."""
+    stated = {name for name, value in vars(options).items() if value is not None}
+    for name in sorted(stated - {"run", "figure", "output", "json"}):
+        if not FIGURES[options.figure].takes(name):
+            taking = ", ".join(other for other, entry in FIGURES.items() if entry.takes(name))
+            raise ParameterError(
+                f"{flag(name)} has no effect on figure {options.figure}. Leave it out, or draw "
+                f"one of: {taking}."
+            )
 
 
 @dataclass(frozen=True)
@@ -137,6 +164,14 @@ class Drawing:
     shows: str = "nothing"
     options: tuple[str, ...] = ()
 
+    def takes(self, option: str) -> bool:
+        """Return True if an option of the command changes the figure."""
+        if option in _OF_REQUEST:
+            return option in (*self.options, *_TAKEN[self.shows])
+        if option == "structures":
+            return "structure" in _TAKEN[self.shows]
+        return self.shows != "nothing"  # records, and the options of reading them
+
     def draw(self, request: FigureRequest) -> tuple[Captioned, int]:
         """Return the figure and the exit status."""
         from rockframe.cli import shown
@@ -148,6 +183,15 @@ class Drawing:
 
 
 _OF_JOINTS: Final = ("friction", "spacing", "beam_centre")
+#: Options of the command that are fields of `FigureRequest`.
+_OF_REQUEST: Final = ("record", "structure", "vertical", "grid", *_OF_JOINTS)
+_SHAKEN: Final = ("record", "structure", "vertical")
+#: The fields that the functions of `rockframe.cli.shown` read.
+_TAKEN: Final[Mapping[str, tuple[str, ...]]] = {
+    "nothing": (),
+    **dict.fromkeys(("one_record", "records", "responses"), _SHAKEN),
+    **dict.fromkeys(("best_matched", "pulses"), ("record",)),
+}
 #: All figures, by name on the command line, in the order of the help.
 FIGURES: Final[Mapping[str, Drawing]] = {
     "5": Drawing("size of the equivalent column", "parameters.draw_equivalent_size"),

@@ -356,7 +356,7 @@ def add_paper(parser: argparse.ArgumentParser) -> None:
     add_options(parser, PulseOptions, title="pulses")
     arguments.add_reading(parser)
     add_grid(parser)
-    parser.set_defaults(structures=None)
+    parser.set_defaults(structures=None, grid=400)
 
 
 def run_paper(options: argparse.Namespace) -> int:

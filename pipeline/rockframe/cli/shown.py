@@ -19,7 +19,7 @@ from rockframe.outcome import InputOutcome
 from rockframe.paper.pulses import find_paper_record
 from rockframe.record import Record
 from rockframe.results.records import RecordsFile, open_records
-from rockframe.rocking import Verdict, respond
+from rockframe.rocking import GroundAcceleration, Verdict, respond
 from rockframe.stages.common import horizontal
 from rockframe.stages.pulse import usable
 from rockframe.stages.respond import choose_structures, with_vertical
@@ -60,7 +60,7 @@ class FigureRequest:
     Raises
     ------
     ParameterError
-        If friction or grid is not allowed.
+        If friction or grid is not allowed, or a beam's centre is stated without a spacing.
     """
 
     records: Callable[[], AbstractContextManager[tuple[Path, int]]]
@@ -70,7 +70,7 @@ class FigureRequest:
     vertical: bool = False
     friction: float | None = None
     spacing: float | None = None
-    beam_centre: float = 0.0
+    beam_centre: float | None = None
     grid: int = 400
 
     def __post_init__(self) -> None:
@@ -78,6 +78,11 @@ class FigureRequest:
             raise ParameterError(f"Invalid friction {self.friction!r}. Must be positive.")
         if not 2 <= self.grid <= 4000:
             raise ParameterError(f"Invalid grid {self.grid}. Must be 2 to 4000.")
+        if self.beam_centre is not None and self.spacing is None:
+            raise ParameterError(
+                f"--beam-centre {self.beam_centre:g} has no effect without --spacing. State the "
+                "spacing, or leave it out."
+            )
 
     @property
     def frame(self) -> RockingFrame:
@@ -110,33 +115,64 @@ def one_record(request: FigureRequest) -> Shown:
     frame = request.frame
     request.require_at_most(1)
     with request.records() as (path, status), open_records(path) as file:
-        record = _largest_rotation(file, request.chosen(file), frame)
-        beside = vertical_beside(file) if request.vertical else {}
-    return (record, frame, with_vertical(record, beside) if request.vertical else None), status
+        motions, rejected = _motions(request, file, request.chosen(file))
+    record = _largest_rotation(motions, frame)
+    motion = motions[record.record_id][1] if request.vertical else None
+    return (record, frame, motion), console.show_rejections(rejected) or status
 
 
-def _largest_rotation(file: RecordsFile, names: list[str], frame: RockingFrame) -> Record:
+#: Records by name, each with its motion: the record itself, or also its vertical component.
+_Motions = dict[str, tuple[Record, Record | GroundAcceleration]]
+
+
+def _motions(
+    request: FigureRequest, file: RecordsFile, names: list[str]
+) -> tuple[_Motions, list[InputOutcome]]:
+    """Return the motions of records, and the records without a requested vertical component.
+
+    Raises
+    ------
+    ParameterError
+        If no record has a vertical component.
+    """
+    beside = vertical_beside(file) if request.vertical else {}
+    found: _Motions = {}
+    rejected = []
+    for record in map(file.read, names):
+        try:
+            motion = with_vertical(record, beside) if request.vertical else record
+            found[record.record_id] = record, motion
+        except ParameterError as error:
+            rejected.append(InputOutcome(record.record_id, str(error)))
+    if not found:
+        raise ParameterError(f"record {rejected[0].file!r}: {rejected[0].reason}")
+    return found, rejected
+
+
+def _largest_rotation(motions: _Motions, frame: RockingFrame) -> Record:
     """Return the record with the largest rotation without overturning, or the first."""
-    best, furthest = file.read(names[0]), 0.0
-    for name in names if len(names) > 1 else ():
-        record = file.read(name)
-        response = respond(frame, record)
+    (best, _), *_ = motions.values()
+    furthest = 0.0
+    for record, motion in motions.values() if len(motions) > 1 else ():
+        response = respond(frame, motion)
         if response.verdict is Verdict.STANDS and response.peak_rotation > furthest:
             best, furthest = record, response.peak_rotation
     return best
 
 
 def records(request: FigureRequest) -> Shown:
-    """Return the requested records, by default all, and the structure."""
+    """Return the requested records, by default all, the structure, and motions if requested."""
     frame = request.frame
     with request.records() as (path, status), open_records(path) as file:
-        return ([file.read(name) for name in request.chosen(file)], frame), status
+        motions, rejected = _motions(request, file, request.chosen(file))
+    shown = [record for record, _ in motions.values()]
+    wanted = [motion for _, motion in motions.values()] if request.vertical else None
+    return (shown, frame, wanted), console.show_rejections(rejected) or status
 
 
 def responses(request: FigureRequest) -> Shown:
     """Return records, the responses of the structure, and titles."""
     frame = request.frame
-    found, rejected = [], []
     with request.records() as (path, status), open_records(path) as file:
         names = request.chosen(file)
         if len(names) > _MOST_HISTORIES:
@@ -144,18 +180,18 @@ def responses(request: FigureRequest) -> Shown:
                 f"Invalid number of records, {len(names)}. Must be at most {_MOST_HISTORIES}: "
                 "choose with --record."
             )
-        beside = vertical_beside(file) if request.vertical else {}
-        for record in map(file.read, names):
+        motions, rejected = _motions(request, file, names)
+        found = []
+        for record, motion in motions.values():
             try:
-                motion = with_vertical(record, beside) if request.vertical else record
                 found.append((record, respond(frame, motion)))
             except ParameterError as error:
                 rejected.append(InputOutcome(record.record_id, str(error)))
     if not found:
         raise ParameterError(f"record {rejected[0].file!r}: {rejected[0].reason}")
-    records = [record for record, _ in found]
-    shown = (records, [response for _, response in found], [_title(record) for record in records])
-    return shown, console.show_rejections(rejected) or status
+    shown = [record for record, _ in found]
+    drawn = (shown, [response for _, response in found], [_title(record) for record in shown])
+    return drawn, console.show_rejections(rejected) or status
 
 
 def best_matched(request: FigureRequest) -> Shown:

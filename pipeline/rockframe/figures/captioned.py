@@ -135,7 +135,8 @@ def of_record(record: Record, response: Response, ground: GroundAcceleration) ->
     """Return the sentence of a caption about the record and the response of the structure."""
     end, impacts = response.overturning_time, f"{response.impacts} impacts, "
     # The time is NaN without overturning. After overturning, the peak only describes the fall.
-    fate = f"largest θ/α {response.peak_rotation_ratio:.3f}, {impacts}it stands"
+    peak_ratio = response.peak_rotation_ratio
+    fate = f"largest θ/α {peak_ratio:.3f}, {impacts}{response.spread_verdict.words}"
     if math.isfinite(end):
         fate = f"{impacts}it overturns at {end:.2f} s"
     motion = of_motion(record, ground)

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from rockframe.errors import ParameterError
 from rockframe.figures.captioned import (
     DRAWN_TO,
     PAGE_WIDTH,
@@ -29,6 +30,7 @@ from rockframe.rocking import (
     GroundAcceleration,
     Reactions,
     Response,
+    Verdict,
     as_ground,
     barrier_rate,
     column_forces,
@@ -39,6 +41,7 @@ from rockframe.rocking import (
     restoring_moment,
     trajectory,
 )
+from rockframe.rocking.contact import static_vertical, uplift_friction_demand
 
 Float = NDArray[np.float64]
 
@@ -57,7 +60,7 @@ def draw_joints(
     *,
     friction: float | None = None,
     spacing: float | None = None,
-    beam_centre: float = 0.0,
+    beam_centre: float | None = None,
 ) -> Captioned:
     """Draw rotation, friction demand and vertical forces with their limits.
 
@@ -73,33 +76,35 @@ def draw_joints(
         Assumed coefficient of friction of the joints [1]; by default that of the frame, or 0.5 if
         it states none.
     spacing : float, optional
-        Distance between the axes of two columns [m]: adds the forces on each column, if there is a
-        beam.
-    beam_centre : float
-        Height of the beam's centre of mass above its underside [m].
+        Distance between the axes of two columns [m]: adds the forces on each column.
+    beam_centre : float, optional
+        Height of the beam's centre of mass above its underside [m], where a spacing is stated; by
+        default 0.
 
     Raises
     ------
     ParameterError
-        If the columns overlap.
+        If the columns overlap, or a spacing is stated of a frame without a beam.
     """
+    if spacing is not None and frame.mass_ratio == 0.0:
+        raise ParameterError(
+            f"Invalid spacing {spacing!r} m: frame {frame.name!r} is a column alone, without a "
+            "beam (mass_ratio 0). Leave the spacing out."
+        )
     ground = as_ground(motion or record)
     response = respond(frame, ground)
     forces = reactions(response, ground)
-    if friction is None:
-        stated = frame.friction_coefficient
-        friction = _FRICTION if stated is None else stated
+    available = _available(frame, friction)
     each, bent = None, ""
-    if spacing is not None and frame.mass_ratio > 0.0:
+    if spacing is not None:
+        beam_centre = beam_centre or 0.0
         each = column_forces(response, ground, spacing=spacing, beam_centre=beam_centre)
         bent = (
             f" (two columns {spacing:g} m apart, the beam's centre of mass {beam_centre:g} m above "
             "its underside; impacts would lift it off at a spacing below "
             f"{least_spacing(frame, beam_centre):.2f} m)"
         )
-    base = forces.base_vertical / (1.0 + frame.mass_ratio)
-    # the half weight of the beam is gamma m_c g
-    beam = None if each is None else each.top_vertical / frame.mass_ratio
+    base, beam = forces.base_vertical, None if each is None else each.top_vertical
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 4.6), layout="constrained")
         panels = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.0, 1.0])
@@ -107,7 +112,7 @@ def draw_joints(
         panels[0].set_ylabel("θ/α")
         furthest = min(response.peak_rotation_ratio, DRAWN_TO)
         panels[0].set_ylim(*(side * max(1.1 * furthest, 0.01) for side in (-1.0, 1.0)))
-        _draw_friction(panels[1], response, forces, friction)
+        _draw_friction(panels[1], response, forces, available)
         _draw_vertical(panels[2], response, base, beam)
         panels[2].set_xlabel("time [s]")
         rotated = np.nan_to_num(np.abs(response.theta), nan=0.0) > 1e-4
@@ -115,21 +120,34 @@ def draw_joints(
         figure.align_ylabels(list(panels))
     caption = (
         "Rotation, friction demand and vertical forces. "
-        f"{_sliding(frame, forces, each, friction)} {_lift_off(base, beam, bent)} "
+        f"{_sliding(response, forces, each, available)} {_lift_off(frame, base, beam, bent)} "
         f"{_in_kilonewtons(frame, forces, each)}"
         f"{of_structure(frame)} {of_record(record, response, ground)}"
     )
     return Captioned(figure, "Forces at the joints", caption)
 
 
-def _draw_friction(panel: Axes, response: Response, forces: Reactions, friction: float) -> None:
+def _available(frame: RockingFrame, assumed: float | None) -> tuple[float, str]:
+    """Return the available coefficient of friction [1] and where it is from, in words."""
+    if assumed is not None:
+        return assumed, "assumed"
+    if frame.friction_coefficient is not None:
+        return frame.friction_coefficient, "stated by the structure"
+    return _FRICTION, "assumed and not measured"
+
+
+def _draw_friction(
+    panel: Axes, response: Response, forces: Reactions, available: tuple[float, str]
+) -> None:
+    friction, source = available
     demands = (forces.base_friction_demand, forces.top_friction_demand)
     for demand, label in zip(demands, ("base", "under the beam"), strict=True):
         if np.isfinite(demand).any():
             panel.plot(response.time, demand, linewidth=0.8, label=label)
-    panel.axhline(friction, color="black", linestyle="--", linewidth=0.9, label="assumed available")
-    uplift = math.tan(response.frame.slenderness)
-    panel.axhline(uplift, color="0.5", linestyle=":", linewidth=0.9, label="at uplift, tan α")
+    label = f"{source.split()[0]} available"
+    panel.axhline(friction, color="black", linestyle="--", linewidth=0.9, label=label)
+    uplift, label = uplift_friction_demand(response.frame), _at_uplift(response.frame)
+    panel.axhline(uplift, color="0.5", linestyle=":", linewidth=0.9, label=f"at {label}")
     panel.set_ylabel("friction demand")
     shown = min(_largest(demands[0]), _SHOWN * friction)
     panel.set_ylim(0.0, 1.1 * max(friction, uplift, shown))
@@ -137,13 +155,17 @@ def _draw_friction(panel: Axes, response: Response, forces: Reactions, friction:
 
 
 def _draw_vertical(panel: Axes, response: Response, base: Float, beam: Float | None) -> None:
-    """Draw vertical forces over the static ones, or in kN for one column where it is known."""
-    time, weight, gamma = response.time, response.frame.weight, response.frame.mass_ratio
+    """Draw vertical forces over the static ones, or in kN for one column where it is known.
+
+    The forces are given over the weight of a column.
+    """
+    time, weight, frame = response.time, response.frame.weight, response.frame
     known = not math.isnan(weight)
-    static = kilonewtons(1.0, weight) if known else 1.0
-    base, share = static * base, static * gamma / (1.0 + gamma) if known else 1.0
+    at_rest = static_vertical(frame)
+    unit = kilonewtons(1.0, weight / (1.0 + frame.mass_ratio)) if known else 1.0 / at_rest[0]
+    static, share = unit * at_rest[0], unit if known else 1.0 / (at_rest[1] or math.nan)
     label = "base joint, mean of all" if known else "all base joints"
-    panel.plot(time, base, linewidth=0.8, label=label)
+    panel.plot(time, unit * base, linewidth=0.8, label=label)
     if beam is not None:
         # fmax and fmin ignore NaN, after a fall
         for values, word in ((np.fmax(*beam), "more"), (np.fmin(*beam), "less")):
@@ -174,9 +196,18 @@ def _least(values: Float) -> float:
     return float(np.fmin.reduce(values, axis=None))
 
 
+def _at_uplift(frame: RockingFrame) -> str:
+    return "uplift" if frame.tendon is not None else "uplift, tan α"
+
+
 def _sliding(
-    frame: RockingFrame, forces: Reactions, each: ColumnForces | None, friction: float
+    response: Response,
+    forces: Reactions,
+    each: ColumnForces | None,
+    available: tuple[float, str],
 ) -> str:
+    """Return the sentence about sliding; uplift and impacts count if they occur."""
+    frame, (friction, source) = response.frame, available
     demands = {
         "all base joints together": _largest(forces.base_friction_demand),
         "all joints under the beam together": _largest(forces.top_friction_demand),
@@ -184,27 +215,33 @@ def _sliding(
     if each is not None:
         demands["one base joint"] = _largest(each.base_friction_demand)
         demands["one joint under the beam"] = _largest(each.top_friction_demand)
-    demands["each impact"] = impact_friction_demand(frame)
-    demands["uplift (tan α)"] = math.tan(frame.slenderness)
+    if response.impacts:
+        demands["each impact"] = impact_friction_demand(frame)
+    if response.verdict is not Verdict.NO_UPLIFT:
+        demands[_at_uplift(frame)] = uplift_friction_demand(frame)
     known = {name: demand for name, demand in demands.items() if not math.isnan(demand)}
     stated = ", ".join(f"{name} {demand:.3f}" for name, demand in known.items())
     slides = max(known.values()) > friction
     return (
         f"Friction needed at most, at the samples of the record: {stated}; with a "
-        f"coefficient of {friction:g}, assumed and not measured, the assumption of "
+        f"coefficient of {friction:g}, {source}, the assumption of "
         f"no sliding {'does not hold' if slides else 'holds'}."
     )
 
 
-def _lift_off(base: Float, beam: Float | None, bent: str) -> str:
-    least = {"all base joints together": _least(base)}
+def _lift_off(frame: RockingFrame, base: Float, beam: Float | None, bent: str) -> str:
+    """Return the sentence about the least vertical forces, given over the weight of a column."""
+    at_rest = static_vertical(frame)
+    least = {"all base joints together": _least(base) / at_rest[0]}
     if beam is not None:
-        least["the beam on one column"] = _least(beam)
+        least["the beam on one column"] = _least(beam) / at_rest[1]
     known = {name: force for name, force in least.items() if not math.isnan(force)}
     stated = ", ".join(f"{name} {force:.3f}" for name, force in known.items())
     holds = min(known.values()) > 0.0
+    pressed = "" if frame.tendon is None else ", with the prestress of tendons"
     return (
-        f"Least vertical force over the static one: {stated}{bent}; the assumption of no lift-off "
+        f"Least vertical force over the static one{pressed}: {stated}{bent}; the assumption of no "
+        f"lift-off "
         f"{'holds' if holds else 'does not hold'}."
     )
 

@@ -21,6 +21,7 @@ from matplotlib.ticker import (
 )
 from numpy.typing import NDArray
 
+from rockframe.errors import ParameterError
 from rockframe.figures.captioned import (
     LINES,
     PRINT_WIDTH,
@@ -213,17 +214,51 @@ def draw_record_spectrum(
     record : Record
         The ground motion.
     frame : RockingFrame
-        The frame.
+        The frame, without tendons and dissipaters.
     motion : GroundAcceleration, optional
         Motion of the ground, if it includes more than the record: with vertical acceleration.
+
+    Raises
+    ------
+    ParameterError
+        If the frame has tendons or dissipaters.
     """
+    _require_free(frame, "Rocking spectra")
     others = [one for one in np.radians(_ROCKING) if abs(one - frame.slenderness) > _APART]
     alphas, periods = sorted([frame.slenderness, *others]), np.linspace(*_PERIODS)
     found = rocking_spectrum([motion or record], alphas, [frame.mass_ratio], periods)
-    return draw_rocking_spectrum(rocking_spectrum_dataset([record.record_id], found), frame)
+    shown = rocking_spectrum_dataset([record.record_id], found)
+    vertical = motion is not None and motion.vertical is not None
+    return draw_rocking_spectrum(shown, frame, vertical=vertical)
 
 
-def draw_rocking_spectrum(dataset: xr.Dataset, frame: RockingFrame | None = None) -> Captioned:
+def _require_free(frame: RockingFrame, figure: str) -> None:
+    if frame.restrained:
+        raise ParameterError(
+            f"Frame {frame.name!r} has tendons or dissipaters. {figure} are of frames without "
+            "them: choose another structure."
+        )
+
+
+def _unlike(frame: RockingFrame) -> str:
+    """Return the sentence of a caption about what a marked frame does not share with the curves."""
+    shared = {
+        "rectangular columns": frame.column_section == "rectangular" and frame.prismatic,
+        "the restitution of eq (43)": frame.restitution_factor == 1.0,
+        "columns whose edges do not crush": frame.before_crushing is None,
+        "a deck without abutments": frame.abutment is None,
+    }
+    lacking = [words for words, same in shared.items() if not same]
+    return (
+        f" The curves are not those of {frame.name} itself: they have {' and '.join(lacking)}."
+        if (lacking)
+        else ""
+    )
+
+
+def draw_rocking_spectrum(
+    dataset: xr.Dataset, frame: RockingFrame | None = None, *, vertical: bool = False
+) -> Captioned:
     """Draw peaks over 2 pi / p for each slenderness; curves have gaps where the frame overturns.
 
     Parameters
@@ -232,6 +267,8 @@ def draw_rocking_spectrum(dataset: xr.Dataset, frame: RockingFrame | None = None
         As returned by `rocking_spectrum_dataset`, for one record and mass ratio.
     frame : RockingFrame, optional
         A frame whose slenderness and 2 pi / p are marked.
+    vertical : bool
+        True if the vertical motion shakes the columns, too.
     """
     one = dataset.squeeze(("record", "mass_ratio"))
     period = one["column_period"].values
@@ -253,7 +290,8 @@ def draw_rocking_spectrum(dataset: xr.Dataset, frame: RockingFrame | None = None
         figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=7)
     caption = (
         f"Largest rotation over the slenderness, and largest rate, under record "
-        f"{one['record_id'].item()}, free rocking after its end included, over 2π/p of the columns "
+        f"{one['record_id'].item()}, {'with' if vertical else 'without'} its vertical motion, free "
+        "rocking after its end included, over 2π/p of the columns "
         f"from {period[0]:g} to {period[-1]:g} s ({period.size} values), for the slendernesses α "
         f"named and mass ratio γ = {float(one['mass_ratio']):g}; rectangular columns, restitution "
         "by eq (43). A curve has gaps where the frame overturns; where it is jagged, "
@@ -262,7 +300,7 @@ def draw_rocking_spectrum(dataset: xr.Dataset, frame: RockingFrame | None = None
     if frame is not None:
         caption += (
             f" Black: the slenderness of {frame.name}; the line marks 2π/p of its columns, "
-            f"{2.0 * math.pi / frame.frequency_parameter:.3g} s."
+            f"{2.0 * math.pi / frame.frequency_parameter:.3g} s.{_unlike(frame)}"
         )
     return Captioned(figure, "Rocking spectra", caption)
 
@@ -296,7 +334,11 @@ _BESIDE: Final = (8.0, 11.0, 14.0)
 _FEW_FALL: Final = 0.1
 
 
-def draw_drift_by_size(records: Sequence[Record], frame: RockingFrame) -> Captioned:
+def draw_drift_by_size(
+    records: Sequence[Record],
+    frame: RockingFrame,
+    motions: Sequence[GroundAcceleration] | None = None,
+) -> Captioned:
     """Draw the median drift of columns, and the share that overturns, over their height.
 
     There is a curve for the slenderness of a frame, and others for other slendernesses; all have
@@ -307,8 +349,17 @@ def draw_drift_by_size(records: Sequence[Record], frame: RockingFrame) -> Captio
     records : sequence of Record
         The ground motions, all of which count equally.
     frame : RockingFrame
-        The frame.
+        The frame, without tendons and dissipaters.
+    motions : sequence of GroundAcceleration, optional
+        Motions of the ground, if they include more than the records: with vertical acceleration.
+
+    Raises
+    ------
+    ParameterError
+        If the frame has tendons or dissipaters.
     """
+    _require_free(frame, "Drifts over the size")
+    vertical = motions is not None and all(one.vertical is not None for one in motions)
     alphas = [frame.slenderness]
     alphas += [one for one in np.radians(_BESIDE).tolist() if abs(one - frame.slenderness) > _APART]
     told = []
@@ -316,7 +367,7 @@ def draw_drift_by_size(records: Sequence[Record], frame: RockingFrame) -> Captio
         figure = Figure(figsize=(PRINT_WIDTH, 4.0), layout="constrained")
         panels = figure.subplots(2, 1, sharex=True)
         for i, alpha in enumerate(sorted(alphas)):
-            drift, fallen = _drifts(records, alpha, frame.mass_ratio)
+            drift, fallen = _drifts(motions or records, alpha, frame.mass_ratio)
             own = alpha == frame.slenderness
             label = f"α = {math.degrees(alpha):.3g}°" + (f", {frame.name}" if own else "")
             style = {"color": "black" if own else f"C{i}", "linestyle": "-" if own else LINES[i]}
@@ -340,24 +391,27 @@ def draw_drift_by_size(records: Sequence[Record], frame: RockingFrame) -> Captio
         figure.legend(loc="outside lower center", ncols=2, fontsize=7)
     caption = (
         f"Median of the largest drift u, and share that overturns, over the height of columns of "
-        f"equal slenderness α and mass ratio γ = {frame.mass_ratio:g}, {len(records)} records at "
+        f"equal slenderness α and mass ratio γ = {frame.mass_ratio:g}, {len(records)} records, "
+        f"{'with' if vertical else 'without'} their vertical motion, at "
         f"{_SCALES.size} scales from {_SCALES[0]:g} to {_SCALES[-1]:g}, {_HEIGHTS.size} heights "
         f"from {_HEIGHTS[0]:g} to {_HEIGHTS[-1]:g} m; rectangular columns, restitution by eq "
         "(43). Structures that overturn count as an infinite drift. Far from overturning, the "
         "equation of motion of u contains the slenderness but no size. "
         f"{' '.join(told)} Black: the slenderness of {frame.name}; the line marks its height, "
-        f"{frame.height:g} m."
+        f"{frame.height:g} m.{_unlike(frame)}"
     )
     return Captioned(figure, "Drift over the size of columns", caption)
 
 
-def _drifts(records: Sequence[Record], alpha: float, gamma: float) -> tuple[Float, Float]:
+def _drifts(
+    motions: Sequence[Record] | Sequence[GroundAcceleration], alpha: float, gamma: float
+) -> tuple[Float, Float]:
     """Return the median drift [m] of columns of each height, and the share that overturns."""
     frames = [
         RockingFrame(height=height, width=height * math.tan(alpha), mass_ratio=gamma)
         for height in _HEIGHTS.tolist()
     ]
-    peaks = respond_many(records, frames, _SCALES)
+    peaks = respond_many(motions, frames, _SCALES)
     fell = peaks.verdict == Verdict.OVERTURNS
     rotations = peaks.peak_rotation.swapaxes(0, 1)
     drift = [

@@ -60,9 +60,8 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
     else:
         few = response
     forces = reactions_under(few, across, upwards)
-    gamma, pressed = frame.mass_ratio, 0.0
-    if frame.tendon is not None and frame.column_mass is not None:
-        pressed = frame.tendon.prestress / (frame.column_mass * GRAVITY)
+    gamma = frame.mass_ratio
+    base, top = static_vertical(frame)
 
     def least(force: NDArray[np.float64], weight: float) -> float:
         return float(force.min()) / weight if weight > 0.0 else math.nan
@@ -71,11 +70,42 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
         base_friction_demand=float(forces.base_friction_demand.max()),
         top_friction_demand=float(forces.top_friction_demand.max()) if gamma > 0.0 else math.nan,
         impact_friction_demand=impact_friction_demand(frame) if response.impacts else math.nan,
-        least_base_vertical=least(forces.base_vertical, 1.0 + gamma + pressed),
-        least_top_vertical=least(forces.top_vertical, gamma and gamma + pressed),
+        least_base_vertical=least(forces.base_vertical, base),
+        least_top_vertical=least(forces.top_vertical, gamma and top),
         least_spacing=_spacing(few, forces),
     )
     return replace(response, contact=demand)
+
+
+def static_vertical(frame: RockingFrame) -> tuple[float, float]:
+    """Return the vertical forces at base and top of a column at rest, over the column's weight [1].
+
+    They include the prestress of tendons.
+
+    Examples
+    --------
+    >>> static_vertical(RockingFrame(height=9.6, width=1.6, mass_ratio=4.0))
+    (5.0, 4.0)
+    """
+    pressed = 0.0
+    if frame.tendon is not None and frame.column_mass is not None:
+        pressed = frame.tendon.prestress / (frame.column_mass * GRAVITY)
+    return 1.0 + frame.mass_ratio + pressed, frame.mass_ratio + pressed
+
+
+def uplift_friction_demand(frame: RockingFrame) -> float:
+    """Return the coefficient of friction that the base joints need when the frame uplifts [1].
+
+    It is tan(alpha) without tendons. The prestress of tendons presses the joints, too.
+
+    Examples
+    --------
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> round(uplift_friction_demand(bent), 5) == round(1.6 / 9.6, 5)
+    True
+    """
+    weight = 1.0 + frame.mass_ratio
+    return frame.uplift_acceleration / GRAVITY * weight / static_vertical(frame)[0]
 
 
 def _falls(response: Response) -> bool:
