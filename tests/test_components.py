@@ -14,10 +14,13 @@ from hypothesis import strategies as st
 
 import rockframe
 from rockframe.components import (
+    Channel,
     HorizontalPair,
     Sweep,
     fault_components,
+    motions_of,
     pair_horizontals,
+    recordings_of_channels,
     rotate,
     rotd,
     rotd_spectral_acceleration,
@@ -25,7 +28,7 @@ from rockframe.components import (
 )
 from rockframe.errors import ParameterError
 from rockframe.options.ingest import IngestOptions
-from rockframe.record import Orientation, Record
+from rockframe.record import Orientation, Record, in_sequence
 from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import integrate, peak
 
@@ -183,6 +186,76 @@ def test_a_vertical_of_quite_another_length_is_not_beside_them() -> None:
     assert vertical_beside(records) == {}
 
 
+def from_sample(record: Record, first: int, seconds: str) -> Record:
+    """Return a record without its first samples, which starts at these seconds."""
+    samples = record.acceleration[first:]
+    return replace(record, acceleration=samples, start_time=f"2019-07-06T03:19:{seconds}Z")
+
+
+@pytest.mark.parametrize(
+    ("first", "seconds"), [(0, "40.000001"), (0, "39.9996"), (1, "40.01"), (20, "40.2")]
+)
+def test_a_pair_is_cut_to_the_samples_that_its_channels_share(first: int, seconds: str) -> None:
+    """Whole-record answers of data centres start each channel at another time."""
+    late = [from_sample(one, first, seconds) for one in (component(0.0), UP)]
+    ((pair,), unpaired) = pair_horizontals([component(90.0), *late])
+    assert unpaired == ()
+    np.testing.assert_array_equal(pair.first.acceleration, component(90.0).acceleration[first:])
+    np.testing.assert_array_equal(pair.second.acceleration, component(0.0).acceleration[first:])
+    assert pair.vertical is not None
+    np.testing.assert_array_equal(pair.vertical.acceleration, UP.acceleration[first:])
+    whole = rotd(HorizontalPair(component(90.0), component(0.0)), azimuths=[30.0])
+    if first == 0:
+        assert rotd(pair, azimuths=[30.0]).values == whole.values
+    beside = vertical_beside([component(90.0), *late])
+    expected = np.r_[np.zeros(first), UP.acceleration[first:]]
+    np.testing.assert_array_equal(beside["r90"].acceleration, expected)
+
+
+def test_a_pair_is_not_cut_where_the_motion_is_strong() -> None:
+    late = from_sample(component(0.0), 200, "42")
+    pairs, unpaired = pair_horizontals([component(90.0), late])
+    assert pairs == ()
+    assert "% of the energy of 'r90' is outside the samples" in unpaired[0].reason
+
+
+def test_channels_that_overlap_are_of_one_motion_unless_several_instruments_recorded_them() -> None:
+    def channels(*seconds: float, azimuths: tuple[float, ...] = (0.0, 90.0)) -> list[Channel]:
+        names = [(azimuth, start) for start in seconds for azimuth in azimuths]
+        return [
+            Channel.of(
+                component(azimuth, record_id=f"{k}", start_time=f"2019-07-06T03:19:{s:09.6f}")
+            )
+            for k, (azimuth, s) in enumerate(names)
+        ]
+
+    east, north = channels(40.0)
+    apart = north._replace(start_time="2019-07-06T03:19:42.4")  # of 4.99 s, 2.59 s are common
+    assert motions_of([east, apart]) == [[0, 1]]
+    later = north._replace(start_time="2019-07-06T03:19:42.6")
+    assert motions_of([east, later]) == [[0], [1]]
+    # the windows of two shocks, and two sensors: each has both of its horizontals
+    assert motions_of(channels(40.0, 41.0)) == [[0, 1], [2, 3]]
+    # three sensors of one direction: which are of one instrument is unknown
+    assert motions_of(channels(40.0, 40.1, 40.2, azimuths=(0.0,))) == [[0], [1], [2]]
+    assert motions_of([east, north._replace(station="CLC")]) == [[0], [1]]
+
+
+def test_a_sequence_is_no_recording_of_its_own() -> None:
+    """Its response depends on that to its mainshock and on that to its aftershock."""
+    main = [component(a, start_time="2019-07-06T03:19:40Z") for a in (0.0, 90.0)]
+    after = [
+        component(a, record_id=f"after{a:g}", start_time="2019-07-06T04:00:00Z")
+        for a in (0.0, 90.0)
+    ]
+    other = component(0.0, station="CLC", record_id="other")
+    joined = in_sequence([main[0], after[0]], rest=1.0)
+    channels = [Channel.of(record) for record in (*main, *after, other, joined)]
+    found = recordings_of_channels(channels, {joined.record_id: joined.parts})
+    assert [found.index(key) for key in found] == [0, 0, 0, 0, 4, 0]
+    assert len(set(recordings_of_channels(channels[:5], {}))) == 3
+
+
 def shorter(record: Record, count: int) -> Record:
     return replace(record, acceleration=record.acceleration[:count])
 
@@ -243,7 +316,12 @@ def test_a_rotation_is_to_one_finite_azimuth_or_strike(
         ),
         (
             replace(component(0.0), acceleration=np.ones(3)),
-            "numbers of samples 500 and 3 of 'r90' and 'r0'. Must be equal.",
+            "of the energy of 'r90' is outside the samples that 'r90' and 'r0' share. Must be at "
+            "most 5 %.",
+        ),
+        (
+            component(0.0, start_time="2019-07-06T03:19:40.002Z"),
+            "the first samples of 'r90' and 'r0' are 0.002 s apart, 0.2 time steps. Must be whole",
         ),
     ],
 )

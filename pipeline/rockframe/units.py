@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from datetime import UTC, datetime
 from typing import Final
 
 from rockframe.errors import require_known
@@ -109,3 +110,18 @@ def _parsed(units: str) -> tuple[float, dict[str, int]] | None:
                 letters, exponent = re.fullmatch(r"([a-z]+)(-?\d)?", name).groups()  # type: ignore[union-attr]
                 powers[letters] += power * int(exponent or 1)
     return value, {name: power for name, power in powers.items() if power}
+
+
+def utc_seconds(time: str) -> float:
+    """Return a time (ISO 8601, by default UTC) in seconds since 1970; NaN if there is none.
+
+    Examples
+    --------
+    >>> utc_seconds("1970-01-01T00:01:00.5Z"), utc_seconds("")
+    (60.5, nan)
+    """
+    try:
+        moment = datetime.fromisoformat(time)
+    except ValueError:
+        return math.nan
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()

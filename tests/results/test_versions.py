@@ -19,7 +19,7 @@ from rockframe import (
     respond_many,
     respond_stage,
 )
-from rockframe.components import fitted, vertical_beside
+from rockframe.components import placed, vertical_beside
 from rockframe.errors import RockframeWarning
 from rockframe.options.ingest import IngestOptions, PassportLimits
 from rockframe.options.respond import BridgeEnsemble
@@ -304,7 +304,7 @@ def test_rotated_records_have_one_band_and_length_or_no_samples_as_read(
     rows = []
     for record, as_read, low in zip((one, other), before, (0.063, corner), strict=True):
         assert as_read is not None
-        samples = fitted(as_read.samples, record.acceleration.size)
+        samples = placed(as_read.samples, 0, record.acceleration.size)
         stated = replace(passport(record, record, limits), corner=Corner(low, CornerSource.STATED))
         rows.append((record, stated, AsRead(samples, BandPass(low, 40.0))))
     write_records(rows, tmp_path / "two.nc", input_sha256={}, parameters={})
@@ -314,6 +314,8 @@ def test_rotated_records_have_one_band_and_length_or_no_samples_as_read(
     ]
     with open_records(tmp_path / "two.nc") as records:
         turned = [
-            as_read for record, _, as_read in rotated(records, outcomes, [30.0], limits) if record
+            as_read
+            for record, _, as_read in rotated(records, outcomes, [30.0], limits, {})
+            if record
         ]
     assert [as_read is not None for as_read in turned] == [known]

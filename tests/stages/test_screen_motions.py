@@ -21,13 +21,14 @@ from rockframe.components import pair_horizontals, rotate
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.options.ingest import Filters
 from rockframe.options.pulse import PulseOptions
-from rockframe.options.respond import Ensemble, ScreenOptions
+from rockframe.options.respond import Ensemble, RespondOptions, ScreenOptions
 from rockframe.record import SiteType
 from rockframe.results.records import read_records
 from rockframe.results.screen import read_screening
 from rockframe.results.screen_tables import site_note
 from rockframe.rocking import draws, respond
 from rockframe.stages.pulse import pulse_stage
+from rockframe.stages.respond import respond_stage
 from rockframe.stages.screen import screen_stage
 from rockframe.study.structures import read_structures
 from rockframe.units import GRAVITY
@@ -254,8 +255,30 @@ def test_pulses_are_measures_and_must_be_of_the_same_records(tmp_path: Path) -> 
     screen_stage(records, output, options, pulses_path=pulses)
     found = read_screening(output)
     assert_allclose(found["L_p"], found["a_p"] * found["T_p"] ** 2, rtol=1e-12)
-    with pytest.raises(InputError, match=r"pulses.nc: was made from other records"):
-        screen_stage(stored(site(5), tmp_path), output, options, pulses_path=pulses)
+    for others, words in (
+        ([one.scaled(1.1) for one in site(4)], "pulse of 's00' was computed from other samples"),
+        ([sine("other", 1.0)], "contains no pulse of these records"),
+    ):
+        with pytest.raises(InputError, match=rf"pulses.nc: .*{words}"):
+            screen_stage(stored(others, tmp_path), output, options, pulses_path=pulses)
+
+
+def test_pulses_hold_for_the_same_samples_in_another_file(tmp_path: Path) -> None:
+    """Ingesting a motion again with a catalogue changes the file, but not its pulse."""
+    records, output = stored(site(4), tmp_path), tmp_path / "screen.nc"
+    pulses = tmp_path / "pulses.nc"
+    pulse_stage(records, pulses, PulseOptions(wavelet=("symmetric_ricker",), surrogates=0))
+    again = [replace(one, magnitude=6.5) for one in site(5)[1:]]
+    screen_stage(stored(again, tmp_path), output, QUICK, pulses_path=pulses)
+    found = read_screening(output)
+    assert found["magnitude"].values.tolist() == [6.5] * 4
+    assert np.isfinite(found["T_p"].values).tolist() == [True, True, True, False]
+    respond_stage(
+        tmp_path / "records.nc",
+        tmp_path / "response.nc",
+        RespondOptions(margins="none", structure="slender-column"),
+        pulses_path=pulses,
+    )
 
 
 def test_motions_are_selected_by_the_likeness_of_their_pulse(tmp_path: Path) -> None:

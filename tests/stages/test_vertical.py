@@ -96,7 +96,7 @@ def test_ground_that_falls_faster_than_gravity_is_rejected(
 def test_only_one_vertical_at_the_same_times_is_beside(motion: list[Record], change: str) -> None:
     east, north, up = motion
     others = {
-        "length": [replace(up, acceleration=up.acceleration[: up.acceleration.size // 2])],
+        "length": [replace(up, acceleration=up.acceleration[: up.acceleration.size // 10])],
         "second": [up, replace(up, record_id="again", acceleration=np.roll(up.acceleration, 1))],
         "step": [replace(up, time_step=0.02)],
     }

@@ -21,6 +21,7 @@ from rockframe.ingest.identify import site_of_depth
 from rockframe.ingest.parsing.lines import HEAD, read_head, unreadable
 from rockframe.provenance import read_json, whole_file
 from rockframe.record import Record, SiteType
+from rockframe.units import utc_seconds
 
 _Entries = Iterator[tuple[str, "CatalogueEntry"]]
 
@@ -535,17 +536,8 @@ def _applies(entry: CatalogueEntry, record: Record, known: Mapping[str, Any]) ->
     station = known.get("station", record.station), known.get("network", record.network)
     if entry.station and (entry.station, entry.network) != station:
         return False
-    begin, origin = _seconds(record.start_time), _seconds(entry.origin_time)
+    begin, origin = utc_seconds(record.start_time), utc_seconds(entry.origin_time)
     return -_BEFORE <= begin - origin <= _AFTER
-
-
-def _seconds(time: str) -> float:
-    """Return a time (ISO 8601, by default UTC) in seconds; NaN if there is none."""
-    try:
-        moment = datetime.fromisoformat(time)
-    except ValueError:
-        return math.nan
-    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
 def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,12 +14,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockframe.components import recordings_of_channels
 from rockframe.errors import InputError
 from rockframe.matching.match import PulseMatch
 from rockframe.matching.record_pulses import PulseVerdict, RecordPulses
 from rockframe.provenance import sha256_of
-from rockframe.record import Record, SiteType
+from rockframe.record import Part, Record, SiteType
 from rockframe.results.reading import opened
+from rockframe.results.records import channels_of, open_records
 from rockframe.results.schema import PULSES, RECORDS
 from rockframe.results.schema.response import PULSES_NC
 from rockframe.results.tables.rows import Row, columns_of, rows_along
@@ -132,20 +134,39 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     return found
 
 
-def pulses_with_hashes(path: Path) -> dict[str, tuple[Pulse, str]]:
-    """Return the selected pulse of each record, and ``samples_sha256`` of its record.
+def sample_hashes(path: Path, pulses: xr.Dataset, names: Sequence[str]) -> dict[str, str]:
+    """Return the hash of the samples from which each pulse of a file was computed, by record.
 
     Raises
     ------
     InputError
-        If the file is missing, corrupted, or of another kind.
+        If no record of these names has a pulse in the file.
     """
-    found = best_pulses(path)
-    hashes = loaded_pulses(path)["samples_sha256"].values if found else ()
-    return {
-        name: (match.pulse, str(text))
-        for (name, match), text in zip(found.items(), hashes, strict=True)
-    }
+    columns = (
+        pulses[key].values.tolist() if key in pulses else []
+        for key in ("record_id", "samples_sha256")
+    )
+    hashes = dict(zip(*columns, strict=True))
+    if hashes and not any(name in hashes for name in names):
+        message = "contains no pulse of these records. Use the pulses of these records."
+        raise InputError(path, message)
+    return hashes
+
+
+def require_samples(path: Path, hashes: Mapping[str, str], record: Record) -> None:
+    """Refuse the pulses of a file if that of a record was computed from other samples.
+
+    Raises
+    ------
+    InputError
+        If the record has a pulse of other samples.
+    """
+    if hashes.get(record.record_id, record.samples_sha256) != record.samples_sha256:
+        raise InputError(
+            path,
+            f"the pulse of {record.record_id!r} was computed from other samples. "
+            "Compute the pulses of these records.",
+        )
 
 
 def loaded_pulses(path: Path) -> xr.Dataset:
@@ -224,9 +245,8 @@ _LIKE: Final = {
     PulseVerdict.NOISE: False,
     PulseVerdict.AT_BOUND: False,
 }
-_OF_RECORDING: Final = ("event", "network", "station", "start_time")
-_TEXTS: Final = (*_OF_RECORDING, "component")
-#: Event, network, station and start time; and the record_id of a record without a station.
+_TEXTS: Final = ("event", "network", "station", "start_time", "component")
+#: Key of a recording, which records that are not independent share.
 Recording = tuple[str, ...]
 
 
@@ -242,6 +262,9 @@ class RecordMetadata:
         ``event``, ``network``, ``station``, ``start_time``, ``component`` and ``site`` of each.
     numbers : dict of str to array, shape (records,)
         `NUMBERS`, and `PULSE_NUMBERS` of the selected pulse, in SI units.
+    recordings : list of tuple of str
+        Recording of each: components of one motion share it, and so do a sequence and the motions
+        that it consists of.
     pulse_like : list of bool or None
         True if the selected pulse passes the test against noise; None if this is unknown.
     """
@@ -249,15 +272,13 @@ class RecordMetadata:
     names: list[str]
     texts: dict[str, list[str]]
     numbers: dict[str, Float]
+    recordings: list[Recording]
     pulse_like: list[bool | None]
-
-    def recording(self, row: int) -> Recording:
-        """Return the recording that the record at a row of the file is a component of."""
-        return _recording(self.names[row], *(self.texts[name][row] for name in _OF_RECORDING))
 
 
 def recordings_of(records: Path | xr.Dataset) -> dict[str, Recording]:
-    """Return the recording of each record by its identifier; its components have the same one.
+    """Return the recording of each record by its identifier; records that are not independent, such
+    as its components, have the same one.
 
     Parameters
     ----------
@@ -272,13 +293,15 @@ def recordings_of(records: Path | xr.Dataset) -> dict[str, Recording]:
     if isinstance(records, Path):
         with opened(records, RECORDS) as dataset:
             return recordings_of(dataset)
-    columns = ([str(one) for one in records[n].values] for n in ("record_id", *_OF_RECORDING))
-    return {name: _recording(name, *texts) for name, *texts in zip(*columns, strict=True)}
-
-
-def _recording(name: str, event: str, network: str, station: str, start_time: str) -> Recording:
-    """Return the key of a recording; a record without a station is its own recording."""
-    return event, network, station, start_time, "" if station else name
+    channels = channels_of(records)
+    names = [channel.record_id for channel in channels]
+    stated = records["parts"].values if "parts" in records else [""] * len(names)
+    parts = {
+        name: [Part.of(part) for part in str(text).split("; ")]
+        for name, text in zip(names, stated, strict=True)
+        if text
+    }
+    return dict(zip(names, recordings_of_channels(channels, parts), strict=True))
 
 
 def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadata:
@@ -294,7 +317,8 @@ def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadat
     Raises
     ------
     InputError
-        If a file cannot be read, or if the pulses belong to other records.
+        If a file cannot be read, if no pulse belongs to these records, or if a pulse was computed
+        from other samples.
     """
     with opened(records_path, RECORDS) as file:
         records = file.drop_dims("obs").load()
@@ -303,7 +327,7 @@ def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadat
     pulses = dict.fromkeys(PULSE_NUMBERS, unknown)
     like: list[bool | None] = [None] * len(names)
     if pulses_path is not None:
-        pulses, like = _pulses(pulses_path, sha256_of(records_path), names)
+        pulses, like = _pulses(pulses_path, records_path, names)
     return RecordMetadata(
         names=names,
         texts={
@@ -311,23 +335,29 @@ def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadat
             "site": [SiteType(int(flag)).words for flag in records["site_type"].values],
         },
         numbers={name: records[name].values.astype(np.float64) for name in NUMBERS} | pulses,
+        recordings=[*recordings_of(records).values()],
         pulse_like=like,
     )
 
 
 def _pulses(
-    path: Path, records: str, names: list[str]
+    path: Path, records_path: Path, names: list[str]
 ) -> tuple[dict[str, Float], list[bool | None]]:
     """Return the numbers of each selected pulse, and the result of its test against noise."""
     pulses = loaded_pulses(path)
-    if records not in json.loads(pulses.attrs["input_sha256"]).values():
-        raise InputError(path, "was made from other records. Use the pulses of these records.")
+    hashes = sample_hashes(path, pulses, names)
+    # The file that the pulses were computed from has their samples; another one is read.
+    if sha256_of(records_path) not in json.loads(pulses.attrs["input_sha256"]).values():
+        with open_records(records_path) as records:
+            for name in names:
+                require_samples(path, hashes, records.read(name))
     values = {name: np.full(len(names), np.nan) for name in PULSE_NUMBERS}
     like: list[bool | None] = [None] * len(names)
     row_of = {name: row for row, name in enumerate(names)}
     if "record_id" not in pulses:  # a batch without accepted records
         return values, like
     best = best_of(pulses)
+    best = best.isel(record=[name in row_of for name in best["record_id"].values.tolist()])
     rows = [row_of[str(name)] for name in best["record_id"].values]
     for quantity, numbers in values.items():
         numbers[rows] = best[quantity].values

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -15,9 +14,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.components import (
-    MOTION_FIELDS,
+    Channel,
     HorizontalPair,
-    motion_key,
+    motions_of,
     pair_horizontals,
     rotd_spectral_acceleration,
 )
@@ -46,7 +45,7 @@ def write_records(
     *,
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
-    rotd: Mapping[Hashable, Mapping[str, Any]] | None = None,
+    rotd: Mapping[str, Mapping[str, Any]] | None = None,
     spectral_periods: Sequence[float] = (),
 ) -> tuple[dict[str, str], xr.Dataset]:
     """Write the output of the ingest stage, complete or not at all; one record is in memory at a
@@ -67,7 +66,7 @@ def write_records(
     parameters : mapping
         The options of the stage; JSON values.
     rotd : mapping, optional
-        Measures of both horizontals by variable, for each motion (`RecordsFile.rotd`); by default
+        Measures of both horizontals by variable, for each record (`RecordsFile.rotd`); by default
         those of the pairs among the records. Without passports the file has none.
     spectral_periods : sequence of float
         Periods [s] of the spectral accelerations that the file contains, with the Housner
@@ -163,50 +162,60 @@ def write_scaled(
     )
 
 
-def _motions(values: Mapping[str, Sequence[Any]]) -> dict[Hashable, list[int]]:
-    """Return the rows of the records of each motion."""
-    rows: defaultdict[Hashable, list[int]] = defaultdict(list)
-    for row, facts in enumerate(zip(*(values[name] for name in MOTION_FIELDS), strict=True)):
-        rows[motion_key(*facts)].append(row)
-    return rows
+def channels_of(values: Mapping[Any, Any]) -> list[Channel]:
+    """Return the channel of each record from the values of a dataset or of its columns."""
+    named = ("row_size" if name == "samples" else name for name in Channel._fields)
+    columns = (np.asarray(values[name]).tolist() for name in named)
+    return [
+        Channel(*row)._replace(orientation=Orientation(row[Channel._fields.index("orientation")]))
+        for row in zip(*columns, strict=True)
+    ]
 
 
 def _rotd(
-    values: Mapping[str, Sequence[Any]], rotd: Mapping[Hashable, Mapping[str, Any]], periods: int
+    values: Mapping[str, Sequence[Any]], rotd: Mapping[str, Mapping[str, Any]], periods: int
 ) -> dict[str, list[Any]]:
-    """Return RotD of each record by variable: of its motion, NaN for verticals."""
+    """Return RotD of each record by variable; NaN for verticals."""
     unknown: dict[str, Any] = dict.fromkeys(_ROTD, math.nan)
     if periods:
         unknown |= dict.fromkeys(_ROTD_OF_SPECTRA, [math.nan] * periods)
-    of_row: list[Mapping[str, Any]] = [unknown] * len(values["record_id"])
-    for motion, rows in _motions(values).items():
-        for row in rows:
-            if not values["orientation"][row].upright:
-                of_row[row] = rotd.get(motion, unknown)
+    unknown["unpaired"] = ""
+    of_row = [{**unknown, **rotd.get(name, {})} for name in values["record_id"]]
     return {name: [of_one[name] for of_one in of_row] for name in unknown}
 
 
 def _rotd_of_pairs(
     values: Mapping[str, list[Any]], written: Growing, periods: Sequence[float]
-) -> dict[Hashable, dict[str, Any]]:
-    """Return RotD of each motion of two horizontals; one motion is in memory at a time."""
+) -> dict[str, dict[str, Any]]:
+    """Return RotD of each record that has a pair, and the reason for each horizontal that has none;
+    one motion is in memory at a time.
+    """
     where = slices(values["row_size"])
-    found: dict[Hashable, dict[str, Any]] = {}
+    found: dict[str, dict[str, Any]] = {}
 
     def record(row: int) -> Record:
         samples = written.appended("acceleration", where[row])
         return _record({name: column[row] for name, column in values.items()}, samples)
 
-    for motion, rows in _motions(values).items():
-        orientations = [values["orientation"][row] for row in rows]
-        if orientations.count(Orientation.HORIZONTAL) == 2:
-            for pair in pair_horizontals(map(record, rows))[0]:
-                pga, pgv = rotd_of(pair), rotd_of(pair, transform=integrate)
-                shares = [one.percentile(share) for one in (pga, pgv) for share in (50, 100)]
-                found[motion] = dict(zip(_ROTD, (*shares, pga.strongest_azimuth), strict=True))
-                if periods:
-                    found[motion] |= _rotd_of_spectra(pair, periods)
+    for rows in motions_of(channels_of(values)):
+        across = [row for row in rows if not values["orientation"][row].upright]
+        if len(across) < 2:  # no samples are needed to say so
+            found |= {values["record_id"][row]: {"unpaired": ALONE} for row in across}
+            continue
+        pairs, unpaired = pair_horizontals(map(record, rows))
+        for alone in unpaired:
+            found[alone.record_id] = {"unpaired": alone.reason}
+        for pair in pairs:
+            of_pair = _rotd_of(pair, periods)
+            found |= {one.record_id: of_pair for one in (pair.first, pair.second)}
     return found
+
+
+def _rotd_of(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, Any]:
+    pga, pgv = rotd_of(pair), rotd_of(pair, transform=integrate)
+    shares = [one.percentile(share) for one in (pga, pgv) for share in (50, 100)]
+    found = dict(zip(_ROTD, (*shares, pga.strongest_azimuth), strict=True))
+    return found | (_rotd_of_spectra(pair, periods) if periods else {})
 
 
 def _rotd_of_spectra(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, list[float]]:
@@ -266,6 +275,8 @@ def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
 _FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
 #: RotD50 and RotD100 of PGA and PGV, and the azimuth of the largest acceleration.
 _ROTD: Final = ("pga_rotd50", "pga_rotd100", "pgv_rotd50", "pgv_rotd100", "azimuth_rotd100")
+#: Reason why a record has no RotD, if its motion has no other horizontal.
+ALONE: Final = "no other horizontal of the same event and station overlaps it in time."
 _ROTD_OF_SPECTRA: Final = ("spectral_acceleration_rotd50", "spectral_acceleration_rotd100")
 #: Units of quantities that grow with the amplitude of a motion, and variables that do otherwise.
 _OF_MOTION: Final = ("m s-2", "m s-1", "m")
@@ -339,20 +350,20 @@ class RecordsFile:
         return list(map(float, self._values_of["azimuth"].values))
 
     @property
-    def motions(self) -> dict[Hashable, list[str]]:
+    def motions(self) -> list[list[str]]:
         """Identifiers of the records of each motion, in the order of the file."""
-        names, values = self.names, self._columns(*MOTION_FIELDS)
-        return {key: [names[row] for row in rows] for key, rows in _motions(values).items()}
+        names, channels = self.names, channels_of(self._values_of)
+        return [[names[row] for row in rows] for rows in motions_of(channels)]
 
     @property
-    def rotd(self) -> dict[Hashable, dict[str, Any]]:
-        """RotD of each motion of which the file states it, by variable."""
-        names = [name for name in (*_ROTD, *_ROTD_OF_SPECTRA) if name in self._values_of]
-        values, across = self._columns(*names), [not one.upright for one in self.orientations]
+    def rotd(self) -> dict[str, dict[str, Any]]:
+        """RotD of each record if the file states it, by variable."""
+        named = (*_ROTD, *_ROTD_OF_SPECTRA, "unpaired")
+        names = [name for name in named if name in self._values_of]
+        values = self._columns(*names)
         return {
-            motion: {name: column[row] for name, column in values.items()}
-            for motion, rows in _motions(self._columns(*MOTION_FIELDS)).items()
-            for row in [row for row in rows if across[row]][:1]
+            name: {key: column[row] for key, column in values.items()}
+            for name, row in self._rows.items()
         }
 
     def _columns(self, *names: str) -> dict[str, list[Any]]:

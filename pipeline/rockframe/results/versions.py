@@ -11,8 +11,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components import HorizontalPair, fitted, pair_with
-from rockframe.errors import RockframeWarning
+from rockframe.components import HorizontalPair, pair_with, placed, steps_between
+from rockframe.errors import ParameterError, RockframeWarning
 from rockframe.options.respond import Ensemble
 from rockframe.record import Orientation, Record
 from rockframe.results.records import RecordsFile
@@ -42,12 +42,15 @@ class Uncertain:
         The record, and the other horizontal of its motion; without it, the record is not turned.
     other_as_read : AsRead, optional
         Samples of the other horizontal before this package corrected it.
+    later : int
+        Time steps from the first sample of the record to the first of ``other_as_read``.
     """
 
     record: Record
     as_read: AsRead | None
     pair: HorizontalPair | None = None
     other_as_read: AsRead | None = None
+    later: int = 0
 
     def versions(self, ensemble: Ensemble, motion: Record | GroundAcceleration) -> Versions:
         """Return the versions of the record that the members need.
@@ -78,8 +81,11 @@ class Uncertain:
             return as_ground(motion)
         samples = _corrected(self.record, self.as_read, factor)
         if self.pair is not None and degrees != 0.0:
-            other = _corrected(self.pair.second, self.other_as_read, factor)
-            series = samples, fitted(other, samples.size)
+            other = self.pair.second.acceleration
+            if factor != 1.0 and self.other_as_read is not None:
+                corrected = self.other_as_read.corrected(self.record.time_step, factor)
+                other = placed(corrected, -self.later, samples.size)
+            series = samples, other
             samples = self.pair.toward([self.record.azimuth + degrees], series)[0]
         ground = as_ground(replace(self.record, acceleration=samples))
         if isinstance(motion, Record):
@@ -136,14 +142,25 @@ class VersionSources:
         """Return a record with what its versions are made of; None if it has only one version."""
         ensemble, file = self.ensemble, self.file
         name = self.others.get(record.record_id)
-        pair = None if name is None else pair_with(record, file.read(name))
+        other = None if name is None else file.read(name)
+        pair = None if other is None else _paired(record, other)
         if not ensemble.members or (ensemble.corner == 1.0 and pair is None):
             return None
         as_read = None if ensemble.corner == 1.0 else file.as_read(record.record_id)
-        if pair is None:
+        if pair is None or other is None:
             return None if as_read is None else Uncertain(record, as_read)
-        other = None if as_read is None else file.as_read(pair.second.record_id)
-        return Uncertain(record, as_read, pair, other)
+        beside = None if as_read is None else file.as_read(other.record_id)
+        return Uncertain(record, as_read, pair, beside, steps_between(record, other))
+
+
+def _paired(record: Record, other: Record) -> HorizontalPair | None:
+    """Return a record with the other horizontal of its motion; warn if they cannot be a pair."""
+    try:
+        return pair_with(record, other)
+    except ParameterError as error:
+        message = f"orientation_degree of the ensemble does not concern {record.record_id!r}"
+        warnings.warn(f"{message}: {error}", RockframeWarning, stacklevel=3)
+        return None
 
 
 def _other_horizontals(file: RecordsFile) -> dict[str, str]:
@@ -151,7 +168,7 @@ def _other_horizontals(file: RecordsFile) -> dict[str, str]:
     azimuth = dict(zip(file.names, file.azimuths, strict=True))
     across = dict(zip(file.names, file.orientations, strict=True))
     found = {}
-    for motion in file.motions.values():
+    for motion in file.motions:
         level = [name for name in motion if across[name] is Orientation.HORIZONTAL]
         for name in level:
             turned = [math.fmod(abs(azimuth[name] - azimuth[other]), 180.0) for other in level]

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 
-from rockframe.components import MOTION_FIELDS, motion_key
+from rockframe.components import Channel, motions_of
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.ingest import Reading
 from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
@@ -225,46 +224,61 @@ def inspected(
     limits : PassportLimits
         Limits of the checks.
     """
-    for _, together in groupby(readings, _motion):
-        motion = list(together)
-        corners = _corners(motion, options, limits.signal_to_noise_ratio)
-        for one, corner in zip(motion, corners, strict=True):
-            if isinstance(one, Reading):
-                yield _inspected(one, corner, options.band_pass_hz, limits)
-            else:
-                yield None, one, None
+    for together in _consecutive(readings):
+        if isinstance(together, InputOutcome):
+            yield None, together, None
+            continue
+        corners = _corners(together, options, limits.signal_to_noise_ratio)
+        for reading, corner in zip(together, corners, strict=True):
+            yield _inspected(reading, corner, options.band_pass_hz, limits)
 
 
-def _motion(one: Reading | InputOutcome) -> Hashable:
-    """Return the key of a record's motion; that of an input without a record is the input."""
-    if isinstance(one, InputOutcome):
-        return one
-    facts = (one.facts.get(name, getattr(one.record, name)) for name in MOTION_FIELDS)
-    return motion_key(*facts)
+def _consecutive(
+    readings: Iterable[Reading | InputOutcome],
+) -> Iterator[list[Reading] | InputOutcome]:
+    """Yield records that follow one another and overlap in time together, and other inputs."""
+    together: list[Reading] = []
+    for reading in readings:
+        apart = isinstance(reading, InputOutcome) or not (
+            together and _channel(together[-1]).overlaps(_channel(reading))
+        )
+        if apart and together:
+            yield together
+            together = []
+        if isinstance(reading, InputOutcome):
+            yield reading
+        else:
+            together.append(reading)
+    if together:
+        yield together
+
+
+def _channel(reading: Reading) -> Channel:
+    """Return the channel of a record with the metadata that the user states."""
+    known = Channel.of(reading.record)._asdict()
+    return Channel(**{name: reading.facts.get(name, value) for name, value in known.items()})
 
 
 def _corners(
-    motion: Sequence[Reading | InputOutcome], options: IngestOptions, ratio: float
+    together: Sequence[Reading], options: IngestOptions, ratio: float
 ) -> list[Corner | None]:
-    """Return the lower corner for each record of a motion; None if it is not corrected here.
+    """Return the lower corner for each record; None if it is not corrected here.
 
-    Two horizontals get the higher one of theirs, because their rotations mix them.
+    The two horizontals of one motion get the higher one of theirs, because their rotations mix
+    them.
     """
     corners = [
         _corner(one.record, options.band_pass_hz, ratio)
-        if isinstance(one, Reading) and (options.uncorrected or one.record.uncorrected)
+        if options.uncorrected or one.record.uncorrected
         else None
-        for one in motion
+        for one in together
     ]
-    horizontals = [
-        place
-        for place, one in enumerate(motion)
-        if isinstance(one, Reading) and not one.record.orientation.upright
-    ]
-    both = [corner for corner in (corners[place] for place in horizontals) if corner is not None]
-    if len(horizontals) == len(both) == 2:
-        higher = max(both, key=lambda corner: corner.frequency)
-        return [higher if place in horizontals else one for place, one in enumerate(corners)]
+    for motion in motions_of([_channel(one) for one in together]):
+        across = [place for place in motion if not together[place].record.orientation.upright]
+        both = [corner for corner in (corners[place] for place in across) if corner is not None]
+        if len(across) == len(both) == 2:
+            higher = max(both, key=lambda corner: corner.frequency)
+            corners = [higher if place in across else one for place, one in enumerate(corners)]
     return corners
 
 

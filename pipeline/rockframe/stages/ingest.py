@@ -9,6 +9,7 @@ from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.components import HorizontalPair, pair_horizontals, rotate
@@ -40,6 +41,7 @@ def rotated(
     outcomes: Sequence[InputOutcome],
     azimuths: Sequence[float],
     limits: PassportLimits,
+    rotd: dict[str, Mapping[str, Any]],
 ) -> Iterator[Inspected]:
     """Yield the motion of each pair toward the azimuths, and the vertical records unchanged.
 
@@ -56,10 +58,13 @@ def rotated(
         Directions of the motions [degree].
     limits : PassportLimits
         Limits of the checks.
+    rotd : dict
+        Filled with the measures of both horizontals of each rotated motion (`RecordsFile.rotd`).
     """
+    of_recorded = file.rotd
     recorded = {one.record_id: one for one in outcomes if one.status == "accepted"}
     yield from ((None, one, None) for one in outcomes if one.status != "accepted")
-    for names in file.motions.values():
+    for names in file.motions:
         records = [file.read(name) for name in names]
         pairs, unpaired = pair_horizontals(records)
         for alone in unpaired:
@@ -67,7 +72,10 @@ def rotated(
             yield None, replace(recorded[alone.record_id], status="rejected", reason=reason), None
         verticals = {r.record_id: r for r in records if r.orientation.upright}
         for pair in pairs:
-            yield from _toward(pair, azimuths, recorded, limits, _both_as_read(file, pair))
+            for row in _toward(pair, azimuths, recorded, limits, _both_as_read(file, pair)):
+                if row[0] is not None:
+                    rotd[row[0].record_id] = of_recorded[pair.first.record_id]
+                yield row
             if pair.vertical:
                 verticals[pair.vertical.record_id] = pair.vertical
         for name, vertical in verticals.items():
@@ -220,13 +228,14 @@ def ingest_stage(
         if azimuths:
             outcomes, acceptance = acceptance.outcomes, accepting(filters)
             with open_records(place) as recorded:
-                toward = rotated(recorded, outcomes, azimuths, checks)
+                rotd: dict[str, Mapping[str, Any]] = {}
+                toward = rotated(recorded, outcomes, azimuths, checks, rotd)
                 _, made = write_records(
                     acceptance.passed(_and_sequence(toward, options, checks)),
                     output,
                     input_sha256=inputs,
                     parameters=parameters,
-                    rotd=recorded.rotd,
+                    rotd=rotd,
                     spectral_periods=options.spectral_periods_s or (),
                 )
     rows = acceptance.publish()

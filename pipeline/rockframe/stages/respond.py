@@ -13,13 +13,18 @@ from typing import TYPE_CHECKING, Final, Self, TypeAlias
 
 from rockframe.components import vertical_beside
 from rockframe.engines.engine import Engine, map_tasks, on_threads
-from rockframe.errors import InputError, ParameterError, RockframeWarning, require_known
+from rockframe.errors import ParameterError, RockframeWarning, require_known
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Orientation, Part, Record
-from rockframe.results.pulses import pulses_with_hashes
+from rockframe.results.pulses import (
+    best_pulses,
+    loaded_pulses,
+    require_samples,
+    sample_hashes,
+)
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import response_row, write_response_rows
 from rockframe.results.tables.rows import Row, ensemble_cells, spread_verdict
@@ -257,31 +262,22 @@ class _Pulses:
     """The pulses of a file, each with the hash of its record's samples."""
 
     path: Path | None
-    known: Mapping[str, tuple[Pulse, str]]
+    known: Mapping[str, Pulse]
+    hashes: Mapping[str, str]
 
     @classmethod
     def read(cls, path: Path | None, names: Sequence[str]) -> Self:
         if path is None:
-            return cls(path, {})
-        known = pulses_with_hashes(path)
-        if not any(name in known for name in names):
-            raise InputError(
-                path, "contains no pulse of these records. Use the pulses of these records."
-            )
-        return cls(path, known)
+            return cls(path, {}, {})
+        hashes = sample_hashes(path, loaded_pulses(path), names)
+        return cls(path, {name: match.pulse for name, match in best_pulses(path).items()}, hashes)
 
     def of(self, record: Record) -> dict[str, Pulse]:
         """Return the record's pulse by name; empty if it has none."""
         if self.path is None or record.record_id not in self.known:
             return {}
-        pulse, sha256 = self.known[record.record_id]
-        if sha256 != record.samples_sha256:
-            raise InputError(
-                self.path,
-                f"the pulse of {record.record_id!r} was computed from other samples. "
-                "Compute the pulses of these records.",
-            )
-        return {record.record_id: pulse}
+        require_samples(self.path, self.hashes, record)
+        return {record.record_id: self.known[record.record_id]}
 
 
 def _rows(task: ResponseTask) -> list[tuple[str, WrittenRow | None, str]]:
@@ -465,8 +461,8 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
     upward = beside.get(record.record_id)
     if upward is None:
         raise ParameterError(
-            "no vertical record of the same event, station, start and time step has a length "
-            "within 5 %. Add one, or compute without the vertical component."
+            "no vertical record of the same event, station and time step covers it in time, or "
+            "several do. Add one, or compute without the vertical component."
         )
     sign = -1.0 if upward.orientation is Orientation.DOWNWARD else 1.0
     across = GroundAcceleration.from_samples(record.acceleration, record.time_step)

@@ -173,7 +173,7 @@ class Motions:
         """Return the measures of both horizontals of a motion; NaN without a partner."""
         name = motion.records[0]
         if name not in self._of_pairs:
-            together = self._recordings[self._metadata.recording(motion.row)]
+            together = self._recordings[self._metadata.recordings[motion.row]]
             self._of_pairs |= dict.fromkeys(together, self._rotd(None))
             for pair in pair_horizontals(map(self._file.read, together))[0]:
                 found = self._rotd(pair)
@@ -239,7 +239,7 @@ class Motions:
         """Return the pair of two records with its vertical record; the last pair is cached."""
         if self._pair is None or self._pair[0] != names:
             row = self._metadata.names.index(names[0])
-            together = self._recordings[self._metadata.recording(row)]
+            together = self._recordings[self._metadata.recordings[row]]
             pairs, _ = pair_horizontals(map(self._file.read, together))
             self._pair = (
                 names,
@@ -252,8 +252,8 @@ class Motions:
     @cached_property
     def _recordings(self) -> dict[tuple[str, ...], list[str]]:
         together: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
-        for row, name in enumerate(self._metadata.names):
-            together[self._metadata.recording(row)].append(name)
+        for name, recording in zip(self._metadata.names, self._metadata.recordings, strict=True):
+            together[recording].append(name)
         return together
 
     def _recorded(self, rows: Mapping[str, int], names: Sequence[str]) -> Iterator[Motion]:
@@ -261,7 +261,7 @@ class Motions:
         clusters: dict[tuple[str, ...], int] = {}
         for name in names:
             row = rows[name]
-            cluster = clusters.setdefault(self._metadata.recording(row), len(clusters))
+            cluster = clusters.setdefault(self._metadata.recordings[row], len(clusters))
             numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
             yield Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
 

@@ -334,7 +334,7 @@ def _verticals(file: RecordsFile, factors: Mapping[str, float]) -> dict[str, str
     """
     upright = {name for name, of in zip(file.names, file.orientations, strict=True) if of.upright}
     found: dict[str, str] = {}
-    for together in file.motions.values():
+    for together in file.motions:
         selected = [name for name in together if name in factors]
         if len(selected) == 1:
             found |= {name: selected[0] for name in together if name in upright}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -106,11 +107,14 @@ def run_ingest(options: argparse.Namespace) -> int:
             table_format=options.format,
         )
     accepted = _accepted(result)
+    unpaired = _unpaired(result)
     if options.json:
         others = _others(result.entries)
-        console.show_json({"accepted": accepted, **others, "output": str(options.output)})
+        said = {"accepted": accepted, **others, "unpaired": unpaired}
+        console.show_json({**said, "output": str(options.output)})
     else:
         _show(accepted, options.output)
+        _show_unpaired(unpaired)
         _show_trusted(accepted, stated.trust or ())
         filtered = sum(entry.status == "filtered" for entry in result.entries)
         if filtered:
@@ -135,6 +139,25 @@ def _accepted(result: Ingested) -> list[dict[str, Any]]:
         }
         for record in result.accepted
     ]
+
+
+def _unpaired(result: Ingested) -> dict[str, str]:
+    """Return the reason for each horizontal that has no RotD."""
+    made = result.dataset
+    named = zip(made["record_id"].values, made["unpaired"].values, strict=True)
+    return {str(name): str(reason) for name, reason in named if reason}
+
+
+def _show_unpaired(unpaired: Mapping[str, str]) -> None:
+    """Print why the horizontals of a motion are no pair; one that is alone needs no line."""
+    from rockframe.results.records import ALONE
+
+    together: defaultdict[str, list[str]] = defaultdict(list)
+    for name, reason in unpaired.items():
+        together[reason].append(name)
+    for reason, names in together.items():
+        if reason != ALONE:
+            print(f"no RotD: {', '.join(names)}: {reason}")
 
 
 def _others(entries: Sequence[InputOutcome]) -> dict[str, list[dict[str, Any]]]:

@@ -101,6 +101,9 @@ RECORDS_NC: Final = FileKind(
             Variable("pgv_rotd100", "record", float, "m s-1", "RotD100 of the peak ground velocity of both horizontals"),
             Variable("azimuth_rotd100", "record", float, "degree", "azimuth of the largest acceleration, clockwise from north"),
         ),
+        *optional("unpaired",
+            Variable("unpaired", "record", str, "1", "reason why the record has no RotD; empty for pairs and verticals"),
+        ),
     ),
 )
 # fmt: on

@@ -1,0 +1,18 @@
+"""Horizontal components of a motion: pairing, rotation, and measures over all azimuths."""
+
+from .pairing import Channel as Channel
+from .pairing import HorizontalPair as HorizontalPair
+from .pairing import motions_of as motions_of
+from .pairing import on_common_samples as on_common_samples
+from .pairing import pair_horizontals as pair_horizontals
+from .pairing import pair_with as pair_with
+from .pairing import placed as placed
+from .pairing import recordings_of_channels as recordings_of_channels
+from .pairing import steps_between as steps_between
+from .pairing import vertical_beside as vertical_beside
+from .rotation import HALF_TURN as HALF_TURN
+from .rotation import Sweep as Sweep
+from .rotation import fault_components as fault_components
+from .rotation import rotate as rotate
+from .rotation import rotd as rotd
+from .rotation import rotd_spectral_acceleration as rotd_spectral_acceleration
