@@ -52,8 +52,9 @@ class Channel(NamedTuple):
     @classmethod
     def of(cls, record: Record) -> Self:
         """Return the metadata of a record."""
-        known = (getattr(record, name) for name in cls._fields if name != "samples")
-        return cls(*known, record.acceleration.size)
+        names = (name for name in cls._fields if name != "samples")
+        known = {name: getattr(record, name) for name in names}
+        return cls(**known, samples=record.acceleration.size)
 
     @property
     def place(self) -> Hashable:
