@@ -81,6 +81,14 @@ def parsers_are_kept() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def compiling_is_not_said() -> Iterator[None]:
+    """Print nothing before kernels are compiled: tests of messages would depend on the cache."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rockframe.cli.main.before_compiling", lambda _tell: None)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def files_need_not_survive_a_power_cut() -> Iterator[None]:
     """Do not wait until the disk has each of the thousands of files that the tests write."""
     with pytest.MonkeyPatch.context() as patch:

@@ -273,6 +273,44 @@ def test_an_interrupt_while_code_is_made_is_not_lost(tmp_path: Path) -> None:
     assert ran.stderr.rstrip().endswith("KeyboardInterrupt")
 
 
+_SAID = """
+from rockframe.compiled import before_compiling, compiled
+
+def twice(x):
+    return 2.0 * x
+
+def thrice(x):
+    return 3.0 * x
+
+before_compiling(lambda: print("compiling", flush=True))
+print(compiled(twice)(1.0), compiled(thrice)(1.0))
+"""
+
+
+def test_compiling_is_said_once_and_only_where_the_cache_has_no_code(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(_SAID)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    for expected in ("compiling\n2.0 3.0\n", "2.0 3.0\n"):
+        ran = subprocess.run(
+            [sys.executable, str(script)],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert ran.stdout == expected
+
+
+def test_a_command_says_that_it_compiles_on_the_error_stream(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The stream is no terminal here."""
+    monkeypatch.setattr("rockframe.cli.main.before_compiling", lambda tell: tell())
+    assert main(["formats"]) == 0
+    assert capsys.readouterr().err.startswith("rockframe: compiling the kernels for this computer")
+
+
 _PRODUCT = """
 import sys
 import numba, numpy

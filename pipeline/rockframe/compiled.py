@@ -18,6 +18,19 @@ F = TypeVar("F", bound=Callable[..., Any])
 _KERNELS: Final = sorted((Path(__file__).parent / "rocking" / "kernels").glob("*.py"))
 #: Held while a function is made.
 _MAKING: Final = RLock()
+#: Functions to call before the first compilation of this process.
+_BEFORE_COMPILING: Final[list[Callable[[], None]]] = []
+
+
+def before_compiling(tell: Callable[[], None]) -> None:
+    """Call a function once, before this process first compiles instead of reading the cache."""
+    _BEFORE_COMPILING[:] = [tell]
+
+
+def tell_of_compiling() -> None:
+    """Call the function of `before_compiling`, unless it was called before."""
+    while _BEFORE_COMPILING:
+        _BEFORE_COMPILING.pop()()
 
 
 @cache
@@ -92,9 +105,11 @@ class _Compiled:
                 made = numba.njit(**self._options)(self._function)
                 if not numba.config.DISABLE_JIT:  # numba then returns the function as it is
                     made.compile = _without_collection(made.compile)
-                    with suppress(RuntimeError):  # no folder to cache in: read-only installation
+                    try:
                         made._cache = kept = _Cache(self._function)  # noqa: SLF001  numba's own
                         made.compile = kept.one_process_at_a_time(made.compile)
+                    except RuntimeError:  # no folder to cache in: read-only installation
+                        tell_of_compiling()
                 self._dispatcher = made
             return self._dispatcher
 
@@ -233,6 +248,8 @@ class _Cache:
             types = hashlib.sha256(str(signature).encode()).hexdigest()[:12]
             self._lock = _Lock(Path(self._files.cache_path, f"{self._name}-{types}.lock"))
             code = self._loaded(signature, target)
+        if code is None:
+            tell_of_compiling()
         return code
 
     def _loaded(self, signature: Any, target: Any) -> Any:

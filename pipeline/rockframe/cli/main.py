@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any, Final, NoReturn, TextIO
 
 from rockframe import interruption
+from rockframe.compiled import before_compiling
 from rockframe.errors import RockframeError, RockframeWarning, meant
 from rockframe.options import STAGES
 from rockframe.provenance import staying
@@ -60,6 +61,11 @@ _FAULT: Final = 70
 #: Disk space that the cache of compiled code needs [bytes].
 _CACHE_ROOM: Final = 16_000_000
 
+
+#: Printed before the first compilation of a process; later processes read the code from the cache.
+_COMPILING: Final = (
+    "rockframe: compiling the kernels for this computer, which the first commands do once."
+)
 
 #: System errors on any file or stream that the user can correct, and what to do.
 _OF_SYSTEM: Final = {
@@ -222,6 +228,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     _move_cache_from_full_disk()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal that cannot show theta prints "?"
+    before_compiling(partial(_say, _COMPILING))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("default", RockframeWarning)

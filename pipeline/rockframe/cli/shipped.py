@@ -25,6 +25,7 @@ from rockframe.cli.stages.respond import (
     show_responses,
     verdict_notes,
 )
+from rockframe.compiled import tell_of_compiling
 from rockframe.errors import require_known
 from rockframe.matching.record_pulses import LEVEL
 from rockframe.options.ingest import IngestOptions
@@ -220,6 +221,7 @@ def _helped(*, drawing: bool = False) -> Iterator[tuple[bool, Engine]]:
         return
     with WorkerPool(1) as pool:
         if not cached:
+            tell_of_compiling()
             pool.submit(_compile_kernel)
         ready = pool.submit(_prepare_drawing) if drawing else Future[None]()
         yield not cached, SharedWork(pool, ready)
