@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import csv
 import importlib
+import math
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -17,14 +20,19 @@ from tests.screening import site, stored, structures
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError, ParameterError
+from rockframe.figures.fragility import draw_fragility
 from rockframe.options.respond import ExportOptions, ScreenOptions
+from rockframe.report.page import _fragility
 from rockframe.results.fragility_models import (
     as_nrml,
     export_fragility,
     fragility_model,
     pelicun_rows,
 )
+from rockframe.results.schema.response import FORMER_OUTCOMES
 from rockframe.results.screen import read_screening
+from rockframe.results.screen_tables import fragility_rows, rate_rows
+from rockframe.risk import Outcome
 from rockframe.stages.screen import screen_stage
 
 #: Limit states of the stout frame that are fitted.
@@ -42,6 +50,9 @@ def screen(tmp_path_factory: pytest.TempPathFactory) -> Path:
         limit_u_m=(0.1,),
         scenario_members=1,
     )
+    hazard = folder / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.02,0.1\n0.2,0.01\n2,0.0001\n")
+    options = options.model_copy(update={"hazard": hazard})
     screen_stage(
         stored(site(14), folder),
         folder / "screen.nc",
@@ -167,6 +178,63 @@ def test_the_command_writes_three_files(
     assert list(rows[0]) == ["taxonomy", "imt", "iml", "rotation_ratio_0_25", "overturning"]
     assert len(rows) == 40
     assert (tmp_path / "f-pelicun.csv").exists()
+
+
+@pytest.fixture
+def undetermined(screen: Path, tmp_path: Path) -> Path:
+    """Return a file of an earlier version: a fitted curve with its median beyond all PGA tried."""
+    path = tmp_path / "earlier.nc"
+    shutil.copy(screen, path)
+    with netCDF4.Dataset(path, "a") as file:
+        outcome = file["fragility_outcome"]
+        outcome.flag_meanings = FORMER_OUTCOMES
+        outcome.flag_values = outcome.flag_values[:7]
+        names = [list(file[name][:]) for name in ("structure", "limit_state", "measure")]
+        at = names[0].index("stout"), names[1].index("overturning"), names[2].index("pga")
+        assert outcome[at] == Outcome.FITTED
+        file["fragility_median"][at] = 8.0 * file["fragility_highest"][at]
+    return path
+
+
+def test_a_curve_that_is_not_determined_is_exported_on_request_with_a_note(
+    undetermined: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["export", str(undetermined), "--structure", "stout", "--limit-state", *STATES]
+    words += ["--output", str(tmp_path / "f.xml")]
+    assert main(words) == 2
+    (refusal,) = capsys.readouterr().err.splitlines()
+    assert "No curve of 'stout', overturning: not determined by these data: the fit" in refusal
+    assert refusal.endswith("or export it with --undetermined.")
+    assert not (tmp_path / "f.xml").exists()
+    assert main([*words, "--undetermined"]) == 0
+    note = "overturning: not determined by these data: the fit has its median at "
+    assert f"stout, {note}" in capsys.readouterr().out
+    for name in ("f.xml", "f-curves.csv", "f-pelicun.csv"):
+        assert note in (tmp_path / name).read_text(encoding="utf-8"), name
+    assert "rotation_ratio_0_25: not" not in (tmp_path / "f.xml").read_text(encoding="utf-8")
+
+
+def test_a_curve_that_is_not_determined_is_said_to_be_so(undetermined: Path) -> None:
+    """In tables, rates, figure and page; its median and spread are in none of them."""
+    found = read_screening(undetermined, every_scale=False)
+    at = {"structure": "stout", "measure": "pga", "limit_state": "overturning"}
+    rows = [row for row in fragility_rows(found) if at.items() <= row.items()]
+    assert [row["outcome"] for row in rows] == ["undetermined"]
+    assert rows[0]["note"].startswith("not determined by these data: ")
+    assert all(math.isnan(rows[0][name]) for name in ("median", "lognormal_beta", "median_high"))
+    (rate,) = (row for row in rate_rows(found) if at.items() <= row.items())
+    assert rate["note"].startswith("its fragility is not determined by these data")
+    assert rate["rate_per_year"] > 0.0
+    one = found.sel(structure="stout")
+    drawn = draw_fragility(one)
+    (panel, *_) = [axes for axes in drawn.figure.axes if axes.get_visible()]
+    assert panel.get_title("left") == "not determined by these data"
+    assert not [line for line in panel.get_lines() if line.get_linestyle() == "-"]
+    assert "PGA: not determined by these data: the fit has its median" in drawn.caption
+    (_, (plot, *_)), *_ = _fragility(one)
+    assert plot.title == "PGA [g], not determined by these data"
+    assert [path for name, path in plot.curves if name == "overturning"] == [""]
+    assert plot.median is None
 
 
 def test_an_input_is_not_replaced(screen: Path) -> None:

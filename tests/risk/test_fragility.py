@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.special import stdtrit
 from scipy.stats import bernoulli, logistic, norm
 
 from rockframe.errors import ParameterError
@@ -229,9 +230,50 @@ def test_scales_of_one_motion_are_one_trial() -> None:
 def test_two_motions_have_no_covariance() -> None:
     """At the maximum their scores cancel, so a band from them would have no width somewhere."""
     fit = fit_fragility([1.0, 2.0], [1.0, 1.5, 2.0], [[0, 1, 0], [0, 1, 1]])
-    assert fit.outcome is Outcome.FITTED
+    assert fit.outcome is Outcome.UNDETERMINED
     low, high = fit.band([0.5, 2.32])
     assert (low.tolist(), high.tolist()) == ([0.0, 0.0], [1.0, 1.0])
+
+
+def test_a_median_above_all_that_was_tried_is_not_determined() -> None:
+    """One of 26 motions overturns: only the form of the curve says where half of them would."""
+    pga = np.geomspace(0.04, 0.66, 26)
+    fit = fit_fragility(pga, np.arange(26) == 22)
+    assert fit.outcome is Outcome.UNDETERMINED
+    assert fit.median > fit.highest == pytest.approx(0.66)
+    result = fit.facts()["result"]
+    assert result.startswith("not determined by these data: the fit has its median at ")
+    assert result.endswith(", outside 0.04 to 0.66 as tried")
+
+
+def test_a_probability_that_need_not_rise_is_not_determined() -> None:
+    """Strong and weak motions overturn nearly alike, so that any steepness agrees with them."""
+    fit = fit_fragility([0.3, 0.35, 0.39, 0.42, 0.46, 0.52, 0.56, 0.6], [0, 0, 1, 1, 0, 1, 0, 1])
+    assert fit.outcome is Outcome.UNDETERMINED
+    assert fit.lognormal_beta_band[1] == math.inf
+    assert fit.lowest < fit.median < fit.highest
+    assert fit.facts()["result"].endswith("β of the fit has no upper bound at 90 % confidence")
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_determined_median_has_a_bounded_interval(seed: int) -> None:
+    """Fieller's set of medians, where the argument of F is 0 within its error, is an interval about
+    the median if the curve is determined, and otherwise unbounded or beyond what was tried.
+    """
+    drawn = np.random.default_rng(seed)
+    pga = np.exp(0.4 * drawn.standard_normal(8))
+    capacity = 1.5 * np.exp(drawn.standard_normal(8))
+    fit = fit_fragility(pga, [0.5, 1.0, 2.0], np.outer(pga, [0.5, 1.0, 2.0]) > capacity[:, None])
+    t = stdtrit(7, 0.95) ** 2
+    (of_intercept, both), (_, of_slope) = t * fit.covariance
+    square = np.poly1d([fit.slope**2 - of_slope, 2.0 * (fit.intercept * fit.slope - both),
+                        fit.intercept**2 - of_intercept])  # fmt: skip
+    bounded = square.coeffs[0] > 0.0 and fit.slope > 0.0
+    within = fit.lowest <= fit.median <= fit.highest
+    assert (fit.outcome is Outcome.FITTED) == (bounded and within)
+    if bounded:
+        low, high = sorted(square.roots.real)
+        assert low < math.log(fit.median) < high
 
 
 def test_overturning_that_becomes_rarer_has_no_curve() -> None:

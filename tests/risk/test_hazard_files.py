@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,12 @@ from tests.conftest import SHARED
 
 from rockframe.errors import InputError, ParameterError
 from rockframe.risk import LognormalFragility, Site, overturning_rate, read_hazard
+from rockframe.selection.target import read_target
 from rockframe.units import GRAVITY
 
 SAMPLE = SHARED / "catalogues" / "openquake_hazard_curve-mean-PGA.csv"
 EXPORTS = SHARED / "openquake_exports"
+REPORTS = SHARED / "reports" / "hazard"
 needs_sample = pytest.mark.skipif(not SAMPLE.exists(), reason="the sample is not here")
 
 
@@ -71,12 +74,13 @@ def test_median_and_beta_of_a_lognormal_fragility_are_positive(value: float) -> 
 
 @needs_sample
 def test_sample_of_openquake() -> None:
-    """The file has probabilities in one year: the first four are equal, and 0 is not a rate."""
+    """The file has probabilities in one year: the first four are equal, and 0 is at most 5e-7."""
     curve = read_hazard(SAMPLE, (-65.1349, 0.0))
     assert curve.measure == "pga"
-    assert_allclose(curve.intensity[[0, -1]], [0.01 * GRAVITY, 0.4641589 * GRAVITY])
-    assert_allclose(curve.rate[[0, -1]], -np.log1p([-1.591452e-2, -1.812691e-4]), rtol=1e-12)
-    assert read_hazard(SAMPLE, (-64.5, 0.505)).intensity[-1] == pytest.approx(0.1 * GRAVITY)
+    assert_allclose(curve.intensity[[0, -2]], [0.01 * GRAVITY, 0.4641589 * GRAVITY])
+    expected = -np.log1p([-1.591452e-2, -1.812691e-4, -5e-7])
+    assert_allclose(curve.rate[[0, -2, -1]], expected, rtol=1e-12)
+    assert read_hazard(SAMPLE, (-64.5, 0.505)).intensity[-2] == pytest.approx(0.1 * GRAVITY)
 
 
 @needs_sample
@@ -123,10 +127,70 @@ def test_damaged_files_of_openquake(
         read_hazard(openquake(tmp_path / "c.csv", [0.3, 0.5], [(0.0, 0.0, poe)], imt))
 
 
-def test_certain_motions_have_no_rate(tmp_path: Path) -> None:
-    """At P = 1 the rate is unknown: the curve begins at the first probability below 1."""
-    file = openquake(tmp_path / "c.csv", [0.01, 0.1, 0.2], [(0.0, 0.0, [1.0, 0.5, 0.1])])
-    assert_allclose(read_hazard(file).rate, [math.log(2.0) / 50.0, -math.log(0.9) / 50.0])
+def test_printed_ends_have_the_rate_that_their_digits_leave(tmp_path: Path) -> None:
+    """1.000000 is at least 0.9999995, and 0.000000 at most 0.0000005."""
+    levels, poe = [0.005, 0.01, 0.1, 0.2, 0.4, 0.8], [1.0, 1.0, 0.5, 0.1, 0.0, 0.0]
+    curve = read_hazard(openquake(tmp_path / "c.csv", levels, [(0.0, 0.0, poe)]))
+    assert_allclose(curve.intensity / GRAVITY, levels[1:5])
+    expected = [-math.log(5e-7), math.log(2.0), -math.log(0.9), 5e-7]
+    assert_allclose(curve.rate, np.array(expected) / 50.0, rtol=1e-6)
+    assert curve.note == (
+        "probability 1 up to 0.01 g: 0.29 a year is used there, the least that the printed digits "
+        "leave; probability 0 from 0.4 g: 1e-08 a year is used there, the most that the printed "
+        "digits leave"
+    )
+
+
+def test_an_end_beyond_its_neighbour_is_named_and_not_used(tmp_path: Path) -> None:
+    """0.9999998 is above what 1.000000 leaves; so is 1e-7 below what 0.000000 leaves."""
+    poe = [1.0, 0.9999998, 0.1, 1e-7, 0.0]
+    file = openquake(tmp_path / "c.csv", [0.01, 0.02, 0.2, 0.4, 0.8], [(0.0, 0.0, poe)])
+    file.write_text(
+        file.read_text().replace("1.000000E+00,1.000000E+00", "1.000000E+00,9.999998E-01")
+    )
+    curve = read_hazard(file)
+    assert_allclose(curve.intensity / GRAVITY, [0.02, 0.2, 0.4])
+    assert curve.note.count("not used") == 2
+
+
+@pytest.mark.parametrize(("median", "beta"), [(0.25, 0.15), (0.9, 0.15)])
+def test_printed_ends_hardly_change_a_rate_of_closed_form(
+    tmp_path: Path, median: float, beta: float
+) -> None:
+    """Rates 3.1e-5 x^-4 print as P = 1 at 0.1 g, and as 0 at 7.5 g. Without these points the rate
+    lacks all weaker motions, or counts all stronger ones as equal to the last point.
+    """
+    levels = [0.1, 0.35, 0.7, 1.4, 7.5] if median < 0.5 else [0.4, 0.8, 7.5]
+    poe = [round(-math.expm1(-3.1e-5 * level**-4.0 * 50.0), 6) for level in levels]
+    assert (poe[0] == 1.0) == (median < 0.5)
+    assert poe[-1] == 0.0
+    curve = read_hazard(openquake(tmp_path / "c.csv", levels, [(0.0, 0.0, poe)]))
+    found = overturning_rate(curve, LognormalFragility(median * GRAVITY, beta))
+    expected = 3.1e-5 * median**-4.0 * math.exp(0.5 * (4.0 * beta) ** 2)
+    assert_allclose(found.rate, expected, rtol=0.04)
+
+
+@pytest.mark.skipif(not REPORTS.exists(), reason="the exports are not here")
+@pytest.mark.parametrize(("name", "low"), [("h_one.csv", 0.036), ("h_zero.csv", 0.099)])
+def test_printed_ends_of_a_real_export_count(name: str, low: float) -> None:
+    """Without the points of probability 1 or 0, the rate is lower by this share."""
+    whole = read_hazard(REPORTS / name)
+    printed = (0 if name == "h_one.csv" else -1,)
+    without = replace(
+        whole,
+        intensity=np.delete(whole.intensity, printed),
+        rate=np.delete(whole.rate, printed),
+    )
+    fragility = LognormalFragility(0.5 * GRAVITY, 0.4)
+    rates = [overturning_rate(one, fragility).rate for one in (without, whole)]
+    assert rates[0] / rates[1] < 1.0 - low
+    assert whole.note
+
+
+def test_beyond_its_ends_a_curve_states_no_rate(tmp_path: Path) -> None:
+    file = openquake(tmp_path / "c.csv", [0.1, 0.2], [(0.0, 0.0, [0.2, 0.1])])
+    rates = read_hazard(file).rate_of(np.array([0.09, 0.1, 0.2, 0.21]) * GRAVITY)
+    assert np.isnan(rates).tolist() == [True, False, False, True]
 
 
 def test_rates_of_the_usgs(tmp_path: Path) -> None:
@@ -234,6 +298,9 @@ def test_the_curve_of_a_folder_is_chosen_by_its_kind(tmp_path: Path) -> None:
         ("lon,lat,PGA-0.1,SA(0.1)-0.1", r"hazard maps \(hazard_map\)"),
         ("imt,iml,poe,mag,dist,mean", "a disaggregation"),
         ("event_id,gmv_PGA,custom_site_id", r"ground-motion fields \(gmf-data\).*_from_gmfs"),
+        ("lon,lat,PGA,PGV,SA(0.1)", r"hazard maps \(hazard_map\)"),
+        ("lon,lat,depth,SA(0.1)", r"hazard maps \(hazard_map\)"),
+        ("site_id,lon,lat,gmv_PGA,gsd_PGA", r"mean ground-motion fields \(avg_gmf\).*_from_gmfs"),
         ("custom_site_id,lon,lat,PGA", r"mean ground-motion fields \(avg_gmf\).*_from_gmfs"),
     ],
 )
@@ -245,6 +312,17 @@ def test_other_files_of_openquake_are_named_with_what_to_export(
     with pytest.raises(InputError, match=f":2: contains {what}.*") as caught:
         read_hazard(path, (23.0, 38.0))
     assert "Export the hazard curves of the same calculation" in str(caught.value)
+    assert ("_from_gmfs" in str(caught.value)) == ("fields" in what)
+    if "spectra" not in what:
+        with pytest.raises(InputError, match=r":2: contains .* Export the uniform hazard spectra"):
+            read_target(path)
+
+
+def test_a_map_of_named_sites_is_recognised_by_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "hazard_map-mean-475y_3.csv"
+    path.write_text("#,,\"generated_by='OpenQuake engine 3.26.2'\"\ncustom_site_id,lon,lat,PGA\n")
+    with pytest.raises(InputError, match=r":2: contains hazard maps \(hazard_map\)"):
+        read_hazard(path)
 
 
 @pytest.mark.skipif(not EXPORTS.exists(), reason="the exports are not here")

@@ -121,7 +121,11 @@ UHS: Final = '#,,,,,"investigation_time=50.0"\n'
         ("lon,lat,0.1~PGA\n0,0,1\n", ":1: no investigation_time"),
         (UHS + "lon,lat,0.1~PGA\n0,0,1\n", ":3: no SA(T) of probability 0.1. Must be one or more."),
         (UHS + "lon,lat,0.1~SA(0)\n0,0,1\n", ":2: is of SA(0). The period must be above 0 s."),
-        (UHS + "lon,lat,0.1~SA(1.0)\n0,0,0\n", ":3: 0.1~SA(1.0) 0. Must be above 0."),
+        (
+            UHS + "lon,lat,0.1~SA(1.0)\n0,0,0\n",
+            ":3: 0.1~SA(1.0) 0. Its probability is above that of the first intensity level.",
+        ),
+        (UHS + "lon,lat,0.1~SA(1.0)\n0,0,-1\n", ":3: 0.1~SA(1.0) -1. Must be above 0."),
     ],
 )
 def test_a_file_that_is_no_target_is_named(text: str, message: str, tmp_path: Path) -> None:
@@ -140,6 +144,62 @@ def test_a_uniform_spectrum_is_chosen_by_its_probability(tmp_path: Path) -> None
     for stated in (None, 0.05):
         with pytest.raises(InputError, match=r"State one of 0.1, 0.02 with --hazard-probability"):
             read_target(path, probability=stated)
+
+
+#: A spectrum whose levels end at 0.8 g, as OpenQuake writes it, and its first line.
+SATURATED: Final = (
+    UHS + "lon,lat,0.1~PGA,0.1~SA(0.1),0.1~SA(0.5),0.1~SA(1.0),0.02~PGA,0.02~SA(0.1),0.02~SA(0.5),"
+    "0.02~SA(1.0),0.9~PGA,0.9~SA(0.1),0.9~SA(0.5),0.9~SA(1.0)\n"
+    "0,0,0.3,0.8,0.56,0.25,0.4,0.8,0.8,0.53,0.1,0.2,0.1,0\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("probability", "periods", "message"),
+    [
+        (0.1, None, r"0\.1~SA\(0\.1\) 0\.8\. The ordinate at probability 0\.02 is the same\."),
+        (0.02, (0.5, 1.0), r"0\.02~SA\(0\.5\) 0\.8\. The largest ordinate is that of several"),
+        (0.1, (0.2,), r"0\.1~SA\(0\.1\) 0\.8"),  # it decides what is interpolated
+        (0.9, (0.7,), r"0\.9~SA\(1\.0\) 0\. Its probability is above"),
+    ],
+)
+def test_an_ordinate_at_the_end_of_the_levels_is_refused(
+    tmp_path: Path, probability: float, periods: tuple[float, ...] | None, message: str
+) -> None:
+    path = tmp_path / "hazard_uhs.csv"
+    path.write_text(SATURATED)
+    with pytest.raises(InputError, match=message) as error:
+        read_target(path, periods, probability=probability)
+    assert "Extend intensity_measure_types_and_levels of the job" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("probability", "periods", "expected"),
+    [(0.1, (0.5, 1.0), (0.56, 0.25)), (0.02, (1.0,), (0.53,)), (0.9, (0.1, 0.5), (0.2, 0.1))],
+)
+def test_periods_within_the_levels_are_read(
+    tmp_path: Path, probability: float, periods: tuple[float, ...], expected: tuple[float, ...]
+) -> None:
+    path = tmp_path / "hazard_uhs.csv"
+    path.write_text(SATURATED)
+    target = read_target(path, periods, probability=probability)
+    assert_allclose(np.exp(target.log_sa) / GRAVITY, expected)
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no files of OpenQuake beside the repository")
+def test_no_site_of_a_real_export_seems_to_end_at_its_levels() -> None:
+    """624 sites at two probabilities; and a job before and after its levels were extended."""
+    folder = SHARED / "reports" / "hazard"
+    with pytest.raises(InputError, match="is the last intensity level of the job"):
+        read_target(folder / "saturated_uhs.csv", probability=0.02)
+    longer = read_target(folder / "same_job_with_more_levels_uhs.csv", probability=0.02)
+    assert_allclose(np.exp(longer.log_sa[0]) / GRAVITY, 2.885112)
+    path = SHARED / "openquake_exports" / "hazard_uhs-mean_1.csv"
+    rows = [line.split(",") for line in path.read_text().splitlines()[2:]]
+    assert len(rows) == 624
+    for lon, lat, *_ in rows[::26]:  # reading takes a while
+        for probability in (0.1, 0.02):
+            read_target(path, site=Site((float(lon), float(lat))), probability=probability)
 
 
 def test_a_target_must_cover_the_periods(model: Path) -> None:

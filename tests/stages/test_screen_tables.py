@@ -61,7 +61,7 @@ def test_no_column_is_left_out(tmp_path: Path) -> None:
     fit = (
         "structure limit_state measure unit outcome median median_low median_high lowest highest "
         "safe_to lognormal_beta lognormal_beta_low lognormal_beta_high logistic_scale pseudo_r2 "
-        "concordance brier recordings observations reached reached_from"
+        "concordance brier recordings observations reached reached_from note"
     )
     assert list(next(fragility_rows(screening))) == fit.split()
 
@@ -142,7 +142,8 @@ def test_a_rate_from_outside_the_range_tried_is_noted(tmp_path: Path, curve: str
         assert share < 10.0
         assert row["note"] == ""
     else:
-        assert row["note"].startswith(f"{share:.0f} % is from intensities outside the range tried")
+        start = f"{share:.0f} % of it is from intensities outside the range tried"
+        assert row["note"].startswith(start)
 
 
 def test_tables_of_another_screening_have_its_name(tmp_path: Path) -> None:

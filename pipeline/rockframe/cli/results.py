@@ -80,20 +80,23 @@ def add_export(parser: argparse.ArgumentParser) -> None:
 
 def run_export(options: argparse.Namespace) -> None:
     """Write the files, and print what they contain."""
-    from rockframe.results.fragility_models import export_fragility
+    from rockframe.results.fragility_models import all_notes, export_fragility
 
     wanted = chosen(options, ExportOptions)
     model, paths = export_fragility(options.screening, options.output, wanted)
     files = {kind: str(path) for kind, path in paths.items()}
+    notes = all_notes(model)
     if options.json:
         known = {"imt": model.imt, "taxonomies": model.taxonomies, "limit_states": model.states}
-        console.show_json({**known, "files": files})
+        console.show_json({**known, "notes": notes, "files": files})
         return
     for taxonomy, levels in zip(model.taxonomies, model.levels, strict=True):
         print(
             f"{taxonomy}: {model.imt} from {levels[0]:.3g} to {levels[-1]:.3g}, "
             f"{levels.size} levels; {', '.join(model.states)}"
         )
+    for note in notes:
+        print(f"{note}.")
     if "pelicun" not in paths:
         print(f"No table of Pelicun: it needs lognormal curves, and these are {model.curve}.")
     for file in files.values():

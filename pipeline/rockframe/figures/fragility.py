@@ -19,6 +19,7 @@ from rockframe.results.screen_tables import (
     fragility_curve,
     members_of,
     responses_in_words,
+    result_in_words,
     title_of_states,
     with_its_limits,
 )
@@ -120,6 +121,8 @@ def _draw_state(axes: Axes, fit: xr.Dataset, limit: LimitState, measure: Measure
                   linestyle=":")  # fmt: skip
     else:
         words = f"no curve: {outcome.name.lower().replace('_', ' ')}"
+        if outcome is Outcome.UNDETERMINED:
+            words = outcome.sentence
         if limit.quantity:
             words = words.replace("overturn", "reach it")
     axes.set_title(words, fontsize=7, fontweight="normal", pad=3)
@@ -168,7 +171,7 @@ def _results_in_words(screening: xr.Dataset, limit: LimitState, known: list[Meas
                 f"{float(fit['fragility_pseudo_r2']):.2f}"
             )
         else:
-            told.append(f"{measure.symbol}: {outcome.sentence_of(words)}")
+            told.append(f"{measure.symbol}: {result_in_words(fit, limit, measure)}")
     return told
 
 

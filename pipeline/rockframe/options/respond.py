@@ -394,3 +394,5 @@ class ExportOptions(Options):
     structure; by default the name of the structure."""
     levels: Annotated[int, Field(ge=2, le=1000)] = 40
     """Number of intensities, evenly spaced in their logarithm over the range tried."""
+    undetermined: bool = False
+    """Also export curves that the data do not determine; the files then say so."""

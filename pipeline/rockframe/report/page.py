@@ -28,6 +28,7 @@ from rockframe.results.screen_tables import (
     design_by_share,
     equal_states,
     fragility_curve,
+    hazard_words,
     members_of,
     overall_rows,
     responses_in_words,
@@ -487,6 +488,7 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "all_structures": of_all,
         "summary": screen_summary(screening),
         "curve": fragility_curve(screening),
+        "hazard": hazard_words(screening),
         "fragility": [
             (name, _fragility(with_its_limits(screening.sel(structure=name))))
             for name in structures
@@ -522,15 +524,23 @@ def _fragility_plot(fits: xr.Dataset, limit: LimitState, overturning: LimitState
     def across(intensity: ArrayLike) -> NDArray[np.float64]:
         return np.asarray(np.log(intensity / first) / np.log(last / first))
 
-    x, known = across(tried), bool(np.isfinite(median))
+    outcomes = fits["fragility_outcome"]
+    fitted = {
+        one: fits["fragility"].sel(limit_state=one.name).values
+        for one in dict.fromkeys((limit, overturning))
+        if int(outcomes.sel(limit_state=one.name)) == Outcome.FITTED
+    }
+    undetermined = int(state["fragility_outcome"]) == Outcome.UNDETERMINED
+    x, known = across(tried), limit in fitted
     shares = zip(across(state["bin_intensity"].values), state["bin_share"].values, strict=True)
     return Plot(
         f"{measure.symbol} [{measure.unit}]"
-        + (f", median {median / measure.printed:.3g}" if known else ""),
+        + (f", median {median / measure.printed:.3g}" if known else "")
+        + (f", {Outcome.UNDETERMINED.sentence}" if undetermined else ""),
         f"{first / measure.printed:.2g}",
         f"{last / measure.printed:.2g}",
         tuple(
-            (one.words, plot_path(x, fits["fragility"].sel(limit_state=one.name).values))
+            (one.words, plot_path(x, fitted.get(one, np.full(x.shape, np.nan))))
             for one in dict.fromkeys((limit, overturning))
         ),
         (f"{plot_path(np.append(x, x[::-1]), np.append(low, high[::-1]))}Z",),

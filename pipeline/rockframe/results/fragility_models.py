@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from typing import Any, Final
@@ -19,7 +19,7 @@ from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.options.respond import ExportOptions
 from rockframe.provenance import refuse_overwriting, whole_file
 from rockframe.results.screen import read_screening
-from rockframe.results.screen_tables import fragility_curve
+from rockframe.results.screen_tables import fragility_curve, result_in_words
 from rockframe.risk import LimitState, Outcome, measure_of, period_of
 
 Float = NDArray[np.float64]
@@ -60,6 +60,8 @@ class FragilityModel:
         Probability of reaching the limit state [1]; a milder state is at least as likely.
     median, beta : array, shape (structures, states)
         Parameters of the fitted curves, the median in g or m/s.
+    notes : mapping of (str, str) to str
+        Reasons why data do not determine a curve, by taxonomy and limit state.
     """
 
     measure: str
@@ -71,6 +73,7 @@ class FragilityModel:
     probability: Float
     median: Float
     beta: Float
+    notes: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
 
 def fragility_model(screening: xr.Dataset, options: ExportOptions) -> FragilityModel:
@@ -81,13 +84,14 @@ def fragility_model(screening: xr.Dataset, options: ExportOptions) -> FragilityM
     screening : Dataset
         Result of `read_screening`.
     options : ExportOptions
-        Measure, structure, limit states, taxonomies and number of levels.
+        Measure, structure, limit states, taxonomies, number of levels, and whether curves that the
+        data do not determine are included.
 
     Raises
     ------
     ParameterError
         If a name is unknown, OpenQuake lacks the measure, limit states are of several quantities,
-        a curve was not fitted, or taxonomies are invalid.
+        a curve was not fitted or is not determined, or taxonomies are invalid.
     """
     imt, factor = _imt(screening, options.measure)
     structures = [str(name) for name in screening["structure"].values]
@@ -98,7 +102,7 @@ def fragility_model(screening: xr.Dataset, options: ExportOptions) -> FragilityM
     chosen = screening.sel(
         structure=structures, limit_state=[one.name for one in limits], measure=options.measure
     )
-    _require_fitted(chosen, limits)
+    reasons = _undetermined(chosen, limits, allowed=options.undetermined)
     printed = measure_of(options.measure).printed
     median = chosen["fragility_median"].transpose("structure", "limit_state").values / printed
     beta = chosen["fragility_lognormal_beta"].transpose("structure", "limit_state").values
@@ -118,17 +122,25 @@ def fragility_model(screening: xr.Dataset, options: ExportOptions) -> FragilityM
     )
     # Fitted curves may cross, but whoever reaches a severe state has reached the milder ones.
     nested = np.maximum.accumulate(probability[:, ::-1], axis=1)[:, ::-1]
+    taxonomies = _taxonomies(structures, options.taxonomy)
+    named = dict(zip(structures, taxonomies, strict=True))
     return FragilityModel(
         measure=options.measure,
         imt=imt,
         curve=curve,
-        states=tuple(_PLAIN.sub("_", one.name) for one in limits),
-        taxonomies=_taxonomies(structures, options.taxonomy),
+        states=tuple(_state(one) for one in limits),
+        taxonomies=taxonomies,
         levels=levels * factor,
         probability=nested,
         median=median,
         beta=beta,
+        notes={(named[name], _state(limit)): why for (name, limit), why in reasons.items()},
     )
+
+
+def _state(limit: LimitState) -> str:
+    """Return the name of a limit state in OpenQuake."""
+    return _PLAIN.sub("_", limit.name)
 
 
 def _imt(screening: xr.Dataset, name: str) -> tuple[str, float]:
@@ -158,16 +170,27 @@ def _limit_states(screening: xr.Dataset, stated: Sequence[str] | None) -> list[L
     return sorted(limits, key=lambda one: (not one.quantity, one.value))
 
 
-def _require_fitted(chosen: xr.Dataset, limits: Sequence[LimitState]) -> None:
-    for structure in chosen["structure"].values:
+def _undetermined(
+    chosen: xr.Dataset, limits: Sequence[LimitState], *, allowed: bool
+) -> dict[tuple[str, LimitState], str]:
+    """Return the reasons of the curves that data do not determine, if these are allowed; require
+    all others to be fitted.
+    """
+    measure, reasons = measure_of(str(chosen["measure"].item())), {}
+    for structure in map(str, chosen["structure"].values):
         for limit in limits:
-            at = {"structure": structure, "limit_state": limit.name}
-            outcome = Outcome(int(chosen["fragility_outcome"].sel(at)))
-            if outcome is not Outcome.FITTED:
-                said = outcome.sentence_of(limit.words if limit.quantity else "")
+            fit = chosen.sel(structure=structure, limit_state=limit.name)
+            said = result_in_words(fit, limit, measure)
+            undetermined = int(fit["fragility_outcome"]) == Outcome.UNDETERMINED
+            finite = 0.0 < float(fit["fragility_median"]) < np.inf
+            if said and not (allowed and undetermined and finite):
                 do = "Choose others with --structure or --limit-state"
-                message = f"No curve of {str(structure)!r}, {limit.words}: {said}. {do}."
+                also = ", or export it with --undetermined" if undetermined and finite else ""
+                message = f"No curve of {structure!r}, {limit.words}: {said}. {do}{also}."
                 raise ParameterError(message)
+            if said:
+                reasons[structure, limit] = said
+    return reasons
 
 
 def _taxonomies(structures: Sequence[str], stated: Sequence[str] | None) -> tuple[str, ...]:
@@ -200,7 +223,8 @@ def as_nrml(model: FragilityModel) -> str:
         '<nrml xmlns="http://openquake.org/xmlns/nrml/0.5">',
         '<fragilityModel id="rockframe" assetCategory="structures" lossCategory="structural">',
         "<description>Rocking frames, by rockframe: levels within the intensities tried, "
-        f"{model.curve} curves</description>",
+        f"{model.curve} curves{escape(''.join(f'; {note}' for note in all_notes(model)))}"
+        "</description>",
         f"<limitStates>{escape(states)}</limitStates>",
     ]
     for k, taxonomy in enumerate(model.taxonomies):
@@ -220,15 +244,27 @@ def _numbers(values: Float) -> str:
     return " ".join(f"{value:.9g}" for value in values)
 
 
+def all_notes(model: FragilityModel) -> list[str]:
+    """Return a sentence for each curve of a model that its data do not determine."""
+    return [f"{taxonomy}, {state}: {why}" for (taxonomy, state), why in model.notes.items()]
+
+
+def _note(model: FragilityModel, taxonomy: str) -> dict[str, str]:
+    """Return the last column of the tables if data do not determine all curves of the model."""
+    notes = [f"{state}: {why}" for (name, state), why in model.notes.items() if name == taxonomy]
+    return {"Note": "; ".join(notes)} if model.notes else {}
+
+
 def curve_rows(model: FragilityModel) -> Iterator[dict[str, Any]]:
     """Yield a row for each structure and level: intensity, and the probability of each state.
 
     The columns are the arguments `intensities` and `poes` of oq-vmtk.
     """
     for k, taxonomy in enumerate(model.taxonomies):
+        note = _note(model, taxonomy)
         for place, level in enumerate(model.levels[k]):
             reached = dict(zip(model.states, model.probability[k, :, place], strict=True))
-            yield {"taxonomy": taxonomy, "imt": model.imt, "iml": level, **reached}
+            yield {"taxonomy": taxonomy, "imt": model.imt, "iml": level, **reached, **note}
 
 
 def pelicun_rows(model: FragilityModel) -> Iterator[dict[str, Any]]:
@@ -253,7 +289,7 @@ def pelicun_rows(model: FragilityModel) -> Iterator[dict[str, Any]]:
                 f"LS{number + 1}-Theta_1": beta,
                 f"LS{number + 1}-DamageStateWeights": "",
             }
-        yield row
+        yield row | _note(model, taxonomy)
 
 
 def export_paths(output: Path, curve: str = "lognormal") -> dict[str, Path]:

@@ -35,6 +35,7 @@ from rockframe.results.writing import (
     put,
     slices,
 )
+from rockframe.risk.fragility import Outcome, determined
 from rockframe.rocking.response import Response
 
 Float = NDArray[np.float64]
@@ -203,7 +204,24 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
             at = int(np.flatnonzero(known["scale"].values == scale)[0])
             some = [name for name in (*_NOMINAL, *_OF_MEMBERS) if name in known]
             known = known.assign({name: known[name].isel(scale=at, drop=True) for name in some})
-        return known.load().set_coords("record_id")
+        return _with_undetermined(known.load()).set_coords("record_id")
+
+
+def _with_undetermined(screening: xr.Dataset) -> xr.Dataset:
+    """Return a screening that names the fragilities that its data do not determine.
+
+    Files of earlier versions call them fitted.
+    """
+    found = {}
+    for start in ("fragility", "pooled_fragility"):
+        if f"{start}_outcome" in screening:
+            outcome = screening[f"{start}_outcome"]
+            numbers = ("median", "lognormal_beta_high", "lowest", "highest")
+            known = determined(*(screening[f"{start}_{name}"].values for name in numbers))
+            undetermined = (outcome.values == Outcome.FITTED) & ~known
+            values = np.where(undetermined, Outcome.UNDETERMINED, outcome.values)
+            found[f"{start}_outcome"] = outcome.copy(data=values.astype(outcome.dtype))
+    return screening.assign(found)
 
 
 def pooled_fits(screening: xr.Dataset) -> xr.Dataset | None:

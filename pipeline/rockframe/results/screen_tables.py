@@ -28,6 +28,7 @@ from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.tables.summary import SUMMARY_COLUMNS, band_column, summary_rows, tables_of
 from rockframe.results.tables.workbook import write_workbook
 from rockframe.risk import FURTHER, OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
+from rockframe.risk.fragility import why_undetermined
 from rockframe.rocking.verdict import SpreadVerdict, Verdict
 
 Rows = Iterator[dict[str, Any]]
@@ -63,6 +64,8 @@ _RATIOS: Final = (
     *("lognormal_beta", "lognormal_beta_low", "lognormal_beta_high", "logistic_scale"),
     *("pseudo_r2", "concordance", "brier"),
 )
+#: Those of the curve itself.
+_OF_CURVE: Final = (*_INTENSITIES[:3], *_RATIOS[:4])
 
 
 def screen_rows(screening: xr.Dataset) -> Rows:
@@ -338,14 +341,10 @@ def _fit(one: xr.Dataset, limit: str, measure: Measure) -> dict[str, Any]:
     fit = one.sel(measure=measure.name, limit_state=limit)
     outcome = Outcome(int(fit["fragility_outcome"]))
     state = LimitState.named(limit)
-    words = state.words if state.quantity else ""
-    said = "" if outcome is Outcome.FITTED else outcome.sentence_of(words)
-    if outcome is Outcome.SEPARATED:
-        safe, fell = (
-            float(fit[f"fragility_{name}"]) / measure.printed
-            for name in ("safe_to", "overturned_from")
-        )
-        said += f" ({safe:.3g} to {fell:.3g} {measure.unit})"
+    numbers = {name: float(fit[f"fragility_{name}"]) / measure.printed for name in _INTENSITIES}
+    numbers |= {name: float(fit[f"fragility_{name}"]) for name in _RATIOS}
+    if outcome is Outcome.UNDETERMINED:
+        numbers |= dict.fromkeys(_OF_CURVE, math.nan)
     return {
         "limit_state": limit,
         "words": state.words,
@@ -353,12 +352,25 @@ def _fit(one: xr.Dataset, limit: str, measure: Measure) -> dict[str, Any]:
         "symbol": measure.symbol,
         "unit": measure.unit,
         "outcome": outcome.name.lower(),
-        "said": said,
-        **{name: float(fit[f"fragility_{name}"]) / measure.printed for name in _INTENSITIES},
-        **{name: float(fit[f"fragility_{name}"]) for name in _RATIOS},
+        "said": result_in_words(fit, state, measure),
+        **numbers,
         "recordings": int(fit["fragility_motions"]),
         **{name: int(fit[f"fragility_{name}"]) for name in ("observations", "overturned")},
     }
+
+
+def result_in_words(fit: xr.Dataset, limit: LimitState, measure: Measure) -> str:
+    """Return why a fit of a screening has no curve, or no determined one; "" if it has one."""
+    outcome = Outcome(int(fit["fragility_outcome"]))
+    words = limit.words if limit.quantity else ""
+    names = ("median", "lowest", "highest", "safe_to", "overturned_from")
+    median, lowest, highest, safe, fell = (
+        float(fit[f"fragility_{name}"]) / measure.printed for name in names
+    )
+    if outcome is Outcome.UNDETERMINED:
+        return why_undetermined(median, lowest, highest, measure.unit)
+    step = f" ({safe:.3g} to {fell:.3g} {measure.unit})" if outcome is Outcome.SEPARATED else ""
+    return "" if outcome is Outcome.FITTED else outcome.sentence_of(words) + step
 
 
 #: Shares of a rate above this one, from where data are missing, are stated in its note [1].
@@ -390,7 +402,9 @@ def _rate(structure: xr.Dataset, limit: str) -> dict[str, Any]:
 
 
 def _note(one: xr.Dataset, measure: Measure) -> str:
-    """Return in words the large shares of a rate from intensities without data; or nothing."""
+    """Return in words why a rate is uncertain: its curve is not determined, or large shares of it
+    are from intensities without data; or nothing.
+    """
     fit, unit = one.sel(measure=measure.name), measure.unit
     least = float(fit["fragility_lowest"]) / measure.printed
     most = float(fit["fragility_highest"]) / measure.printed
@@ -406,11 +420,33 @@ def _note(one: xr.Dataset, measure: Measure) -> str:
             f"above {last:.3g} {unit}, the last point of the hazard curve",
         ),
     )
+    undetermined = int(fit["fragility_outcome"]) == Outcome.UNDETERMINED
     return "; ".join(
-        f"{100.0 * share:.0f} % is from intensities {where}"
-        for share, where in shares
-        if share > _NOTED
+        [
+            *["its fragility is not determined by these data"] * undetermined,
+            *(
+                f"{100.0 * share:.0f} % of it is from intensities {where}"
+                for share, where in shares
+                if share > _NOTED
+            ),
+        ]
     )
+
+
+def hazard_words(screening: xr.Dataset) -> list[str]:
+    """Return sentences about the hazard curve of a screening: its site, and its bounded points.
+
+    Examples
+    --------
+    >>> hazard_words(xr.Dataset({"hazard_site": "site there", "hazard_note": ""}))
+    ['The hazard curve is that of site there.']
+    """
+    starts = {
+        "hazard_site": "The hazard curve is that of",
+        "hazard_note": "Ends of the hazard curve:",
+    }
+    texts = {name: str(screening[name].item()) for name in starts if name in screening}
+    return [f"{starts[name]} {text}." for name, text in texts.items() if text]
 
 
 def _range(intensity: NDArray[np.float64], k: int, measure: Measure) -> str:
@@ -442,7 +478,7 @@ def _row_of_fit(of_what: dict[str, Any], fit: Mapping[str, Any]) -> dict[str, An
     said = {name: value for name, value in fit.items() if name not in left}
     said["reached"] = said.pop("overturned")
     said["reached_from"] = said.pop("overturned_from")
-    return {**of_what, **said}
+    return {**of_what, **said, "note": fit["said"]}
 
 
 def pooled_rows(screening: xr.Dataset) -> Rows:

@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.risk.fragility import Curve, Fragility, Outcome
+from rockframe.risk.fragility import Curve, Fragility, Outcome, determined
 from rockframe.risk.ties import extremes
 
 Float = NDArray[np.float64]
@@ -64,14 +64,17 @@ def fit_fragility(
     of a step and the concordance, neither round-off nor the six digits of a scale factor decide
     which one is larger.
 
+    The outcome is ``UNDETERMINED`` if the data do not determine the curve: see `determined`.
+
     Examples
     --------
-    >>> fragility = fit_fragility([1.0, 2.0, 3.0, 4.0], [False, True, False, True])
+    >>> intensity = [0.5, 0.6, 0.8, 1.0, 1.5, 1.8, 2.0, 2.4, 3.0, 4.0]
+    >>> fragility = fit_fragility(intensity, [0, 0, 0, 1, 0, 0, 1, 1, 1, 1])
     >>> fragility.outcome.name, round(fragility.median, 3)
-    ('FITTED', 2.279)
-    >>> half = fit_fragility([1.0, 2.0, 3.0, 4.0], [0.0, 0.5, 0.5, 1.0])
-    >>> half.outcome.name, round(half.median, 3)
-    ('FITTED', 2.342)
+    ('FITTED', 1.456)
+    >>> few = fit_fragility([1.0, 2.0, 3.0, 4.0], [0.0, 0.5, 0.5, 1.0])
+    >>> few.outcome.name, round(few.median, 3)
+    ('UNDETERMINED', 2.342)
     """
     if curve not in get_args(Curve):
         raise ParameterError(f"Invalid curve {curve!r}. Must be lognormal or logistic.")
@@ -101,12 +104,16 @@ def fit_fragility(
     fit = maximum_likelihood(x, fell, belongs, curve)
     if not fit.slope > 0.0:
         return replace(tried, outcome=Outcome.NOT_RISING)
-    return replace(
+    fitted = replace(
         tried,
         **vars(fit),
         pseudo_r2=float(1.0 - fit.log_likelihood.sum() / _without_measure(fell)),
         concordance=_concordance(ranked, fell),
     )
+    beta_high = fitted.lognormal_beta_band[1]
+    if determined(fitted.median, beta_high, fitted.lowest, fitted.highest):
+        return fitted
+    return replace(fitted, outcome=Outcome.UNDETERMINED)
 
 
 def _outcomes(shares: Float) -> Shares:

@@ -118,6 +118,7 @@ class Outcome(IntEnum):
     NOT_RISING = 4
     UNKNOWN = 5
     ABSENT = 6
+    UNDETERMINED = 7
 
     @property
     def sentence(self) -> str:
@@ -141,7 +142,56 @@ _SENTENCES: Final = {
     Outcome.NOT_RISING: "{state} does not become more frequent with this measure",
     Outcome.UNKNOWN: "the measure is not known, or is the same for all motions",
     Outcome.ABSENT: "the structure has no such restraint",
+    Outcome.UNDETERMINED: "not determined by these data",
 }
+
+
+def determined(
+    median: ArrayLike, beta_high: ArrayLike, lowest: ArrayLike, highest: ArrayLike
+) -> NDArray[np.bool_]:
+    """Return True for each curve that its data determine.
+
+    The probability must rise with the intensity at 90 % confidence, two-sided, so that the upper
+    bound of the lognormal beta is finite. Only then is the confidence interval of the median
+    bounded, too (Fieller's theorem; Finney's g below 1). The median must also be one of the
+    intensities tried: elsewhere only the assumed form of the curve states where half of the
+    motions reach the limit.
+
+    Parameters
+    ----------
+    median, beta_high : array_like
+        Median, and upper 90 % bound of the lognormal beta [1]; infinite or NaN if there is none.
+    lowest, highest : array_like
+        Range of the intensities tried, in the unit of the median.
+
+    References
+    ----------
+    Fieller (1954), Some problems in interval estimation, Journal of the Royal Statistical Society
+    B 16(2), 175-185. Finney (1971), Probit analysis, 3rd edition, Cambridge, chapter 4.
+
+    Examples
+    --------
+    >>> determined([0.4, 5.3, 0.4], [0.6, 0.6, math.inf], 0.05, 0.66).tolist()
+    [True, False, False]
+    """
+    within = (np.asarray(lowest) <= median) & (median <= np.asarray(highest))
+    return np.asarray(within & np.isfinite(beta_high))
+
+
+def why_undetermined(median: float, lowest: float, highest: float, unit: str = "") -> str:
+    """Return the reason why data do not determine a curve, in words.
+
+    Examples
+    --------
+    >>> why_undetermined(5.3, 0.05, 0.66, "g")
+    'not determined by these data: the fit has its median at 5.3 g, outside 0.05 to 0.66 g as tried'
+    """
+    space = unit and f" {unit}"
+    tried = f"{lowest:.3g} to {highest:.3g}{space} as tried"
+    why = f"the fit has its median at {median:.3g}{space}, outside {tried}"
+    if lowest <= median <= highest:
+        why = "the lognormal β of the fit has no upper bound at 90 % confidence"
+    return f"{Outcome.UNDETERMINED.sentence}: {why}"
 
 
 def peaks_of_frames(
@@ -212,7 +262,9 @@ class Fragility(Shown):
     Parameters
     ----------
     outcome : Outcome
-        Result of the fit. A curve exists only if it is ``FITTED``; otherwise its values are NaN.
+        Result of the fit. There is a curve only if it is ``FITTED``, or ``UNDETERMINED`` (see
+        `determined`): that curve is the one of maximum likelihood, but other data of the same kind
+        would give quite another one. Otherwise its values are NaN.
     motions, observations, overturned : int
         Number of independent motions, of observations (motions times scales), and of observations
         that overturn, in at least one member if they are shares of an ensemble.
@@ -245,7 +297,7 @@ class Fragility(Shown):
     ('SEPARATED', nan)
     >>> fit = fit_fragility([1.0, 2.0, 3.0], [1.0, 2.0], [[0, 1], [0, 1], [0, 1]])
     >>> fit.outcome.name, round(fit.median, 2)
-    ('FITTED', 2.57)
+    ('UNDETERMINED', 2.57)
     """
 
     outcome: Outcome
@@ -273,6 +325,8 @@ class Fragility(Shown):
             "motions": str(self.motions),
             "overturned": f"{self.overturned} of {self.observations}",
         }
+        if self.outcome is Outcome.UNDETERMINED:
+            return {"result": why_undetermined(self.median, self.lowest, self.highest), **counts}
         if self.outcome is not Outcome.FITTED:
             return {"result": self.outcome.sentence, **counts}
         (low, high), (least, most) = self.median_band, self.lognormal_beta_band
@@ -284,11 +338,14 @@ class Fragility(Shown):
         }
 
     def draw(self, axes: Axes) -> None:
-        """Draw the curve with its 90 % confidence band."""
+        """Draw the curve with its 90 % confidence band; the band alone if data determine none."""
         if not math.isnan(self.lowest):
             x = np.geomspace(0.8 * self.lowest, 1.25 * self.highest, 101)
             axes.fill_between(x, *self.band(x), alpha=0.2, linewidth=0)
-            axes.plot(x, self.probability(x))
+            if self.outcome is Outcome.UNDETERMINED:
+                axes.set_title(self.outcome.sentence)
+            else:
+                axes.plot(x, self.probability(x))
             axes.set_xscale("log")
         axes.set(ylim=(0.0, 1.0), xlabel="intensity", ylabel="probability")
 
@@ -308,7 +365,10 @@ class Fragility(Shown):
     @property
     def median(self) -> float:
         """Intensity at which half of the motions overturn."""
-        return math.exp(-self.intercept / self.slope) if self.slope > 0.0 else math.nan
+        if not self.slope > 0.0:
+            return math.nan
+        with np.errstate(over="ignore"):  # infinite if the curve is nearly level
+            return float(np.exp(-self.intercept / self.slope))
 
     @property
     def lognormal_beta(self) -> float:
@@ -376,7 +436,7 @@ class Fragility(Shown):
         """
         x = np.asarray(intensity, dtype=np.float64)
         zero, one = np.zeros_like(x), np.ones_like(x)
-        if self.outcome is Outcome.FITTED and np.isfinite(self.covariance).all():
+        if self.slope > 0.0 and np.isfinite(self.covariance).all():
             terms = np.stack([one, np.log(x)])
             variance = np.einsum("i...,ij,j...->...", terms, self.covariance, terms)
             error = self._quantile * np.sqrt(variance)

@@ -39,6 +39,8 @@ class HazardCurve:
         Decreasing annual rates of exceedance [1/year].
     site : str
         The site, as a file of several names it, and how far it is from the requested place.
+    note : str
+        Points whose rates are only bounded by the printed digits, in words.
 
     Raises
     ------
@@ -57,6 +59,7 @@ class HazardCurve:
     intensity: Float
     rate: Float
     site: str = ""
+    note: str = ""
 
     def __post_init__(self) -> None:
         for name in ("intensity", "rate"):
@@ -77,8 +80,11 @@ class HazardCurve:
             raise ParameterError("Invalid rates of the hazard curve. Must be decreasing.")
 
     def rate_of(self, intensity: Float | float) -> Float:
-        """Return the annual rate at which an intensity within the curve is exceeded [1/year]."""
-        logs = np.interp(np.log(intensity), np.log(self.intensity), np.log(self.rate))
+        """Return the annual rate at which an intensity is exceeded [1/year]; NaN beyond the ends of
+        the curve, which does not state it.
+        """
+        beyond = {"left": math.nan, "right": math.nan}
+        logs = np.interp(np.log(intensity), np.log(self.intensity), np.log(self.rate), **beyond)
         return np.asarray(np.exp(logs))
 
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Final
 
@@ -59,20 +60,30 @@ _LISTED: Final = 400
 NEAR, _EARTH = 10.0, 6371.0
 #: Columns that name the sites of OpenQuake and of the USGS.
 _NAMES: Final = ("custom_site_id", "site_id", "name")
+_MAPS: Final = "hazard maps (hazard_map)"
 #: Files of OpenQuake that contain no hazard curves, by their columns.
 _NO_CURVES: Final = (
     (re.compile(r"(?:^|,)\d[\d.]*~"), "uniform hazard spectra (hazard_uhs)"),
-    (re.compile(r"(?:^|,)(?:PGA|PGV|SA\([\d.]+\))-\d"), "hazard maps (hazard_map)"),
+    (re.compile(r"(?:^|,)(?:PGA|PGV|SA\([\d.]+\))-\d"), _MAPS),
     (re.compile(r"(?:^|,)iml,poe(?:,|$)"), "a disaggregation"),
     (re.compile(r"(?:^|,)(?:event_id|eid),.*gmv_"), "ground-motion fields (gmf-data)"),
+    (re.compile(r"^lon,lat,(?:depth,)?(?:PGA|PGV|SA\([\d.]+\))(?:,|$)"), _MAPS),
     (
         re.compile(r"(?:^|,)lon,lat,(?:depth,)?(?:gm[vs]_|gsd_)?(?:PGA|PGV|SA\([\d.]+\))(?:,|$)"),
         "mean ground-motion fields (avg_gmf)",
     ),
 )
+#: Names of hazard maps, whose columns are those of mean ground-motion fields if sites have names.
+_NAMED_MAP: Final = re.compile(r"(?:hazard|quantile)_map")
+#: Columns of hazard curves, which are no target spectra.
+_CURVES: Final = re.compile(r"(?:^|,)poe-\d")
 _EXPORT: Final = (
     "Export the hazard curves of the same calculation instead (`oq export hcurves`), such as "
     "hazard_curve-mean-PGA_1.csv"
+)
+_EXPORT_SPECTRA: Final = (
+    "Export the uniform hazard spectra of the same calculation instead (`oq export uhs`), such as "
+    "hazard_uhs-mean_1.csv; they need uniform_hazard_spectra = true in its job"
 )
 _FROM_FIELDS: Final = "; they need hazard_curves_from_gmfs = true in its job"
 #: Kind and measure in the first line of a hazard curve of OpenQuake.
@@ -80,6 +91,13 @@ _KIND: Final = re.compile(r"kind=['\"]([^'\"]+)")
 _IMT_OF: Final = re.compile(r"imt=['\"]([^'\"]+)")
 #: Columns of a uniform hazard spectrum: probability of exceedance, and measure.
 _ORDINATE: Final = re.compile(r"(\d[\d.]*)~(\S+)")
+_LAST: Final = "It is the last intensity level of the job, and the true ordinate is larger."
+_LEVELS: Final = (
+    "Extend intensity_measure_types_and_levels of the job, or choose periods that do not need it "
+    "with --periods-s."
+)
+#: Relative difference of periods that are equal.
+_SAME_PERIOD: Final = 1e-6
 #: Relative difference of probabilities that are equal: the columns print six decimals.
 _SAME_PROBABILITY: Final = 1e-4
 
@@ -182,14 +200,16 @@ class _Points:
     """Points of a curve in a file: intensities in the unit of the measure's column, and rates or
     probabilities.
 
-    `years` is the time of the probabilities, or 0 for annual rates.
+    `years` is the time of the probabilities, or 0 for annual rates. `rounding` is half of the last
+    printed digit of each value.
     """
 
     measure: Measure
     lines: Sequence[int]
     intensity: Float
     values: Float
-    years: float = 0.0
+    years: float
+    rounding: Float
 
 
 def read_hazard(
@@ -248,7 +268,10 @@ def has_uniform_spectra(path: Path) -> bool:
 
 
 def read_uniform_spectrum(
-    path: Path, site: Site | None = None, probability: float | None = None
+    path: Path,
+    site: Site | None = None,
+    probability: float | None = None,
+    periods: Sequence[float] | None = None,
 ) -> UniformSpectrum:
     r"""Read a uniform hazard spectrum of OpenQuake (hazard_uhs). PGA is not part of the spectrum.
 
@@ -261,11 +284,14 @@ def read_uniform_spectrum(
     probability : float, optional
         Probability of exceedance in the years that the file states; not needed if the file has
         spectra of one probability.
+    periods : sequence of float, optional
+        Periods that are needed [s], by default all of the file: `_require_within_levels`.
 
     Raises
     ------
     InputError
-        If the file cannot be read, has no such site or probability, or invalid numbers.
+        If the file cannot be read, has no such site or probability, or invalid numbers; if an
+        ordinate that is needed is beyond the intensity levels of the calculation.
 
     Examples
     --------
@@ -286,15 +312,57 @@ def read_uniform_spectrum(
     found = _with_probability(path, columns, probability)
     years = _investigation_time(path, comment, line=max(1, lines[0][0] - 1))
     (line, row), called = _nearest(path, lines, header, site or Site())
-    places = {period: index for period, index in sorted(columns[found].items()) if period > 0.0}
-    values = np.array([_cell(path, row, i, header[i], line) for i in places.values()])
-    for index, value in zip(places.values(), values, strict=True):
-        if not value > 0.0:
-            raise InputError(path, f"{header[index]} {value:g}. Must be above 0.", line=line)
-    if not values.size:
+    spectra = {
+        p: {t: _cell(path, row, i, header[i], line) for t, i in sorted(places.items())}
+        for p, places in columns.items()
+    }
+    known = np.array([period for period in spectra[found] if period > 0.0])
+    if not known.size:
         raise InputError(path, f"no SA(T) of probability {found:g}. Must be one or more.", line)
-    words = f"{100.0 * found:g} % in {years:g} years, {called}"
-    return UniformSpectrum(np.array([*places]), values * GRAVITY, words)
+    used = _used(known, periods)
+    for period in used:
+        why = _beyond_levels(spectra, found, period)
+        if why:
+            value = f"{header[columns[found][period]]} {spectra[found][period]:g}"
+            raise InputError(path, f"{value}. {why}", line=line)
+    kept = [period for period in known.tolist() if period in used or spectra[found][period] > 0.0]
+    sa = np.array([spectra[found][period] for period in kept]) * GRAVITY
+    return UniformSpectrum(np.array(kept), sa, f"{100.0 * found:g} % in {years:g} years, {called}")
+
+
+def _used(known: Float, periods: Sequence[float] | None) -> list[float]:
+    """Return the periods of a spectrum that are needed to interpolate it at other periods."""
+    if not periods:
+        return [*map(float, known)]
+    wanted = np.asarray(periods)
+    above = np.searchsorted(known * (1.0 + _SAME_PERIOD), wanted).clip(0, known.size - 1)
+    equal = np.isclose(known[above], wanted, rtol=_SAME_PERIOD, atol=0.0)
+    below = np.where(equal, above, above - 1).clip(0)
+    return [*map(float, known[np.unique([above, below])])]
+
+
+def _beyond_levels(
+    spectra: Mapping[float, Mapping[float, float]], probability: float, period: float
+) -> str:
+    """Return why an ordinate cannot be used, with the cure; "" if nothing is wrong with it.
+
+    Where the probability lies beyond the hazard curve, OpenQuake writes the last intensity level of
+    its job, or 0 below the first. The last level shows by its equals: at another probability of
+    the same period, or as the largest ordinate of several periods. Ordinates that are computed
+    have seven digits, so that two are seldom equal.
+    """
+    own = spectra[probability]
+    value = own[period]
+    if not value >= 0.0:
+        return "Must be above 0."
+    if value == 0.0:
+        return f"Its probability is above that of the first intensity level. {_LEVELS}"
+    for other, ordinates in spectra.items():
+        if other != probability and ordinates.get(period) == value:
+            return f"The ordinate at probability {other:g} is the same. {_LAST} {_LEVELS}"
+    if value == max(own.values()) and [*own.values()].count(value) > 1:
+        return f"The largest ordinate is that of several periods. {_LAST} {_LEVELS}"
+    return ""
 
 
 def _with_probability(
@@ -327,12 +395,33 @@ def table_of(path: Path) -> tuple[Lines, list[str], str]:
     return lines, [name.strip() for name in lines[0][1]] if lines else [], comment
 
 
+def _without_curves(path: Path, header: Sequence[str]) -> str:
+    """Return what a file of OpenQuake without hazard curves contains; "" for other files."""
+    columns = ",".join(header)
+    found = next((what for pattern, what in _NO_CURVES if pattern.search(columns)), "")
+    return _MAPS if "avg_gmf" in found and _NAMED_MAP.match(path.name) else found
+
+
 def _refuse_other_files(path: Path, lines: Lines, header: Sequence[str]) -> None:
     """Reject files of OpenQuake that contain no hazard curves, and say what they contain."""
-    for columns, what in _NO_CURVES:
-        if columns.search(",".join(header)):
-            more = _FROM_FIELDS if "fields" in what else ""
-            raise InputError(path, f"contains {what}. {_EXPORT}{more}.", line=lines[0][0])
+    what = _without_curves(path, header)
+    if what:
+        more = _FROM_FIELDS if "fields" in what else ""
+        raise InputError(path, f"contains {what}. {_EXPORT}{more}.", line=lines[0][0])
+
+
+def refuse_other_targets(path: Path, header: Sequence[str], line: int) -> None:
+    """Reject files of OpenQuake that contain no uniform hazard spectra, and say what they contain.
+
+    Raises
+    ------
+    InputError
+        If the columns are those of such a file.
+    """
+    curves = _CURVES.search(",".join(header))
+    what = "hazard curves (hazard_curve)" if curves else _without_curves(path, header)
+    if what:
+        raise InputError(path, f"contains {what}. {_EXPORT_SPECTRA}.", line=line)
 
 
 def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
@@ -356,7 +445,20 @@ def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
         rows[:, strong[0]],
         rows[:, often[0]],
         years or 0.0,
+        np.array([_rounding(row[often[0]]) for _, row in lines[1:]]),
     )
+
+
+def _rounding(text: str) -> float:
+    """Return half of the last digit of a number as printed.
+
+    Examples
+    --------
+    >>> _rounding("1.000000E+00"), _rounding("0.10")
+    (5e-07, 0.005)
+    """
+    digits = Decimal(text.strip()).as_tuple().exponent
+    return 0.5 * 10.0 ** int(digits)
 
 
 def _years(heading: str) -> float | None:
@@ -381,7 +483,8 @@ def _at_site(
     values = np.array([_cell(path, row, i, header[i], line) for i in found])
     unit = _VELOCITY if measure.name == "pgv" else 1.0  # m/s and g are the units of the columns
     levels = np.array([*found.values()]) * unit
-    return _Points(measure, [line] * len(found), levels, values, years), called
+    rounding = np.array([_rounding(row[i]) for i in found])
+    return _Points(measure, [line] * len(found), levels, values, years, rounding), called
 
 
 def _investigation_time(path: Path, comment: str, line: int) -> float:
@@ -486,17 +589,16 @@ def _named_by(path: Path) -> Measure:
 def _curve(path: Path, points: _Points, site: str = "") -> HazardCurve:
     """Return the curve of rates, without points that have no information."""
     measure, rates = points.measure, points.values
-    printed = points.intensity
+    printed, note = points.intensity, ""
     if points.years:
         wrong = np.flatnonzero(~((rates >= 0.0) & (rates <= 1.0)))
         if wrong.size:
             message = f"probability {rates[wrong[0]]:g}. Must be from 0 to 1."
             raise InputError(path, message, line=points.lines[wrong[0]])
-        with np.errstate(divide="ignore"):
-            rates = -np.log1p(-rates) / points.years
     kept = np.ones(rates.size, dtype=bool)
     if points.years or len(set(points.lines)) < rates.size:  # written by a hazard program
-        # probabilities 0 and 1 have no rate; of equal rates the largest intensity is kept
+        rates, note = _bounded(points)
+        # of equal rates the largest intensity is kept
         kept = (rates > 0.0) & np.isfinite(rates) & (np.append(rates[1:], -1.0) != rates)
         if kept.sum() < 2:
             raise InputError(
@@ -510,7 +612,41 @@ def _curve(path: Path, points: _Points, site: str = "") -> HazardCurve:
     _require_monotone(path, lines, measure.column, printed[kept], rates[kept])
     if not points.years:
         _refuse_probabilities(path, lines, np.stack([printed[kept], rates[kept]], axis=1))
-    return HazardCurve(measure.name, printed[kept] * measure.printed, rates[kept], site)
+    return HazardCurve(measure.name, printed[kept] * measure.printed, rates[kept], site, note)
+
+
+def _bounded(points: _Points) -> tuple[Float, str]:
+    """Return the rates of points, and what is uncertain about them in words.
+
+    A probability of 1 has no rate, and one of 0 none above 0, but both are rounded. At the last 1
+    the rate is at least, and at the first 0 at most, the one that the printed digits leave: this
+    bound is used, unless a neighbour is beyond it. The other such points have no information (NaN).
+    """
+    values, what = points.values, "probability" if points.years else "rate"
+    bounds, notes = values.copy(), []
+    ones = np.flatnonzero((values == 1.0) & (points.years > 0.0))
+    zeros = np.flatnonzero(values == 0.0)
+    bounds[ones] = bounds[zeros] = math.nan
+    for ends, place, sign in ((ones, ones[-1:], -1.0), (zeros, zeros[:1], 1.0)):
+        for k in place:
+            bound = values[k] + sign * points.rounding[k]
+            beside = values[max(k - 1, 0)] if sign > 0.0 else values[min(k + 1, values.size - 1)]
+            above, below = (bound, beside) if sign < 0.0 else (beside, bound)
+            used = above > below and ends.size < values.size
+            bounds[k] = bound if used else math.nan
+            at = f"{points.intensity[k]:g} {points.measure.unit}"
+            stated = f"{what} {values[k]:g} {'from' if sign > 0.0 else 'up to'} {at}"
+            rate = f"{float(_annual(bound, points.years)):.2g} a year is used there"
+            most = "most" if sign > 0.0 else "least"
+            bounded = f"{rate}, the {most} that the printed digits leave"
+            beyond = "not used, because the next point leaves less than the printed digits do"
+            notes.append(f"{stated}: {bounded if used else beyond}")
+    return _annual(bounds, points.years), "; ".join(notes)
+
+
+def _annual(values: Float | float, years: float) -> Float:
+    """Return the annual rates of probabilities in a number of years; rates as they are."""
+    return np.asarray(-np.log1p(-np.asarray(values)) / years if years else values)
 
 
 def _require_monotone(

@@ -224,7 +224,7 @@ def better_measure(fits: Mapping[str, Fragility]) -> Preference:
     useful = {
         name: fit
         for name, fit in fits.items()
-        if fit.outcome in (Outcome.FITTED, Outcome.SEPARATED)
+        if fit.outcome in (Outcome.FITTED, Outcome.SEPARATED, Outcome.UNDETERMINED)
     }
     if len(useful) < 2:
         number = "only one measure has" if useful else "no measure has"

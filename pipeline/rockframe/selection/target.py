@@ -17,6 +17,7 @@ from rockframe.risk.hazard_files import (
     Site,
     has_uniform_spectra,
     read_uniform_spectrum,
+    refuse_other_targets,
     table_of,
 )
 from rockframe.risk.measures import spectral
@@ -152,7 +153,7 @@ def read_target(
     1.000 [0.398, 0.0, 0.464]
     """
     if has_uniform_spectra(path):
-        found = read_uniform_spectrum(path, site, probability)
+        found = read_uniform_spectrum(path, site, probability, periods)
         table, words = np.stack([found.period, np.log(found.sa)], axis=1), found.words
     else:
         if probability is not None or (site is not None and (site.place or site.name)):
@@ -208,6 +209,7 @@ def _require_cover(path: Path, known: Float, wanted: Float) -> None:
 def _read_table(path: Path) -> Float:
     """Return periods [s], ln Sa [ln m s-2] and standard deviations, where stated, as columns."""
     lines, header, _ = table_of(path)
+    refuse_other_targets(path, header, lines[0][0] if lines else 1)
     middle = [name for name in (_MEDIAN, _MEAN) if name in header]
     wanted = [_PERIOD, *middle, *([_DEVIATION] if _DEVIATION in header else [])]
     if len(middle) != 1 or sorted(header) != sorted(wanted):

@@ -346,6 +346,7 @@ def _rates(curve: HazardCurve, fits: Sequence[Sequence[Mapping[str, Fragility]]]
         "hazard_intensity": curve.intensity,
         "hazard_rate": curve.rate,
         "hazard_site": curve.site,
+        "hazard_note": curve.note,
         **SCREEN_NC.filled("rate", rates),
     }
 

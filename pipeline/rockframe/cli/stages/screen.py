@@ -299,7 +299,7 @@ def _gain_in_words(fits: Sequence[dict[str, Any]]) -> str:
         next(fit for fit in fits if fit["measure"] == name) for name in ("pga", "dimensionless_pgv")
     )
     if not {of_pga["outcome"], own["outcome"]} <= {"fitted"}:
-        return "p PGV/(g tan α) and PGA cannot be compared: one of them has no curve."
+        return "p PGV/(g tan α) and PGA cannot be compared: one of them has no determined curve."
     gain = own["aic_below_pga"]
     return (
         f"Over p PGV/(g tan α), the lognormal β of overturning is {own['lognormal_beta']:.3g}, "
@@ -323,6 +323,8 @@ def _better_measures_in_words(summary: Sequence[dict[str, Any]]) -> dict[str, li
 def _show_rates(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
     if "rates" not in summary[0]:
         return
+    from rockframe.results.screen_tables import hazard_words
+
     columns = (
         console.column("structure", "structure"),
         console.column("limit state", "words"),
@@ -336,10 +338,9 @@ def _show_rates(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> Non
     console.show_rows("Mean annual rates", columns, _each(summary, "rates"))
     for rate in _each(summary, "rates"):
         if rate["note"]:
-            print(f"{rate['structure']}, {rate['words']}: of the rate, {rate['note']}.")
-    site = str(screening["hazard_site"].item()) if "hazard_site" in screening else ""
-    if site:
-        print(f"The hazard curve is that of {site}.")
+            print(f"Rate of {rate['structure']}, {rate['words']}: {rate['note']}.")
+    for sentence in hazard_words(screening):
+        print(sentence)
     print("Motions weaker than the first point of the hazard curve are not counted.\n")
 
 

@@ -441,10 +441,12 @@ _PEAKS_OF_SCENARIO: Final = (
 _FURTHER: Final = tuple(replace(RECORDS_NC[name], source="", group=name) for name in FURTHER)
 #: Unit of each measure of intensity.
 UNITS_OF_MEASURES: Final = {one.name: one.units for one in (*_NUMBERS, *_FURTHER) if one.name in {**MEASURES, **FURTHER}} | dict.fromkeys(POOLED.keys() - MEASURES.keys(), "1")
+#: Meanings of `fragility_outcome` before it said that data do not determine a curve.
+FORMER_OUTCOMES: Final = "fitted none_overturn all_overturn separated not_rising unknown absent"
 #: Fits of fragilities, and the better measure.
 _FITS: Final = (
     Variable("measure_units", "measure", str, "1", "unit of the measure", choices=tuple(UNITS_OF_MEASURES.values())),
-    Variable("fragility_outcome", "structure limit_state measure", Outcome, "1", "outcome of the fit", "fit.outcome"),
+    Variable("fragility_outcome", "structure limit_state measure", Outcome, "1", "outcome of the fit", "fit.outcome", comment="undetermined: the data do not determine the curve; median, lognormal_beta and fragility are then only those of largest likelihood", former_meanings=FORMER_OUTCOMES),
     Variable("fragility_median", "structure limit_state measure", float, "1", "intensity at which half of the motions reach the limit state, in the unit of the measure", "fit.median"),
     Variable("fragility_logistic_scale", "structure limit_state measure", float, "1", "scale of the logistic distribution with this standard deviation, sqrt(3) / pi times lognormal_beta", "fit.logistic_scale"),
     Variable("fragility_lognormal_beta", "structure limit_state measure", float, "1", "standard deviation of the logarithm of the intensity at which the limit state is reached", "fit.lognormal_beta"),
@@ -553,6 +555,9 @@ SCREEN_NC: Final = FileKind(
         ),
         *optional("site of the hazard curve",
             Variable("hazard_site", "", str, "1", "site of the hazard curve, in words; empty if its file names none"),
+        ),
+        *optional("note of the hazard curve",
+            Variable("hazard_note", "", str, "1", "points of the hazard curve whose rates its printed digits only bound, in words; empty without any"),
         ),
         *optional("design",
             Variable("design_dimension", "", str, "1", "dimension that is searched", choices=tuple(DIMENSIONS)),
