@@ -25,6 +25,9 @@ ACCELERATION_UNITS: Final = {
 }
 
 
+_RAISED: Final = str.maketrans("²⁻−", "2--")
+
+
 def plain_units(units: str) -> str:
     """Return the usual spelling of acceleration units, and other texts unchanged.
 
@@ -32,9 +35,12 @@ def plain_units(units: str) -> str:
     --------
     >>> plain_units("m/s²"), plain_units("G"), plain_units("cm/sec/sec"), plain_units("ft/s2")
     ('m/s2', 'g', 'cm/s2', 'ft/s2')
+    >>> plain_units("m s-2"), plain_units("cm·s⁻²")
+    ('m/s2', 'cm/s2')
     """
-    plain = re.sub(r"[\s^]|\*\*", "", units.lower().replace("²", "2"))
-    plain = plain.replace("sec", "s").replace("/s/s", "/s2")
+    plain = units.lower().translate(_RAISED)
+    plain = re.sub(r"[\s^.·]|\*\*", "", plain).replace("sec", "s")
+    plain = re.sub(r"/s/s$|/?s-2$", "/s2", plain)
     return plain if plain in ACCELERATION_UNITS else units
 
 

@@ -34,6 +34,15 @@ def shared_records() -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def shared_reports() -> Path:
+    """Return the folder of inputs that failed; skip if it is absent."""
+    folder = ROOT.parent / "shared" / "reports"
+    if not folder.is_dir():
+        pytest.skip("no folder 'shared/reports' beside the repository")
+    return folder
+
+
 def _at2(
     values: Iterable[str] = (".1", "-.2", ".3"),
     sizes: str = "NPTS= 3, DT= .0050 SEC",

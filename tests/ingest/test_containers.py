@@ -4,6 +4,7 @@ import bz2
 import csv
 import gzip
 import io
+import lzma
 import re
 import stat
 import tarfile
@@ -16,8 +17,9 @@ import pytest
 from tests.commands import run
 
 from rockframe.errors import InputError
-from rockframe.ingest import collect, containers, read_file, sorted_out
+from rockframe.ingest import ReadOptions, collect, containers, read_file, sorted_out
 from rockframe.ingest.containers import contents, printable
+from rockframe.ingest.files import read_outcomes
 from rockframe.outcome import InputOutcome
 
 TABLE = b"time_s,acc_g\n0.00,0.1\n0.01,0.2\n"
@@ -146,12 +148,34 @@ def test_members_with_one_name_in_different_folders_keep_their_own(tmp_path: Pat
     assert [record.record_id for record in records] == ["x", "a.zip-q-x"]
 
 
-@pytest.mark.parametrize(
-    "third", [zipped(("x.csv", TABLE)), tarred(("x.csv", TABLE)), b"7z\xbc\xaf and more"]
-)
+@pytest.mark.parametrize("third", [zipped(("x.csv", TABLE)), tarred(("x.csv", TABLE))])
 def test_an_archive_three_deep_is_refused(third: bytes) -> None:
     [member] = contents(Path("a.zip"), zipped(("b.zip", zipped(("c", third)))))
     assert member.refusal == "an archive in an archive is not read. Unpack it first."
+
+
+@pytest.mark.parametrize(
+    ("ending", "data"),
+    [
+        (".7z", b"7z\xbc\xaf\x27\x1c and more"),
+        (".rar", b"Rar!\x1a\x07\x01\0 and more"),
+        (".xz", lzma.compress(TABLE)),
+        (".lzma", lzma.compress(TABLE, lzma.FORMAT_ALONE)),
+        (".zst", b"\x28\xb5\x2f\xfd and more"),
+        (".lz4", b"\x04\x22\x4d\x18 and more"),
+        (".Z", b"\x1f\x9d\x90 and more"),
+    ],
+)
+def test_other_archives_are_named(ending: str, data: bytes, tmp_path: Path) -> None:
+    path = tmp_path / f"a{ending}"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=rf"an archive of .*\({ending}\) is not read\. Unpack it"):
+        read_file(path)
+    [outcome] = read_outcomes(path, ReadOptions())
+    assert isinstance(outcome, InputOutcome)
+    assert outcome.reason.startswith("an archive of")
+    [member] = contents(Path("a.zip"), zipped((f"b{ending}", data)))
+    assert member.refusal == outcome.reason
 
 
 def test_tar_links_devices_and_paths_are_refused() -> None:

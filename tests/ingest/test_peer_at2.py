@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError
-from rockframe.ingest import ReadOptions, read_bytes
+from rockframe.ingest import ReadOptions, read_bytes, read_file
 from rockframe.ingest.formats.peer_at2 import Title, read_title
 from rockframe.record import Orientation, Record
 
@@ -148,3 +148,62 @@ def test_byte_order_marks(at2: Callable[..., bytes]) -> None:
     assert one(b"\xef\xbb\xbf" + at2()).acceleration.size == 3
     with pytest.raises(InputError, match=r"text in UTF-16\. Save it as ASCII or UTF-8"):
         one(at2().decode().encode("utf-16"))
+
+
+@pytest.mark.parametrize(
+    ("name", "component", "azimuth"),
+    [
+        ("AB1234_1.AT2", "1", math.nan),
+        ("AB1234_2.AT2", "2", math.nan),
+        ("a.AT2", "0", math.nan),
+        ("a.AT2", "22", math.nan),
+        ("RSN982_NORTHR_JEN022.AT2", "22", 22.0),
+        ("RSN159_IMPVALL.H_H-AGR003.AT2", "3", 3.0),
+        ("a.AT2", "022", 22.0),
+        ("a.AT2", "292", 292.0),
+    ],
+)
+def test_the_number_of_a_channel_is_no_azimuth(
+    at2: Callable[..., bytes], name: str, component: str, azimuth: float
+) -> None:
+    """PEER prints azimuths of one or two digits too, but its file names have all three."""
+    [record] = read_bytes(name, at2(title=f"1/17/2012, ABC, {component}"), ReadOptions())
+    assert record.component == component
+    assert record.azimuth == pytest.approx(azimuth, nan_ok=True)
+    known = Orientation.UNSTATED if math.isnan(azimuth) else Orientation.HORIZONTAL
+    assert record.orientation is known
+
+
+def test_a_real_channel_number_is_no_azimuth(shared_reports: Path) -> None:
+    [record] = read_file(shared_reports / "12_MOLA_1.AT2")
+    assert (record.component, record.orientation) == ("1", Orientation.UNSTATED)
+    assert math.isnan(record.azimuth)
+
+
+@pytest.mark.parametrize("place", [4, 13])
+@pytest.mark.parametrize(("old", "new"), [(b"E-0", b"E-"), (b".", b""), (b"E-", b"1E-")])
+def test_a_line_of_another_width_is_refused_unless_trusted(
+    place: int, old: bytes, new: bytes
+) -> None:
+    """A character that is missing or too many leaves a number, but another one."""
+    values = [f"{sample:15.7E}" for sample in np.random.default_rng(1).normal(0.0, 0.1, 150)]
+    rows = ["".join(values[k : k + 5]) for k in range(0, 150, 5)]
+    header = ["PEER", "A, 1/2/2003, B, 090", "ACCELERATION TIME SERIES IN UNITS OF G"]
+    lines = [line.encode() for line in (*header, "NPTS= 150, DT= .01 SEC", *rows)]
+    assert read_bytes("a.AT2", b"\n".join(lines), ReadOptions())[0].acceleration.size == 150
+    lines[place] = lines[place].replace(old, new, 1)
+    with pytest.raises(InputError, match=rf":{place + 1}: .* other lines have 75.*--trust samples"):
+        read_bytes("a.AT2", b"\n".join(lines), ReadOptions())
+    trusting = ReadOptions(trust=("samples",))
+    assert read_bytes("a.AT2", b"\n".join(lines), trusting)[0].acceleration.size == 150
+
+
+@pytest.mark.parametrize("few", [1, 2])
+def test_exponents_of_three_digits_and_the_last_line_may_have_other_widths(few: int) -> None:
+    values = [f"{sample:15.7E}" for sample in np.random.default_rng(1).normal(0.0, 0.1, 148)]
+    values[10 : 10 + few] = [" -1.0000000E-101"] * few
+    rows = ["".join(values[k : k + 5]) for k in range(0, 148, 5)]
+    header = "PEER\nTITLE\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 148, DT= .01 SEC\n"
+    assert len(rows[2]) != len(rows[0]) != len(rows[-1])
+    [record] = read_bytes("a.AT2", (header + "\n".join(rows)).encode(), ReadOptions())
+    assert record.acceleration.size == 148

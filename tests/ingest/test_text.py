@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import ReadOptions, read_bytes
+from rockframe.ingest import ReadOptions, read_bytes, read_file
 from rockframe.ingest.formats.text import sniff
 from rockframe.ingest.parsing import Float
 from rockframe.record import Orientation, Record
@@ -439,7 +439,17 @@ def test_a_column_with_a_heading_in_any_language_can_be_chosen(encoding: str) ->
 
 
 @pytest.mark.parametrize(
-    ("units", "plain"), [("m/s²", "m/s2"), ("m/s^2", "m/s2"), ("G", "g"), ("cm/s/s", "cm/s2")]
+    ("units", "plain"),
+    [
+        ("m/s²", "m/s2"),
+        ("m/s^2", "m/s2"),
+        ("G", "g"),
+        ("cm/s/s", "cm/s2"),
+        ("m s-2", "m/s2"),
+        ("cm s^-2", "cm/s2"),
+        ("mm·s⁻²", "mm/s2"),
+        ("m s**-2", "m/s2"),
+    ],
 )
 def test_other_spellings_of_units(units: str, plain: str) -> None:
     from rockframe.options.ingest import IngestOptions
@@ -453,3 +463,33 @@ def test_what_is_a_blank_only_to_some_is_refused(row: bytes, odd: bytes) -> None
     data = b"\n".join([row.replace(b"%b", odd)] * 3)
     with pytest.raises(InputError, match="Must be"):
         read_bytes("motion.txt", data, ReadOptions("g", 0.01))
+
+
+def test_a_row_of_another_width_is_refused_unless_trusted() -> None:
+    text = lines_of(motion(60).reshape(-1, 1))
+    lines = text.split("\n")
+    damaged = "\n".join([*lines[:30], lines[30][:-2] + lines[30][-1], *lines[31:]]).encode()
+    with pytest.raises(InputError, match=r":31: 9 characters, where 57 other lines have 10"):
+        read_bytes("a.txt", damaged, BOTH)
+    trusting = ReadOptions("m/s2", 0.01, trust=("samples",))
+    assert read_bytes("a.txt", damaged, trusting)[0].acceleration.size == 60
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "scale"),
+    [
+        ("01_eight_channels.csv", ReadOptions("g", 0.01, column="1"), 1.0),
+        ("01_eight_channels.csv", ReadOptions("g", 0.01, column="8"), 1.7),
+        ("01_pairs4_gal.th", ReadOptions("gal", 0.01), 1.0),
+        ("01_pairs4_gal.th", ReadOptions("gal"), 1.0),
+        ("03_two_components.txt", ReadOptions("g", 0.01, column="2"), 1.0),
+        ("07_deepsoil.txt", ReadOptions("g", 0.01), 1.0),
+    ],
+)
+def test_reported_tables(
+    shared_reports: Path, name: str, options: ReadOptions, scale: float
+) -> None:
+    [record] = read_file(shared_reports / name, options)
+    sizes = np.abs(record.acceleration)
+    assert (record.time_step, sizes.size, int(sizes.argmax())) == (0.01, 2500, 2137)
+    assert sizes.max() / 9.81 == pytest.approx(0.5636 * scale, rel=5e-4)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
+import sys
 import tracemalloc
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -498,3 +501,21 @@ def test_of_the_files_of_a_run_too(
     assert status == (1 if verb == "verify" else 2)
     assert f"{folder / name}: variable " in message
     assert "Traceback" not in message
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems refuse to open such a file")
+def test_a_file_that_another_program_writes_is_named_as_such(made: Path, tmp_path: Path) -> None:
+    """HDF5 says no more than `NetCDF: HDF error`, as of a corrupted file."""
+    path = tmp_path / "records.nc"
+    shutil.copy(made / "records.nc", path)
+    program = "import netCDF4, sys; f = netCDF4.Dataset(sys.argv[1], 'a'); print(1); input()"
+    with subprocess.Popen(
+        [sys.executable, "-uc", program, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as other:
+        assert other.stdout
+        assert other.stdin
+        other.stdout.readline()
+        with pytest.raises(InputError, match="another program has it open for writing"):
+            open_records(path)
+        other.stdin.close()
+    assert open_records(path).names

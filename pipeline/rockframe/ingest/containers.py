@@ -266,7 +266,18 @@ ARCHIVE_HEAD: Final = 512
 
 _ZIP: Final = (b"PK\x03\x04", b"PK\x05\x06")
 _BZIP2: Final = re.compile(rb"BZh[1-9]1AY&SY")
-_OTHER_ARCHIVES: Final = (b"\xfd7zXZ", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd")
+#: Archives that are recognised but not read, by their first bytes.
+_OTHER_ARCHIVES: Final = {
+    b"\xfd7zXZ\0": "an archive of xz (.xz)",
+    b"7z\xbc\xaf\x27\x1c": "an archive of 7-Zip (.7z)",
+    b"Rar!\x1a\x07": "an archive of RAR (.rar)",
+    b"\x28\xb5\x2f\xfd": "an archive of Zstandard (.zst)",
+    b"\x5d\0\0\x80\0": "an archive of LZMA (.lzma)",
+    b"\x04\x22\x4d\x18": "an archive of LZ4 (.lz4)",
+    b"\x1f\x9d": "an archive of compress (.Z)",
+    b"LZIP\x01": "an archive of lzip (.lz)",
+    b"MSCF\0\0\0\0": "a cabinet of Windows (.cab)",
+}
 
 
 def is_archive(head: bytes) -> bool:
@@ -343,18 +354,20 @@ class _Budget:
 def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:
     """Yield the members of an archive and of archives in it, or the content itself."""
     head, outermost = content.data[:ARCHIVE_HEAD], depth == _DEEPEST
-    if content.refusal or not (is_archive(head) or (_is_other(head) and not outermost)):
+    if content.refusal or not (is_archive(head) or _other_archive(head)):
         yield content
         return
     try:
+        if other := _other_archive(head):
+            raise InputError(content.where, f"{other} is not read. Unpack it first.")
         compressed = _is_compressed(head)
         inner = decompressed(content) if compressed else content
         if compressed:
             budget.spend(len(inner.data))
         archive = inner.data[:ARCHIVE_HEAD]
-        if not is_archive(archive) and not _is_other(archive):
+        if not is_archive(archive) and not _other_archive(archive):
             yield inner
-        elif depth == 0 or _is_compressed(archive) or _is_other(archive):
+        elif depth == 0 or _is_compressed(archive) or _other_archive(archive):
             yield _refused(inner, "an archive in an archive is not read. Unpack it first.")
         else:
             expand = tar_members if _is_tar(archive) else zip_members
@@ -379,5 +392,6 @@ def _is_tar(head: bytes) -> bool:
     return head[257:262] == b"ustar"
 
 
-def _is_other(head: bytes) -> bool:
-    return head.startswith(_OTHER_ARCHIVES)
+def _other_archive(head: bytes) -> str:
+    """Return the name of an archive that is not read, or ""."""
+    return next((name for mark, name in _OTHER_ARCHIVES.items() if head.startswith(mark)), "")

@@ -75,7 +75,7 @@ def kind_of(path: Path) -> str:
         with netCDF4.Dataset(path) as file:
             kind = str(getattr(file, "rockframe_kind", "unknown"))
     except UNREADABLE as error:
-        raise InputError(path, f"cannot be read as netCDF ({error}).") from error
+        raise _unreadable(path, error, "Must be the output of a stage.") from error
     if kind not in KINDS:
         raise InputError(path, f"is of kind {kind!r}. Must be one of: {', '.join(KINDS)}.")
     return kind
@@ -102,9 +102,31 @@ def attributes_of(path: Path, kind: str) -> Mapping[str, Any]:
         with netCDF4.Dataset(path) as file:
             attrs = {name: file.getncattr(name) for name in file.ncattrs()}
     except UNREADABLE as error:
-        raise not_of(path, kind, f"cannot be read as netCDF ({error}).") from error
+        must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
+        raise _unreadable(path, error, must_be) from error
     require_attributes(path, kind, attrs)
     return attrs
+
+
+def _unreadable(path: Path, error: Exception, must_be: str) -> InputError:
+    """Return the error of a file that netCDF cannot open, or that another program is writing."""
+    if _is_being_written(path):
+        return InputError(path, "another program has it open for writing. Close it there first.")
+    return InputError(path, f"cannot be read as netCDF ({error}). {must_be}")
+
+
+def _is_being_written(path: Path) -> bool:
+    """Return True if a program holds the lock with which HDF5 writes, where the system has it."""
+    try:
+        import fcntl
+
+        with path.open("rb") as stream:
+            fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except (ImportError, OSError):
+        return False
+    return False
 
 
 def not_of(path: Path, kind: str, what: str) -> InputError:
@@ -175,7 +197,7 @@ def opened_file(
             attrs = {name: file.getncattr(name) for name in file.ncattrs()}
             stored = _stored(path, KINDS[kind], file, attrs, lock)
         except UNREADABLE as error:
-            raise InputError(path, f"cannot be read as netCDF ({error}). {must_be}") from error
+            raise _unreadable(path, error, must_be) from error
         with damage_named(path, kind):
             if not (stored or empty):
                 raise InputError(

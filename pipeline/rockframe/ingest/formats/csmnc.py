@@ -15,6 +15,7 @@ from rockframe.ingest.parsing.lines import (
     parse_number,
     parse_numbers,
     plain_text,
+    require_even_lines,
     require_sample_count,
     required_lines,
     rows_below,
@@ -85,6 +86,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     factor = factor_to_si(path, "cm/s2", options, 11)
     samples = parse_numbers(path, rows_below(text, _HEADER_LINES), _HEADER_LINES + 1)
     require_sample_count(path, found["count"], 12, samples.size)
+    require_even_lines(path, rows_below(text, _HEADER_LINES), _HEADER_LINES + 1)
     step = settle_time_step(path, parse_number(path, found["step"], 12, "interval"), options, 12)
     length = parse_number(path, found["length"], 13, "duration")
     if abs(samples.size * step - length) > 1.5 * step + 0.5 * Printed.of(found["length"]).unit:

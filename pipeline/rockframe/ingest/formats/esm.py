@@ -23,6 +23,7 @@ from rockframe.ingest.parsing.lines import (
     parse_number,
     parse_numbers,
     plain_text,
+    require_even_lines,
     require_sample_count,
     rows_below,
 )
@@ -100,6 +101,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     )
     samples = _samples(header, text)
     _require_count(header, samples.size, step)
+    require_even_lines(path, rows_below(text, header.count), header.count + 1)
     line = header.lines["PGA_CM/S^2"]
     peak_ratio = require_printed_peak(
         path,

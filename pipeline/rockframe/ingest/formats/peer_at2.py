@@ -22,6 +22,7 @@ from rockframe.ingest.parsing.lines import (
     is_number,
     parse_numbers,
     plain_text,
+    require_even_lines,
     rows_below,
 )
 from rockframe.ingest.parsing.samples import require_printed_peak
@@ -116,6 +117,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         if samples.size < 2:
             raise InputError(path, message, last)
         settle(path, message, {"samples": samples.size}, last)
+    require_even_lines(path, rows_below(text, last), last + 1)
     peak_ratio = _peak_ratio(path, header, samples)
     low, high = filter_corners(header)
     title = read_title(header[1]) if last > 1 else Title()
@@ -124,7 +126,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             record_id=record_ids(path, [title.component])[0],
             acceleration=samples * factor,
             time_step=step,
-            **directed(title.component),
+            **directed(title.component, _direction_in(path, title.component)),
             site_type=site_of_station(title.station),
             event=title.event,
             station=title.station,
@@ -158,6 +160,16 @@ def read_title(line: str) -> Title:
     if len(rest) < 2 or not _COMPONENT.fullmatch(component):
         return Title(event)
     return Title(event, ", ".join(rest[:-1]), component)
+
+
+def _direction_in(path: Path, component: str) -> str:
+    """Return the component, or an empty string if it may be the number of a channel.
+
+    Azimuths have three digits. PEER prints some of them with fewer; the names of its files have all
+    three.
+    """
+    is_short = re.fullmatch(r"\d{1,2}", component, re.ASCII)
+    return "" if is_short and not path.stem.endswith(component.zfill(3)) else component
 
 
 def filter_corners(header: Sequence[str]) -> tuple[float, float]:

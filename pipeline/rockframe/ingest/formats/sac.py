@@ -25,6 +25,7 @@ from rockframe.ingest.parsing.lines import (
     is_number,
     parse_numbers,
     plain_text,
+    require_even_lines,
 )
 from rockframe.ingest.stationxml import find_response
 from rockframe.record import Orientation, Record
@@ -229,6 +230,7 @@ def _alphanumeric(path: Path, data: bytes) -> _Sac:
     if integers[_COUNT] != samples.size:
         message = f"NPTS {integers[_COUNT]} in the header, {samples.size} samples in the file."
         settle(path, message, {"samples": samples.size}, 16)
+    require_even_lines(path, body, _HEADER_LINES + 1)
     return _Sac(np.array(floats), integers, names, samples)
 
 

@@ -39,6 +39,7 @@ from rockframe.ingest.parsing.lines import (
     is_number,
     parse_numbers,
     plain_text,
+    require_even_lines,
     require_whole_end,
 )
 from rockframe.ingest.parsing.timing import even_time_step
@@ -264,7 +265,9 @@ def _values(path: Path, layout: _Layout) -> Float:
             message = f"{count} values in a line. Must be {layout.columns}, as in the first row."
             raise InputError(path, message, line=line)
     body = b"\n".join(row.replace(separator, b" ") for row in rows)
-    return parse_numbers(path, body + b"\n", layout.first_line)
+    values = parse_numbers(path, body + b"\n", layout.first_line)
+    require_even_lines(path, body, layout.first_line)
+    return values
 
 
 def _parse(path: Path, layout: _Layout, columns: Columns) -> Float:
@@ -279,6 +282,8 @@ def _parse(path: Path, layout: _Layout, columns: Columns) -> Float:
     table = np.concatenate(parts)
     if not are_finite(table):
         raise _first_bad_row(path, layout, quantities)
+    if layout.columns == 1:  # times become wider, and the first row may be a header
+        require_even_lines(path, layout.body.partition(b"\n")[2], layout.first_line + 1)
     return table
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -22,6 +23,10 @@ _END_MARK: Final = b"\x1a"
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 #: Larger than any acceleration or time in any unit; products of smaller numbers are finite.
 _LARGEST: Final = 1e30
+#: Least number of lines that show a fixed width, and number of lines that may deviate.
+_FIXED: Final = 20
+_ODD: Final = 2
+_LONG_EXPONENT: Final = re.compile(rb"[eE][-+]\d{3}")
 #: Least number of numbers that are compared with the last one, and the size of their text [bytes].
 _ENOUGH: Final = 10
 _END: Final = 4096
@@ -246,6 +251,40 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
         raise _first_bad_number(path, body, first_line)
     require_whole_end(path, body, first_line)
     return values
+
+
+def require_even_lines(path: Path, body: bytes, first_line: int) -> None:
+    r"""Reject a line of another width among lines of one width, unless the user trusts the samples.
+
+    A character is missing or too many, and a number may still be one, but another one. The last
+    line may be shorter. Lines whose widths differ more often have no fixed columns.
+
+    Parameters
+    ----------
+    body, first_line
+        As in `parse_numbers`.
+
+    Raises
+    ------
+    InputError
+        If one or two lines have another width than all others.
+
+    Examples
+    --------
+    >>> require_even_lines(Path("motion.AT2"), b" .12 .34\n" * 30 + b" .2 .34\n .56", 5)
+    Traceback (most recent call last):
+    rockframe.errors.InputError: motion.AT2:35: 7 characters, where 30 other lines have 8. A numb...
+    """
+    rows = [row.rstrip() for row in body.rstrip().split(b"\n")[:-1]]
+    # C prints a third digit of an exponent where it needs one, and widens the line.
+    widths = [len(row) - len(_LONG_EXPONENT.findall(row)) for row in rows]
+    usual, others = Counter(widths).most_common(1)[0] if widths else (0, 0)
+    if others < max(_FIXED, len(widths) - _ODD) or others == len(widths):
+        return
+    place = next(k for k, width in enumerate(widths) if width != usual)
+    message = f"{widths[place]} characters, where {others} other lines have {usual}."
+    must = "A number may be corrupted."
+    settle(path, message, {"samples": None}, first_line + place, must)
 
 
 def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1) -> None:
