@@ -193,7 +193,7 @@ def test_records_outside_the_filters_are_not_compared(
              "isolated")  # fmt: skip
     assert run(*asked, "--pga-g", "0.3", "1") == 0
     assert {row["record_id"] for row in comparison_rows(output)} == {"first"}
-    assert "1 records left out" in capsys.readouterr().out
+    assert "1 of 2 records left out" in capsys.readouterr().out
     with xr.open_dataset(output, decode_times=False) as stored:
         assert "Must be from 0.3 to 1" in json.loads(stored.attrs["left_out"])["second"]
     assert run(*asked, "--pga-g", "3", "4") == 2

@@ -119,6 +119,7 @@ def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
 
     files = len(listed_outputs(folder / MANIFEST))
     summary = list(rows_of(folder / "summary.csv"))
+    console.show_left_out(summary)
     console.show_summary(summary)
     restrained = restrained_in_words(read_structures(folder / STRUCTURES)) if summary else ""
     if restrained:
@@ -137,6 +138,8 @@ def add_status(parser: argparse.ArgumentParser) -> None:
 def run_status(options: argparse.Namespace) -> None:
     """Hash the files and print the state of each step."""
     from rockframe.provenance import source_code_hash
+    from rockframe.results.tables.entries import left_out_of
+    from rockframe.results.tables.summary import reasons_in_words
     from rockframe.runs.state import (
         changed_inputs,
         damaged,
@@ -154,6 +157,7 @@ def run_status(options: argparse.Namespace) -> None:
     same_source = plan.source == source_code_hash()
     faults = faults_of(damaged(options.folder, plan.files), states)
     complete = all(state.is_done for state in states) and not faults
+    left_out = left_out_of(options.folder)
     if options.json:
         steps = [{"name": s.step.name, "state": s.state, "fault": s.fault} for s in states]
         counts = dict(Counter(s.state for s in states))
@@ -165,6 +169,7 @@ def run_status(options: argparse.Namespace) -> None:
                 "counts": counts,
                 "faults": faults,
                 "inputs_changed": changed,
+                "left_out": left_out,
                 "same_source": same_source,
                 "steps": steps,
             }
@@ -175,6 +180,9 @@ def run_status(options: argparse.Namespace) -> None:
         rows.setdefault(state.step.stage, Counter())[state.state] += 1
     shown = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
     print(f"{plan.study} in {options.folder}")
+    for file, reasons in left_out.items():
+        if reasons:
+            print(f"{len(reasons)} left out of {file}: {reasons_in_words(reasons)}")
     console.show_table("", ["stage", "steps"], shown)
     if any(state.state == "removed" for state in states):
         print("removed: batch files whose content is in the merged files")

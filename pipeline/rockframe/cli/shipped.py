@@ -75,7 +75,7 @@ def run_table1(options: argparse.Namespace) -> int:
     from rockframe.provenance import whole_folder
     from rockframe.results.pulses import pulse_rows, recordings_of
     from rockframe.results.tables.entries import write_entries, write_rows_as
-    from rockframe.results.tables.summary import summary_rows
+    from rockframe.results.tables.summary import left_out_reasons, summary_rows
     from rockframe.stages.figures import draw_records
     from rockframe.stages.table import table_rows_of
 
@@ -89,7 +89,8 @@ def run_table1(options: argparse.Namespace) -> int:
         computed = _computed(options, tables, partial, first_run=first_run)
         made = [computed.datasets[name] for name in STAGE_FILES]
         rows = list(table_rows_of(*made))
-        summary = summary_rows(rows, recordings_of(made[0]))
+        left_out = left_out_reasons(made[2].attrs)
+        summary = summary_rows(rows, recordings_of(made[0]), left_out)
         comparisons, said = paper_comparisons(rows, pulse_rows(made[1])), statements(rows)
         write_rows_as(partial / "table.csv", rows)
         write_rows_as(partial / "summary.csv", summary)
@@ -306,6 +307,7 @@ def show(
     how: dict[str, Any] = {"group": "record_id", "rules": several, "all_in": "table.csv"}
     known = [key for key in _IF_KNOWN if any(math.isfinite(row[key]) for row in rows)]
     of_record = [one for one in _OF_RECORD if one.key in known or one.key not in _IF_KNOWN]
+    console.show_left_out(summary)
     if console.table_width() >= _WIDE:
         show_responses("", (*of_record, *response_columns(one, {})), rows, quantities, **how)
     else:

@@ -23,6 +23,7 @@ from rockframe.results.screen_tables import (
     title_of_states,
     with_its_limits,
 )
+from rockframe.results.tables.summary import left_out_motions
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
 from rockframe.rocking import Verdict
 
@@ -188,6 +189,7 @@ def _caption(
     )
     named = f"The better measure is {better}" if better else "No better measure is named"
     return (
+        f"{_left_out(screening)}"
         f"Probability that {structure} {overturns}, {fragility_curve(screening)} in the intensity, "
         f"of maximum likelihood, from {screening.sizes['record']} motions of {recordings} "
         f"recordings at {scales.size} scales from {scales[0]:g} to {scales[-1]:g}, {each}; shaded, "
@@ -196,6 +198,11 @@ def _caption(
         f"dotted, the median. {equal}"
         f"{'; '.join(told)}. {named}: {screening['better_measure_reason'].item()}."
     )
+
+
+def _left_out(screening: xr.Dataset) -> str:
+    """Return the motions that were left out, as the first sentence of a caption."""
+    return f"{words} " if (words := left_out_motions(screening)) else ""
 
 
 def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
@@ -233,6 +240,7 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
     share = _share_overturned(screening.isel(scale=at))
     recordings = np.unique(screening["cluster"].values).size
     caption = (
+        f"{_left_out(screening)}"
         f"Share of {responses_in_words(screening)} of {recordings} recordings, at scale "
         f"{scale:g}, in which the peak rotation of {structure} is at most θ/α; "
         f"{100.0 * share:.0f} % overturn, so that the curve ends at {1.0 - share:.2f}. Shaded: "

@@ -18,6 +18,7 @@ from rockframe.results.tables.designs import (
     design_name,
     design_rows,
 )
+from rockframe.results.tables.summary import left_out_words
 from rockframe.web import render_still
 
 Row = Mapping[str, Any]
@@ -63,7 +64,10 @@ class Panel:
 
 
 def comparison_content(
-    rows: Sequence[Row], recordings: Mapping[str, Hashable], most: int | None = None
+    rows: Sequence[Row],
+    recordings: Mapping[str, Hashable],
+    most: int | None = None,
+    left_out: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Return the content of the section on a comparison.
 
@@ -75,12 +79,15 @@ def comparison_content(
         As for `design_rows`.
     most : int, optional
         Largest number of rows to list; by default all.
+    left_out : mapping of str to str, optional
+        Reasons why other records were not computed, by identifier.
     """
     designs = design_rows(rows, recordings)
     panels = _panels(designs)
     longest = max(len(mark.label) for mark in panels[0].marks)
     return {
         "records": designs[0]["records"],
+        "left_out_words": left_out_words(left_out or {}, designs[0]["records"]),
         "designs": designs,
         "design_columns": design_columns(designs),
         "best": best_rows(designs),
@@ -94,17 +101,22 @@ def comparison_content(
     }
 
 
-def render_comparison(title: str, rows: Sequence[Row], recordings: Mapping[str, Hashable]) -> str:
+def render_comparison(
+    title: str,
+    rows: Sequence[Row],
+    recordings: Mapping[str, Hashable],
+    left_out: Mapping[str, str] | None = None,
+) -> str:
     """Return the page of a comparison: HTML without scripts, which sends no requests.
 
     Parameters
     ----------
     title : str
         Title of the page.
-    rows, recordings
+    rows, recordings, left_out
         As for `comparison_content`.
     """
-    content = comparison_content(rows, recordings)
+    content = comparison_content(rows, recordings, left_out=left_out)
     return render_still(Path(__file__).parent, "still.html", title=title, comparison=content)
 
 

@@ -54,7 +54,13 @@ from rockframe.results.tables.rows import (
     stated_pulse,
 )
 from rockframe.results.tables.sensitivity import sensitivity_words, spread_words, spreads_of_row
-from rockframe.results.tables.summary import summary_columns, summary_legend
+from rockframe.results.tables.summary import (
+    left_out_motions,
+    left_out_words,
+    summary_columns,
+    summary_legend,
+    summary_title,
+)
 from rockframe.risk import LimitState, Outcome, measure_of
 from rockframe.rocking import SpreadVerdict, VerdictKind
 from rockframe.signals.passport import CHECKS
@@ -388,7 +394,9 @@ def _overview(run: Run) -> dict[str, Any]:
         "nominal": any(verdict.is_nominal for verdict in verdicts),
         "counts": run.counts,
         "total": total,
-        "records_in_all": total // max(len(structures), 1),
+        "records_in_all": (computed := total // max(len(structures), 1)),
+        "left_out": run.left_out,
+        "left_out_words": left_out_words(run.left_out, computed),
         "records": records,
         "structures": structures,
         "place": place,
@@ -405,6 +413,7 @@ def _over_records(run: Run) -> dict[str, Any]:
     rows = run.summary if any(int(row["records"]) > 1 for row in run.summary) else ()
     return {
         "summary": rows,
+        "summary_title": summary_title(rows),
         "summary_columns": summary_columns(rows),
         "summary_legend": summary_legend(rows),
         "row_of_worst": {(row["record"], row["structure"]): i for i, row in enumerate(run.rows)},
@@ -450,8 +459,14 @@ def _strip_of_each_row(run: Run) -> list[Markup]:
 
 def _entries_to_list(run: Run) -> list[Mapping[str, str]]:
     """Return the records and files to list; rejections and warnings first if there are many."""
-    first = sorted(range(len(run.entries)), key=lambda i: concern(run.entries[i]))[:MOST_ENTRIES]
-    return [run.entries[i] for i in sorted(first)]
+    entries = [
+        {**entry, "status": "left out", "reason": run.left_out[entry["record_id"]]}
+        if entry["record_id"] in run.left_out and entry["status"] == "accepted"
+        else entry
+        for entry in run.entries
+    ]
+    first = sorted(range(len(entries)), key=lambda i: concern(entries[i]))[:MOST_ENTRIES]
+    return [entries[i] for i in sorted(first)]
 
 
 #: Number of motions in the ranking, and largest number of structures in the section.
@@ -475,6 +490,7 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
     rows = [row | {"demand": demand_words(row)} for row in first]
     width = len(structures)
     return {
+        "left_out_words": left_out_motions(screening),
         "motions": screening.sizes["record"],
         "recordings": len(np.unique(screening["cluster"].values)),
         "scales": screening.sizes["scale"],

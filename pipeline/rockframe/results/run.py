@@ -20,10 +20,12 @@ from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import opened
 from rockframe.results.response import strips_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
+from rockframe.results.stored import attributes_of
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.forces import force_rows
 from rockframe.results.tables.rows import LabelledValues, LabelledValuesOf, spread_verdict
 from rockframe.results.tables.sensitivity import sensitivity_rows
+from rockframe.results.tables.summary import left_out_reasons
 from rockframe.results.writing import slices
 from rockframe.rocking import Strip
 
@@ -69,6 +71,8 @@ class Run:
         Rows of `force_rows` by record and structure; empty without forces.
     listed : int
         Number of rows of ``records.csv``.
+    left_out : mapping of str to str
+        Reasons why accepted records have no response, by identifier.
     """
 
     folder: Path
@@ -85,6 +89,7 @@ class Run:
     summary: tuple[Mapping[str, str], ...] = ()
     forces: Mapping[Pair, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
     listed: int = 0
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -120,7 +125,8 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
     counts: Counter[tuple[str, str]] = Counter()
     rows = _kept(_counted(folder / "table.csv", counts), most)
     names = {row["record_id"] for row in rows}
-    entries, listed = _entries(folder / "records.csv", names if most else None)
+    left_out = left_out_reasons(attributes_of(folder / "response.nc", RESPONSE))
+    entries, listed = _entries(folder / "records.csv", {*names, *left_out} if most else None)
     with (
         opened(folder / "records.nc", RECORDS) as records,
         opened(folder / "pulses.nc", PULSES) as pulses,
@@ -148,6 +154,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
                 )
             },
             listed,
+            left_out,
         )
 
 
@@ -181,7 +188,7 @@ def concern(entry: Mapping[str, str]) -> int:
     >>> concern({"status": "accepted", "passport": "warn"})
     1
     """
-    said = {"rejected": 0, "unread": 0}
+    said = {"rejected": 0, "left out": 0, "unread": 0}
     return said.get(entry["status"], 1 if entry["passport"] == "warn" else 2)
 
 

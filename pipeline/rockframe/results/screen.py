@@ -124,7 +124,8 @@ def write_screening(
         name: SCREEN_NC[name].holding(np.array(rows)[:, :, None]).isel(scale=0)
         for name, rows in at_reference.items()
     }
-    return made.assign(known).assign_attrs(rockframe_kind=SCREEN).set_coords("record_id")
+    stated = {"rockframe_kind": SCREEN, "left_out": json.dumps(dict(left_out), sort_keys=True)}
+    return made.assign(known).assign_attrs(stated).set_coords("record_id")
 
 
 @contextmanager

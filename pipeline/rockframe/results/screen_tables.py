@@ -25,7 +25,13 @@ from rockframe.results.tables.entries import (
     write_rows_as,
 )
 from rockframe.results.tables.rows import columns_of, rows_along
-from rockframe.results.tables.summary import SUMMARY_COLUMNS, band_column, summary_rows, tables_of
+from rockframe.results.tables.summary import (
+    SUMMARY_COLUMNS,
+    band_column,
+    left_out_reasons,
+    summary_rows,
+    tables_of,
+)
 from rockframe.results.tables.workbook import write_workbook
 from rockframe.risk import FURTHER, OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.risk.fragility import why_undetermined
@@ -195,7 +201,8 @@ def overall_rows(screening: xr.Dataset) -> Rows:
         for place, quantile in enumerate(QUANTILES)
     )
     pooled = rows_along(at_reference, "structure", columns_of(*shares, *peaks))
-    for row, over_members in zip(summary_rows(screen_rows(screening)), pooled, strict=True):
+    rows = summary_rows(screen_rows(screening), left_out=left_out_reasons(screening.attrs))
+    for row, over_members in zip(rows, pooled, strict=True):
         yield row | over_members
 
 
@@ -620,7 +627,8 @@ def write_screen_tables(
 def _sheets(path: Path, screening: xr.Dataset) -> dict[str, Any]:
     """Return the sheets of the workbook of a screening."""
     rows = list(screen_rows(screening))
-    overall = list(overall_rows(screening)) or summary_rows(rows)
+    left_out = left_out_reasons(screening.attrs)
+    overall = list(overall_rows(screening)) or summary_rows(rows, left_out=left_out)
     kinds = ["fragility", *_asked_kinds(**_asked_of(screening))]
     others = {kind: _TABLES[kind][0](screening) for kind in kinds}
     parameters = parameter_rows((path, SCREEN))

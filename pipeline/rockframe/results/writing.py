@@ -322,7 +322,8 @@ def write_rows(
         if batch:
             made.attrs["batch"] = batch
         put(made, partial, kind.name, mode="a" if columns else "w", **origin)
-    return made.assign_attrs(rockframe_kind=kind.name)
+    left_out = json.dumps(dict(origin.get("left_out") or {}), sort_keys=True)
+    return made.assign_attrs(rockframe_kind=kind.name, left_out=left_out)
 
 
 def slices(sizes: ArrayLike) -> list[slice]:

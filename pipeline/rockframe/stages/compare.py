@@ -308,7 +308,11 @@ def comparison_figures(path: Path, most: int) -> Iterator[NamedFigure]:
 
 
 def write_comparison_page(
-    path: Path, title: str, rows: Sequence[Mapping[str, Any]], recordings: Mapping[str, Hashable]
+    path: Path,
+    title: str,
+    rows: Sequence[Mapping[str, Any]],
+    recordings: Mapping[str, Hashable],
+    left_out: Mapping[str, str] | None = None,
 ) -> None:
     """Write one HTML page about a comparison: a chart of its designs, and its tables.
 
@@ -322,6 +326,8 @@ def write_comparison_page(
         Rows of `comparison_rows`.
     recordings : mapping of str to hashable
         As for `summary_rows`.
+    left_out : mapping of str to str, optional
+        Reasons why other records were not computed, by identifier.
 
     Raises
     ------
@@ -331,4 +337,5 @@ def write_comparison_page(
     from rockframe.report.comparison import render_comparison
 
     with whole_file(path) as partial:
-        partial.write_text(render_comparison(title, rows, recordings), encoding="utf-8")
+        page = render_comparison(title, rows, recordings, left_out)
+        partial.write_text(page, encoding="utf-8")

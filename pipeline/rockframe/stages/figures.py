@@ -240,6 +240,7 @@ def draw_records(
         The record of each figure by its file, relative to the folder.
     """
     drawn: dict[str, str] = {}
+    make_folder(folder)  # workers draw into a folder that exists, so they notice if it vanishes
     asked = _Chosen(rows, files, folder, chosen)
     engine = ProcessPool(patience=_START) if engine is None else engine
     for i, names in enumerate(engine.map(_draw_record, asked)):

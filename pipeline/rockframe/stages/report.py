@@ -245,6 +245,8 @@ def report_stage(
     from rockframe.results.response import comparison_rows
     from rockframe.results.run import read_histories, read_run
     from rockframe.results.screen import read_screening
+    from rockframe.results.stored import attributes_of
+    from rockframe.results.tables.summary import left_out_reasons
 
     limits, output = options or ReportOptions(), output or folder / PAGE
     refuse_obstacles([output])
@@ -260,7 +262,9 @@ def report_stage(
     comparison = None
     if compared in outputs:
         recordings = recordings_of(folder / RECORDS_FILE)
-        comparison = comparison_content(comparison_rows(compared), recordings, limits.rows)
+        left_out = left_out_reasons(attributes_of(compared, "compare"))
+        rows = comparison_rows(compared)
+        comparison = comparison_content(rows, recordings, limits.rows, left_out)
     page = sealed_page(render(content, read_histories(folder, shown), screening, comparison))
     while len(page) > _MOST_BYTES and shown:  # histories are the part that can be any size
         shown = choose(content, len(shown) * _MOST_BYTES // len(page))

@@ -16,7 +16,7 @@ from rockframe.provenance import refuse_obstacles, refuse_overwriting
 from rockframe.results.merging import merge
 from rockframe.results.pulses import recordings_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
-from rockframe.results.stored import kind_of
+from rockframe.results.stored import attributes_of, kind_of
 from rockframe.results.tables.entries import (
     beside,
     format_of,
@@ -26,7 +26,7 @@ from rockframe.results.tables.entries import (
     write_tables,
 )
 from rockframe.results.tables.rows import Row
-from rockframe.results.tables.summary import SUMMARY_COLUMNS, Summary, tables_of
+from rockframe.results.tables.summary import SUMMARY_COLUMNS, Summary, left_out_reasons, tables_of
 from rockframe.results.tables.table import table_rows
 
 if TYPE_CHECKING:
@@ -61,15 +61,16 @@ def table_stage(
     summary = beside(output, "summary", plain="table")
     refuse_overwriting([output, summary], (records, pulses, response))
     over_records, recordings = Summary(), recordings_of(records)
+    left_out = left_out_reasons(attributes_of(response, RESPONSE))
     rows = over_records.passed(table_rows_of(records, pulses, response))
     if format_of(output, table_format) == "xlsx":
         held = list(rows)
         files = ((records, RECORDS), (pulses, PULSES), (response, RESPONSE))
-        write_table_workbook(output, held, over_records.rows(recordings), *files)
+        write_table_workbook(output, held, over_records.rows(recordings, left_out), *files)
         return len(held)
     refuse_other_table(summary, SUMMARY_COLUMNS, "the summary of the table")
     count = write_rows_as(output, rows, table_format)
-    write_rows_as(summary, over_records.rows(recordings), table_format)
+    write_rows_as(summary, over_records.rows(recordings, left_out), table_format)
     return count
 
 

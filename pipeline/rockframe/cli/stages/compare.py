@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections import ChainMap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, get_args
 
@@ -72,6 +71,7 @@ def run_compare(options: argparse.Namespace) -> int:
         best_rows,
         design_rows,
     )
+    from rockframe.results.tables.summary import left_out_reasons
     from rockframe.stages.compare import compare_stage, write_comparison_page
     from rockframe.stages.figures import figures_stage
 
@@ -95,21 +95,23 @@ def run_compare(options: argparse.Namespace) -> int:
     drawn = figures_stage([options.output], options.figures) if options.figures else {}
     rows = comparison_rows(written[0])
     recordings = ChainMap(*(recordings_of(one) for one in options.records))
+    left_out = left_out_reasons(written[0].attrs)
     designs = design_rows(rows, recordings)
     best = best_rows(designs)
     made = arguments.write_tables(
         options, {"designs": designs, "best": best, _COMPARISON: rows}, _COMPARISON
     )
     if options.page:
-        write_comparison_page(options.page, options.output.stem, rows, recordings)
+        write_comparison_page(options.page, options.output.stem, rows, recordings, left_out)
         made.append(str(options.page))
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         said = {"comparison": rows, "designs": designs, "best": best, "rejected": rejected}
+        beside = {"left_out": left_out, "output": str(options.output)}
         found = {"tables": made} if made else {}
-        console.show_json({**said, "output": str(options.output), **found})
+        console.show_json({**said, **beside, **found})
     else:
-        _show_comparison(rows, designs, best, options.output)
+        _show_comparison(rows, designs, best, options.output, left_out)
         print(*made, sep="\n", end="\n" if made else "")
     for file in drawn:
         print(options.figures / file)
@@ -117,11 +119,18 @@ def run_compare(options: argparse.Namespace) -> int:
 
 
 def _show_comparison(
-    rows: Sequence[Row], designs: Sequence[Row], best: Sequence[Row], output: Path
+    rows: Sequence[Row],
+    designs: Sequence[Row],
+    best: Sequence[Row],
+    output: Path,
+    left_out: Mapping[str, str],
 ) -> None:
-    from rockframe.results.stored import attributes_of
     from rockframe.results.tables.designs import BEST, COMPARISON, DESIGN_LEGEND, design_columns
+    from rockframe.results.tables.summary import left_out_words, summary_title
 
+    count = designs[0]["records"]
+    if words := left_out_words(left_out, count):
+        print(f"{console.filled(words)}\n")
     if len(rows) <= MOST_RESPONSES:
         console.show_rows(f"Bridges in {output}", COMPARISON, rows)
         print(
@@ -129,12 +138,9 @@ def _show_comparison(
             "given.\nOverturn: share of plausible bridges around it, with its 90 % interval. "
             "Ends in: share of them\nthat reach a limit of the model."
         )
-    count = designs[0]["records"]
     if count > 1:
-        title = f"Designs over all {count} records in {output}"
+        over = summary_title([{"records": count, "left_out": len(left_out)}])
+        title = f"Designs {over.lower().replace('all', f'all {count}')} in {output}"
         console.show_rows(title, design_columns(designs), designs, group="structure")
         console.show_rows("Best designs, the less the better", BEST, best)
         print(console.filled(DESIGN_LEGEND))
-    left_out = json.loads(attributes_of(output, "compare")["left_out"])
-    if left_out:
-        print(f"{len(left_out)} records left out: the attribute left_out of the file has reasons.")

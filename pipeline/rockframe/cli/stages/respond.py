@@ -94,7 +94,12 @@ def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.results.pulses import recordings_of
     from rockframe.results.tables.forces import force_rows
-    from rockframe.results.tables.summary import first_columns, summary_rows, tables_of
+    from rockframe.results.tables.summary import (
+        first_columns,
+        left_out_reasons,
+        summary_rows,
+        tables_of,
+    )
     from rockframe.results.tables.table import part_rows, response_rows
 
     wanted = chosen(options, RespondOptions)
@@ -107,7 +112,8 @@ def run_respond(options: argparse.Namespace) -> int:
     scaled, more = _respond_at_scales(options, wanted, scales) if scales else ([], ())
     rejections += tuple(one for one in more if one not in rejections)
     rows, parts = list(response_rows(response)), part_rows(response)
-    summary = summary_rows(rows, recordings_of(options.records))
+    left_out = left_out_reasons(response.attrs)
+    summary = summary_rows(rows, recordings_of(options.records), left_out)
     tables = {
         **tables_of(rows, summary, _RESPONSES[0]),
         **({"forces": list(force_rows(response))} if wanted.forces else {}),
@@ -178,6 +184,7 @@ def _show_responses(
         columns.append(console.column("Pulse alone", rule=pulse_cell))
     output: Path = options.output
     table = next((one for one in tables if Path(one).stem == output.stem), "")
+    console.show_left_out(summary)
     further = f" and {table}" if table else "; --format csv or xlsx writes a table"
     show_responses(f" in {output}", columns, rows, options.matrix, f"{output}{further}")
     console.show_summary(summary)

@@ -116,7 +116,10 @@ def _show_tables(
     quantities: Sequence[str],
 ) -> None:
     from rockframe.results.screen_tables import screen_rows
+    from rockframe.results.tables.summary import left_out_motions
 
+    if words := left_out_motions(screening):
+        print(f"{console.filled(words)}\n")
     _show_overall(screening)
     if quantities:
         at = f" at scale {float(screening['reference_scale']):g}{_nominal(screening)}"

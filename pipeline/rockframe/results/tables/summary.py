@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 from array import array
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +24,9 @@ from rockframe.results.tables.rows import (
     spread_verdict,
 )
 from rockframe.rocking.verdict import Verdict, VerdictKind
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Columns of a structure in a summary.
 OF_STRUCTURE: Final = ("height_m", "width_m", "mass_ratio", "slenderness_deg")
@@ -150,8 +154,74 @@ def severity(row: Cells) -> tuple[float, float, float]:
     return -share_overturned(row), -_rotation(row), math.inf if math.isnan(margin) else margin
 
 
+#: Largest number of records that are named for a reason, and of reasons that are stated.
+_MOST_NAMED, _MOST_REASONS = 5, 3
+
+
+def left_out_reasons(attributes: Mapping[str, str]) -> dict[str, str]:
+    """Return why records have no result, by identifier, from the attributes of a dataset.
+
+    Records outside the user's filters are not included.
+    """
+    filtered = json.loads(attributes.get("filtered", "[]"))
+    reasons = json.loads(attributes.get("left_out", "{}"))
+    return {name: reason for name, reason in reasons.items() if name not in filtered}
+
+
+def left_out_words(reasons: Mapping[str, str], computed: int, what: str = "records") -> str:
+    """Return how many records have no result, which ones and why; empty if all have one.
+
+    Parameters
+    ----------
+    reasons : mapping of str to str
+        Reason of each record that was left out, by identifier.
+    computed : int
+        Number of records that have results.
+    what : str
+        Word for records.
+
+    Examples
+    --------
+    >>> left_out_words({"b": "no vertical record."}, 2)
+    '1 of 3 records left out: b: no vertical record.'
+    """
+    if not reasons:
+        return ""
+    count = f"{len(reasons)} of {computed + len(reasons)} {what} left out"
+    return f"{count}: {reasons_in_words(reasons)}"
+
+
+def reasons_in_words(reasons: Mapping[str, str]) -> str:
+    """Return the records of each reason, by identifier; of many, the first.
+
+    Examples
+    --------
+    >>> reasons_in_words({"a": "too short.", "b": "too short.", "c": "no vertical record."})
+    'a, b: too short. c: no vertical record.'
+    """
+    together: dict[str, list[str]] = {}
+    for name, reason in reasons.items():
+        together.setdefault(reason.rstrip("."), []).append(name)
+    said = []
+    for reason, names in [*together.items()][:_MOST_REASONS]:
+        more = len(names) - _MOST_NAMED
+        listed = ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+        said.append(f"{listed}: {reason}.")
+    if len(together) > _MOST_REASONS:
+        said.append(f"{len(together) - _MOST_REASONS} more reasons.")
+    return " ".join(said)
+
+
+def left_out_motions(screening: xr.Dataset) -> str:
+    """Return `left_out_words` of the motions of a screening."""
+    reasons = left_out_reasons(screening.attrs)
+    return left_out_words(reasons, screening.sizes["record"], "motions")
+
+
 def summary_rows(
-    rows: Iterable[Cells], recordings: Mapping[str, Hashable] | None = None
+    rows: Iterable[Cells],
+    recordings: Mapping[str, Hashable] | None = None,
+    left_out: Mapping[str, str] | None = None,
 ) -> list[Row]:
     """Return a row for each structure: its responses over all records.
 
@@ -162,11 +232,14 @@ def summary_rows(
     recordings : mapping of str to hashable, optional
         Recording of each record, by identifier: components of one recording are drawn together for
         the interval of the share. By default each record is its own recording.
+    left_out : mapping of str to str, optional
+        Reasons why other records have no result, by identifier.
 
     Returns
     -------
     list of dict
-        In the order of the structures: `OF_STRUCTURE` where known; the number of ``records``;
+        In the order of the structures: `OF_STRUCTURE` where known; the number of ``records``, the
+        number ``left_out`` and which and why, ``left_out_words``;
         ``share_overturned``, the mean over the records of the share of the ensemble that overturns,
         with its 90 % interval; ``uplifted``, the number of records with uplift; 16, 50 and 84 %
         quantiles over the records of the rotation and the drift, where each record counts with the
@@ -185,7 +258,7 @@ def summary_rows(
     """
     summary = Summary()
     deque(summary.passed(rows), maxlen=0)
-    return summary.rows(recordings)
+    return summary.rows(recordings, left_out)
 
 
 class Summary:
@@ -203,12 +276,24 @@ class Summary:
             self._of_each[structure].include(row)
             yield row
 
-    def rows(self, recordings: Mapping[str, Hashable] | None = None) -> list[Row]:
+    def rows(
+        self,
+        recordings: Mapping[str, Hashable] | None = None,
+        left_out: Mapping[str, str] | None = None,
+    ) -> list[Row]:
         """Return the rows of `summary_rows` for all rows that passed by."""
         known, each = recordings or {}, [*self._of_each.values()]
         alike = all(one.names == each[0].names for one in each)
         groups = [each] if alike and each else [[one] for one in each]
-        return [row for group in groups for row in _rows_of_group(group, known)]
+        found = [row for group in groups for row in _rows_of_group(group, known)]
+        return [
+            row
+            | {
+                "left_out": len(left_out or {}),
+                "left_out_words": left_out_words(left_out or {}, row["records"]),
+            }
+            for row in found
+        ]
 
 
 def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hashable]) -> list[Row]:
@@ -250,6 +335,7 @@ class _OverRecords:
             "structure": first["structure"],
             **{key: number(first.get(key)) for key in OF_STRUCTURE},
             "records": len(self.names),
+            **dict.fromkeys(("left_out", "left_out_words")),  # filled for all structures at once
             **interval,
             "uplifted": self._uplifted,
             **{
@@ -341,6 +427,19 @@ _SUMMARY: Final = (
     Column("critical\nscale>", "critical_scale", ".2f", rule=critical_scale),
     Column("Worst record", "worst_record", wraps=True),
 )
+
+
+def summary_title(rows: Sequence[Cells], what: str = "records") -> str:
+    """Return the title of a summary, which states how many of the records it covers.
+
+    Examples
+    --------
+    >>> summary_title([{"records": 14, "left_out": 6}]), summary_title([{"records": "9"}])
+    ('Over 14 of 20 records', 'Over all records')
+    """
+    computed = max((int(row["records"]) for row in rows), default=0)
+    left_out = max((int(row.get("left_out") or 0) for row in rows), default=0)
+    return f"Over {computed} of {computed + left_out} {what}" if left_out else f"Over all {what}"
 
 
 def summary_legend(rows: Sequence[Cells]) -> str:
