@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,9 @@ from rockframe.results.tables.entries import (
     rows_of,
     write_entries,
 )
+from rockframe.risk import read_hazard
+from rockframe.selection.target import read_target
+from rockframe.stages.select import read_selection
 
 #: Characters at which a spreadsheet starts a formula.
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
@@ -143,3 +147,17 @@ def test_a_list_that_only_begins_like_the_list_of_inputs_is_not_replaced(tmp_pat
 def test_an_error_of_csv_names_its_line() -> None:
     with pytest.raises(csv.Error, match=r"^line 2: unexpected end of data$"):
         list(read_rows(io.StringIO('a,b\n"1,2')))
+
+
+@pytest.mark.parametrize("character", ["\x1b[31m", "\x07", "\n", "\x9b", "\u2028", "\u202e"])
+@pytest.mark.parametrize("read", [read_hazard, read_target, read_selection])
+def test_tables_of_others_act_on_no_terminal(
+    tmp_path: Path, read: Callable[[Path], object], character: str
+) -> None:
+    """One line names the cell, in which the character is escaped."""
+    path = tmp_path / "t.csv"
+    path.write_text(f'file,record_id,scale\na.at2,"b{character}c",1\n', encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        read(path)
+    assert str(error.value).isprintable()
+    assert "control character in 'b\\" in str(error.value)

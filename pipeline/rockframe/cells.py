@@ -20,6 +20,11 @@ _DECIMAL_COMMA: Final = re.compile(r"^(\s*[-+]?\d*),(\d+(?:e[-+]?\d+)?\s*)$", re
 #: Text that a spreadsheet treats as a formula, also after the quotes that `harmless` adds.
 _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
+#: Characters that act on a terminal, break a line or turn text around: no part of a name.
+_CONTROL: Final = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
+#: Number of characters of a cell that messages show.
+_SHOWN: Final = 80
+
 #: Formats of tables, and their file extensions.
 TABLE_FORMATS: Final = MappingProxyType(
     {"csv": ".csv", "xlsx": ".xlsx", "markdown": ".md", "latex": ".tex", "parquet": ".parquet"}
@@ -159,15 +164,21 @@ def table_lines(path: Path) -> list[tuple[int, list[str]]]:
     Raises
     ------
     InputError
-        If the file cannot be read as a table.
+        If the file cannot be read as a table, or has control characters.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
-            return list(read_rows(stream))
+            lines = list(read_rows(stream))
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(path, f"not a table ({error}). Must be CSV in UTF-8.") from None
+    for line, row in lines:
+        for cell in row:
+            if _CONTROL.search(cell.strip()):
+                message = f"control character in {cell[:_SHOWN]!r}. Must be text on one line."
+                raise InputError(path, message, line=line)
+    return lines
 
 
 def _writer(stream: TextIO) -> Callable[[Iterable[object]], object]:
