@@ -110,7 +110,8 @@ def test_round_trip(tmp_path_factory: pytest.TempPathFactory, counts: list[int])
 @pytest.mark.parametrize(
     ("units", "factor"),
     [("m/s**2", 1.0), ("m/s^2", 1.0), ("M/S/S", 1.0), ("m/(s**2)", 1.0), ("cm/s**2", 1e-2),
-     ("mm/s2", 1e-3), ("nm/s**2", 1e-9), ("NM/S**2", 1e-9)],
+     ("mm/s2", 1e-3), ("nm/s**2", 1e-9), ("NM/S**2", 1e-9),
+     ("g", 9.81)],
 )  # fmt: skip
 def test_units_of_the_sensitivity(write: Write, units: str, factor: float) -> None:
     [record] = read_file(write(xml=station_xml(channel_xml(units=units))))
@@ -128,14 +129,14 @@ def test_an_epoch_may_begin_and_end_with_the_samples(write: Write) -> None:
     [
         ({"units": "M/S"}, r"per 'M/S', a velocity, not an acceleration"),
         ({"units": "M/SEC"}, r"a velocity, not an acceleration"),
-        ({"units": "G"}, r"sensitivity of CI\.CLC\.\.HNE per 'G'\. Must be per m/s\*\*2"),
+        ({"units": "V"}, r"sensitivity of CI\.CLC\.\.HNE per 'V'\. Must be per m/s\*\*2"),
         ({"value": "0.0"}, r"sensitivity 0 of CI\.CLC\.\.HNE\. Must be positive and finite"),
         ({"value": "NaN"}, r"sensitivity nan of CI\.CLC\.\.HNE\. Must be positive|cannot be read"),
         ({"output": "V"}, r"sensitivity of CI\.CLC\.\.HNE to 'V'\. Must be to counts"),
         ({"rate": "200.0"}, r"100 samples a second in the file, 200 in CI\.CLC\.xml"),
         ({"code": "HNN"}, r"no StationXML of CI\.CLC\.\.HNE at 2019-07.*looked at: CI\.CLC\.xml"),
-        ({"epoch": 'startDate="2019-07-07T00:00:00"'}, r"no StationXML of CI\.CLC\.\.HNE at"),
-        ({"epoch": 'endDate="2019-07-06T03:19:23.05"'}, r"no StationXML of CI\.CLC\.\.HNE at"),
+        ({"epoch": 'startDate="2019-07-07T00:00:00"'}, r"HNE for other times: from 2019-07-07"),
+        ({"epoch": 'endDate="2019-07-06T03:19:23.05"'}, r"HNE for other times: to .*3\.05.*xml"),
     ],
 )
 def test_station_xml_that_does_not_fit(write: Write, changes: dict[str, str], message: str) -> None:
@@ -401,3 +402,106 @@ def test_a_fetched_file_is_held_to_its_hash(write: Write) -> None:
     path.write_bytes(data[: len(data) // 1024 * 512])
     [], rejections = sorted_out(collect([path.parent]))
     assert rejections[0].reason.startswith("changed since it was fetched: SHA-256")
+
+
+#: Number of samples in a data record of `pieces`.
+PIECE = 100
+
+
+def pieces(*late: float) -> list[bytes]:
+    """Return data records of 100 samples, each this number of samples after its place."""
+    from obspy import UTCDateTime
+
+    counts = np.arange(PIECE * len(late)).reshape(-1, PIECE)
+    starts = [UTCDateTime(START) + 0.01 * (PIECE * k + shift) for k, shift in enumerate(late)]
+    return [
+        mseed(trace(row, start=str(start)), encoding="INT32")
+        for row, start in zip(counts, starts, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (1, 0, 3, 2)])
+@pytest.mark.parametrize("codes", ["DDDD", "DDQQ", "QDMR"])
+def test_quality_codes_and_the_order_of_records_make_no_gap(
+    write: Write, order: tuple[int, ...], codes: str
+) -> None:
+    """Data centres replace the code after a check, and archives append records that came late."""
+    records = [
+        piece[:6] + code.encode() + piece[7:]
+        for piece, code in zip(pieces(0, 0, 0, 0), codes, strict=True)
+    ]
+    [record] = read_file(write(b"".join(records[k] for k in order)))
+    assert np.array_equal(record.acceleration, np.arange(4 * PIECE) / 1000.0)
+    assert record.start_time == "2019-07-06T03:19:23.038300Z"
+    lost = b"".join(records[k] for k in order if k != 1)
+    with pytest.raises(InputError, match=r"gap in CI\.CLC\.\.HNE: "):
+        read_file(write(lost))
+    doubled = b"".join([*records, records[1]])
+    with pytest.raises(InputError, match=r"overlap in CI\.CLC\.\.HNE: "):
+        read_file(write(doubled))
+
+
+@pytest.mark.parametrize("drift", [0.4, -0.4, 0.2])
+def test_records_that_drift_are_not_even_unless_trusted(write: Write, drift: float) -> None:
+    """Each differs from the one before it by less than obspy allows; together they do not."""
+    path = write(b"".join(pieces(*(drift * k for k in range(6)))))
+    with pytest.raises(
+        InputError, match=r"headers 100: .* apart\. .*--trust waveform or --trust h"
+    ):
+        read_file(path)
+    [record] = read_file(path, ReadOptions(trust=("header",)))
+    assert record.time_step == 0.01
+    [record] = read_file(path, ReadOptions(trust=("waveform",)))
+    assert record.time_step == pytest.approx(0.01 * (1.0 + drift / PIECE), rel=1e-6)
+
+
+def test_jitter_of_a_clock_is_no_drift(write: Write) -> None:
+    [record] = read_file(write(b"".join(pieces(0.0, 0.4, -0.1, 0.3, 0.0))))
+    assert (record.time_step, record.acceleration.size) == (0.01, 5 * PIECE)
+
+
+def test_records_of_different_rates_are_named_as_such(write: Write) -> None:
+    from obspy import UTCDateTime
+
+    other = trace(range(9), start=str(UTCDateTime(START) + 0.04), delta=0.005)
+    with pytest.raises(InputError, match=r"HNE has 100 samples a second, and 200 from 2019-07-06"):
+        read_file(write(mseed(trace()) + mseed(other)))
+
+
+BOUNDARY = "2019-07-06T03:19:23.05"
+BEFORE, AFTER = f'endDate="{BOUNDARY}"', f'startDate="{BOUNDARY}"'
+
+
+def test_a_record_may_cross_two_epochs_that_are_the_same(write: Write) -> None:
+    xml = station_xml(channel_xml(epoch=BEFORE), channel_xml(epoch=AFTER))
+    [record] = read_file(write(xml=xml))
+    assert record.acceleration.tolist() == [0.0, 1.0, -3.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "message"),
+    [
+        ({"epoch": BEFORE}, {"epoch": AFTER, "value": "2000.0"},
+         r"differently in two epochs of CI\.CLC\.xml: to 2019-.*, and from .* Cut the record"),
+        ({}, {"value": "2000.0"}, r"in two epochs of CI\.CLC\.xml: .* Keep one"),
+        ({"epoch": BEFORE}, {"epoch": 'startDate="2019-07-07T00:00:00"'},
+         r"other times: to 2019-07-06.*; from 2019-07-07.* The record lasts from 2019-07-06"),
+    ],
+)  # fmt: skip
+def test_epochs_that_differ_or_do_not_meet(
+    write: Write, first: dict[str, str], second: dict[str, str], message: str
+) -> None:
+    """Before, the message was that there is no StationXML, or named one file twice."""
+    with pytest.raises(InputError, match=message):
+        read_file(write(xml=station_xml(channel_xml(**first), channel_xml(**second))))
+
+
+def test_reported_station_xml(shared_reports: Path, shared_records: Path) -> None:
+    """One entry differs from the real StationXML, in a way that means the same."""
+    name = "CI.CLC..HNE.mseed"
+    [known] = read_file(shared_records / "formats" / "miniseed" / name)
+    for folder in ("14_input_g", "14_location_dashes", "14_output_ms2"):
+        [record] = read_file(shared_reports / folder / name)
+        assert record.acceleration == pytest.approx(known.acceleration, rel=4e-4)
+    with pytest.raises(InputError, match=r"for other times: from 2012-04-13.* to 2019-07-06T03:21"):
+        read_file(shared_reports / "14_epoch_ends_early" / name)

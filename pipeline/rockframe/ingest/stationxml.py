@@ -18,6 +18,7 @@ from rockframe.ingest.identify import site_of_depth
 from rockframe.ingest.options import ReadOptions
 from rockframe.ingest.parsing.lines import HEAD, read_head, unreadable
 from rockframe.record import Orientation, SiteType
+from rockframe.units import GRAVITY
 
 #: Text that identifies a StationXML file.
 _MARK: Final = b"<FDSNStationXML"
@@ -147,18 +148,69 @@ def find_response(path: Path, trace: Any, options: ReadOptions) -> ChannelRespon
 
 
 def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
-    found = [(file, channel) for file in files for channel in channels_in(file, trace)]
-    if not found:
-        looked = ", ".join(file.name for file in files) or "none that names the station"
-        message = f"no StationXML of {trace.id} at {trace.stats.starttime} (looked at: {looked})."
-        do = "Put its *.xml beside the file, or name it with --station-xml."
-        raise InputError(path, f"{message} {do}")
-    file, channel = found[0]
-    for other_file, other in found[1:]:
+    epochs = [(file, channel) for file in files for channel in _epochs(file, trace)]
+    covering = [one for one in epochs if _covers(one[1], trace)]
+    crossed = [] if covering else [one for one in epochs if _touches(one[1], trace)]
+    if not covering and not _adjoin([channel for _, channel in crossed], trace):
+        raise _none_found(path, trace, files, epochs)
+    (file, channel), *others = covering or crossed
+    for other_file, other in others:
         if _summary(other) != _summary(channel) or other.response != channel.response:
-            message = f"{trace.id} is described differently in {file.name} and {other_file.name}."
-            raise InputError(path, f"{message} Keep one.")
+            where = f"in {file.name} and {other_file.name}"
+            if file is other_file:
+                where = f"in two epochs of {file.name}: {_period(channel)}, and {_period(other)}"
+            do = "Cut the record where they meet." if crossed else "Keep one."
+            message = f"{trace.id} is described differently {where}."
+            raise InputError(path, f"{message} {do}")
     return _channel_response(file, channel, trace)
+
+
+def _none_found(
+    path: Path, trace: Any, files: list[Content], epochs: list[tuple[Content, Any]]
+) -> InputError:
+    """Return the error for a trace that no epoch covers."""
+    begins, ends = trace.stats.starttime, trace.stats.endtime
+    if epochs:
+        stated = "; ".join(f"{_period(channel)} ({file.name})" for file, channel in epochs[:3])
+        message = f"StationXML describes {trace.id} for other times: {stated}."
+        return InputError(path, f"{message} The record lasts from {begins} to {ends}.")
+    looked = ", ".join(dict.fromkeys(file.name for file in files)) or "none that names the station"
+    message = f"no StationXML of {trace.id} at {begins} (looked at: {looked})."
+    return InputError(
+        path, f"{message} Put its *.xml beside the file, or name it with --station-xml."
+    )
+
+
+def _covers(channel: Any, trace: Any) -> bool:
+    begins, ends = trace.stats.starttime, trace.stats.endtime
+    return (channel.start_date is None or channel.start_date <= begins) and (
+        channel.end_date is None or ends <= channel.end_date
+    )
+
+
+def _touches(channel: Any, trace: Any) -> bool:
+    begins, ends = trace.stats.starttime, trace.stats.endtime
+    return (channel.start_date is None or channel.start_date <= ends) and (
+        channel.end_date is None or begins <= channel.end_date
+    )
+
+
+def _adjoin(channels: list[Any], trace: Any) -> bool:
+    """Return True if epochs together cover a trace; one begins at most a second after another."""
+    known = trace.stats.starttime
+    if not channels:
+        return False
+    for channel in sorted(channels, key=lambda one: one.start_date or known):
+        if channel.start_date is not None and channel.start_date > known + 1.0:
+            return False
+        known = max(known, channel.end_date or trace.stats.endtime)
+    return bool(known >= trace.stats.endtime)
+
+
+def _period(channel: Any) -> str:
+    begins = f"from {channel.start_date}" if channel.start_date else ""
+    ends = f"to {channel.end_date}" if channel.end_date else ""
+    return f"{begins} {ends}".strip() or "at all times"
 
 
 def _files(path: Path, station: str, options: ReadOptions) -> list[Content]:
@@ -208,6 +260,11 @@ def _sha256(content: bytes) -> str:
 
 def channels_in(file: Content, trace: Any) -> list[Any]:
     """Return the channels with the four codes of the trace whose epoch covers it."""
+    return [channel for channel in _epochs(file, trace) if _covers(channel, trace)]
+
+
+def _epochs(file: Content, trace: Any) -> list[Any]:
+    """Return the channels with the four codes of the trace; the location ``--`` is blank."""
     stats = trace.stats
     return [
         channel
@@ -216,9 +273,8 @@ def channels_in(file: Content, trace: Any) -> list[Any]:
         for station in network
         if station.code == stats.station
         for channel in station
-        if (channel.code, channel.location_code) == (stats.channel, stats.location)
-        and (channel.start_date is None or channel.start_date <= stats.starttime)
-        and (channel.end_date is None or stats.endtime <= channel.end_date)
+        if channel.code == stats.channel
+        and (channel.location_code or "").replace("--", "").strip() == stats.location
     ]
 
 
@@ -235,7 +291,10 @@ def _channel_response(content: Content, channel: Any, trace: Any) -> ChannelResp
     value, units = float(sensitivity.value), str(sensitivity.input_units or "")
     if not (math.isfinite(value) and value > 0.0):
         raise InputError(file, f"sensitivity {value:g} of {trace.id}. Must be positive and finite.")
-    if str(sensitivity.output_units).strip().lower() not in _COUNTS:
+    outputs = [sensitivity.output_units]
+    if _stage_gain(file, trace.id, response) is not None:  # which is compared with the sensitivity
+        outputs.append(response.response_stages[-1].output_units)
+    if not any(str(units).strip().lower() in _COUNTS for units in outputs):
         message = f"sensitivity of {trace.id} to {sensitivity.output_units!r}. Must be to counts."
         raise InputError(file, message)
     counts = value / _metres_per_second_squared(file, trace.id, units)
@@ -256,9 +315,11 @@ def _channel_response(content: Content, channel: Any, trace: Any) -> ChannelResp
 
 
 def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
+    if units.strip().lower() == "g":
+        return GRAVITY
     found = _UNITS.fullmatch(units.strip())
     if not found:
-        raise InputError(file, f"sensitivity of {name} per {units!r}. Must be per m/s**2.")
+        raise InputError(file, f"sensitivity of {name} per {units!r}. Must be per m/s**2 or g.")
     if not (found["square"] or found["per"].startswith("(")):
         message = f"sensitivity of {name} per {units!r}, a velocity, not an acceleration."
         raise InputError(file, message)

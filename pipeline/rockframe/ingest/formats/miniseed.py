@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import struct
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import date
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -32,11 +34,16 @@ _FIXED_HEADER: Final = 48
 _SEQUENCE: Final = 6
 #: Offset of the data quality flags, and their bits: saturated or clipped; missing or padded.
 _QUALITY, _CLIPPED, _PADDED = 38, 0b11, 0b10000
-_LENGTH_BLOCKETTE: Final = 1000
+#: Offset of the activity flags, and their bit: the time correction is in the time already.
+_ACTIVITY, _CORRECTED = 36, 0b10
+#: Blockettes: length of the record, and microseconds of its time.
+_LENGTH, _MICROSECONDS = 1000, 1001
 #: Second letter of a channel code: high-gain seismometers, which record velocity.
 _SEISMOMETER: Final = "H"
 #: Relative tolerance of sample rates, whose last digits depend on clock corrections.
 _SAME_RATE: Final = 1e-4
+#: Largest distance of a data record from its place, which a clock may cause by jitter [samples].
+_LATE: Final = 0.5
 #: Share of the record that is tapered at each end before the response is removed.
 _TAPER: Final = 0.05
 
@@ -77,8 +84,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: a.mseed: no length in the record at byte 0: blockette 1000 is ...
     """
-    places = list(_records(path, data))
-    counted, notes = sum(samples for _, samples in places), _header_notes(path, data, places)
+    records = list(_records(path, data))
+    data, records = _in_order(data, records)
+    counted, notes = sum(one.samples for one in records), _header_notes(path, data, records)
     traces = list(read_stream(path, data, "MSEED"))
     decoded = sum(trace.data.size for trace in traces)
     if counted != decoded or not traces:
@@ -86,6 +94,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         message += "2 or more."
         raise InputError(path, message)
     _require_whole(path, traces)
+    for trace in traces:
+        if (rate := _even_rate(path, trace, records)) != trace.stats.sampling_rate:
+            trace.stats.sampling_rate = rate
     ids = record_ids(with_ending(path, _ENDINGS), [trace.id for trace in traces])
     return [
         noted(partial(record_of_counts, path, trace, record_id, options, notes))
@@ -93,8 +104,19 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     ]
 
 
-def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield offset and number of samples of each data record; reject incomplete records."""
+@dataclass(frozen=True)
+class _DataRecord:
+    """A data record: its place in the file [byte], its channel, time [1e-6 s] and samples."""
+
+    begin: int
+    end: int
+    channel: str
+    time: int
+    samples: int
+
+
+def _records(path: Path, data: bytes) -> Iterator[_DataRecord]:
+    """Yield the data records; reject incomplete ones."""
     start = 0
     while start < len(data):
         header = data[start : start + _FIXED_HEADER]
@@ -103,20 +125,108 @@ def _records(path: Path, data: bytes) -> Iterator[tuple[int, int]]:
         ):
             raise InputError(path, f"no miniSEED header at byte {start}: the file is corrupted.")
         order = ">" if 1900 <= struct.unpack_from(">H", header, 20)[0] <= 2100 else "<"
-        length = _length(data, start, order)
-        if length is None:
+        blockettes = _blockettes(data, start, order)
+        exponent = data[blockettes[_LENGTH] + 6] if _LENGTH in blockettes else 0
+        if not 7 <= exponent <= 20:
             message = f"no length in the record at byte {start}: blockette 1000 is missing."
             raise InputError(path, message)
+        length = 2**exponent
         if start + length > len(data):
             message = (
                 f"the record at byte {start} is cut off: {len(data) - start} of {length} bytes."
             )
             raise InputError(path, message)
-        yield start, struct.unpack_from(f"{order}H", header, 30)[0]
+        station, location, channel, network = (
+            header[place].decode().strip()
+            for place in (slice(8, 13), slice(13, 15), slice(15, 18), slice(18, 20))
+        )
+        yield _DataRecord(
+            begin=start,
+            end=start + length,
+            channel=f"{network}.{station}.{location}.{channel}",
+            time=_start_time(path, data, start, order, blockettes),
+            samples=struct.unpack_from(f"{order}H", header, 30)[0],
+        )
         start += length
 
 
-def _header_notes(path: Path, data: bytes, places: Sequence[tuple[int, int]]) -> tuple[str, ...]:
+def _blockettes(data: bytes, start: int, order: str) -> dict[int, int]:
+    """Return the places of the blockettes of a data record, by their type."""
+    places: dict[int, int] = {}
+    offset = struct.unpack_from(f"{order}H", data, start + 46)[0]
+    seen = 0
+    while offset > seen and start + offset + 8 <= len(data):
+        kind, following = struct.unpack_from(f"{order}HH", data, start + offset)
+        places.setdefault(kind, start + offset)
+        seen, offset = offset, following
+    return places
+
+
+def _start_time(
+    path: Path, data: bytes, start: int, order: str, blockettes: Mapping[int, int]
+) -> int:
+    """Return the time of the first sample since the year 1 [1e-6 s]."""
+    year, day, hour, minute, second, parts = struct.unpack_from(f"{order}HHBBBxH", data, start + 20)
+    try:
+        days = date(year, 1, 1).toordinal() + day - 1
+    except ValueError:
+        message = f"year {year} in the record at byte {start}. Must be 1 to 9999."
+        raise InputError(path, message) from None
+    seconds = ((24 * days + hour) * 60 + minute) * 60 + second
+    applied = data[start + _ACTIVITY] & _CORRECTED
+    correction = 0 if applied else struct.unpack_from(f"{order}i", data, start + 40)[0]
+    micro = 0
+    if _MICROSECONDS in blockettes:
+        micro = struct.unpack_from("b", data, blockettes[_MICROSECONDS] + 5)[0]
+    return int(1_000_000 * seconds + 100 * (parts + correction) + micro)
+
+
+def _in_order(data: bytes, records: list[_DataRecord]) -> tuple[bytes, list[_DataRecord]]:
+    """Return data and records in the order of time, with one quality code for each channel.
+
+    obspy makes several traces of a channel whose records are not in order, or whose code changes:
+    data centres replace D by Q or M after a check.
+    """
+    ordered = sorted(records, key=lambda one: (one.channel, one.time))
+    codes: dict[str, set[int]] = {}
+    for one in records:
+        codes.setdefault(one.channel, set()).add(data[one.begin + _SEQUENCE])
+    in_order = sorted(records, key=lambda one: one.channel) == ordered
+    if in_order and all(len(found) == 1 for found in codes.values()):
+        return data, records
+    pieces = (data[one.begin : one.end] for one in ordered)
+    whole = b"".join(piece[:_SEQUENCE] + b"D" + piece[_SEQUENCE + 1 :] for piece in pieces)
+    ends = np.cumsum([one.end - one.begin for one in ordered]).tolist()
+    moved = [
+        replace(one, begin=end - (one.end - one.begin), end=end)
+        for one, end in zip(ordered, ends, strict=True)
+    ]
+    return whole, moved
+
+
+def _even_rate(path: Path, trace: Any, records: Sequence[_DataRecord]) -> float:
+    """Return the sampling rate of a trace [Hz]; reject one whose data records drift away from it.
+
+    obspy compares each data record with the one before it, so that small differences add up.
+    """
+    rate = float(trace.stats.sampling_rate)
+    own = [one for one in records if one.channel == trace.id and one.samples]
+    own.sort(key=lambda one: one.time)
+    times = np.array([1e-6 * (one.time - own[0].time) for one in own])
+    counts = np.cumsum([0, *(one.samples for one in own[:-1])])[: times.size]
+    late = np.abs(times * rate - counts)
+    if not rate or not times.any() or (late <= _LATE + _SAME_RATE * counts).all():
+        return rate
+    actual = float(counts[-1] / times[-1])
+    message = f"the times of the data records of {trace.id} state {actual:.7g} samples a second, "
+    message += f"their headers {rate:g}: {late.max():.1f} samples apart."
+    rates = {"waveform": actual, "header": rate}
+    if (np.abs(times * actual - counts) > _LATE + _SAME_RATE * counts).any():
+        del rates["waveform"]
+    return settle(path, message, rates)
+
+
+def _header_notes(path: Path, data: bytes, records: Sequence[_DataRecord]) -> tuple[str, ...]:
     """Return notes for `processing` about sequence number and data quality flags.
 
     A file does not state whether data records before its first or after its last one are missing.
@@ -125,23 +235,10 @@ def _header_notes(path: Path, data: bytes, places: Sequence[tuple[int, int]]) ->
     notes = (
         [f"archive: begins with record {first} of its sequence"] if first not in ("", "1") else []
     )
-    flags = [data[place + _QUALITY] for place, _ in places]
+    flags = [data[one.begin + _QUALITY] for one in records]
     if any(flag & _PADDED for flag in flags):
         raise InputError(path, "the headers flag missing or padded data.")
     return (*notes, *(["archive: clipping flagged"] if any(f & _CLIPPED for f in flags) else []))
-
-
-def _length(data: bytes, start: int, order: str) -> int | None:
-    """Return the length of a data record from its blockette 1000, or None."""
-    offset = struct.unpack_from(f"{order}H", data, start + 46)[0]
-    seen = 0
-    while offset > seen and start + offset + 8 <= len(data):
-        kind, following = struct.unpack_from(f"{order}HH", data, start + offset)
-        if kind == _LENGTH_BLOCKETTE:
-            exponent = data[start + offset + 6]
-            return int(2**exponent) if 7 <= exponent <= 20 else None
-        seen, offset = offset, following
-    return None
 
 
 def _require_whole(path: Path, traces: list[Any]) -> None:
@@ -150,6 +247,10 @@ def _require_whole(path: Path, traces: list[Any]) -> None:
     for trace in sorted(traces, key=lambda piece: (piece.id, piece.stats.starttime)):
         before = last.get(trace.id)
         if before is not None:
+            rates = before.stats.sampling_rate, trace.stats.sampling_rate
+            if rates[0] != rates[1]:
+                message = f"{trace.id} has {rates[0]:g} samples a second, and {rates[1]:g} from"
+                raise InputError(path, f"{message} {trace.stats.starttime}.")
             ends, begins = before.stats.endtime, trace.stats.starttime
             what = "gap" if begins > ends else "overlap"
             raise InputError(
