@@ -210,7 +210,7 @@ def test_figures_need_forces_and_are_drawn_for_each_record(
     words += ["--figures", str(tmp_path / "drawn")]
     assert main(words) == 2
     assert (
-        "--figures without --forces or --scales: there is nothing to draw."
+        "--figures has no effect without --forces or --scales: there is nothing to draw."
         in capsys.readouterr().err
     )
     assert not (tmp_path / "r.nc").exists()

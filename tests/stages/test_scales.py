@@ -187,8 +187,11 @@ def test_a_long_table_leaves_out_far_scales_and_never_1(
         (["--scales", "1:1:3"], "--scales 1 after 1. Must increase."),
         (["--scales", "0:1:5"], "--scales with 0. Must be above 0."),
         (["--scales", "1", "--record", "none"], "Invalid record 'none'. Must be one of"),
-        (["--record", "quiet"], "--record without --scales. State scales, such as 0.95:1.05:21."),
-        (["--figures", "drawn"], "--figures without --forces or --scales"),
+        (
+            ["--record", "quiet"],
+            "--record has no effect without --scales. State scales, such as 0.95:1.05:21.",
+        ),
+        (["--figures", "drawn"], "--figures has no effect without --forces or --scales"),
     ],
 )
 def test_what_cannot_be_scaled_is_one_line_and_writes_nothing(

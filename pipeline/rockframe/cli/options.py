@@ -19,6 +19,7 @@ from rockframe.cells import decimal
 from rockframe.errors import ParameterError
 from rockframe.options.model import (
     MOST_NUMBERS,
+    NO_EFFECT,
     Options,
     description,
     evenly,
@@ -97,7 +98,11 @@ def chosen(options: argparse.Namespace, model: type[Model], **others: Any) -> Mo
     try:
         return model.model_validate(others | _stated(options, model, ""))
     except ValidationError as invalid:
-        message = explain(invalid.errors()[0], lambda name: flag(name.replace(".", "-")))
+        error = invalid.errors()[0]
+        message = explain(error, lambda name: flag(name.replace(".", "-")))
+        name, idle, rest = message.partition(NO_EFFECT)
+        if idle:  # the name may be that of a table within
+            message = flag("-".join([*map(str, error["loc"]), *name.split(".")])) + idle + rest
         for name in model.model_fields:  # also in messages about several options
             if "_" in name:
                 message = re.sub(rf"\b{name}\b", flag(name), message)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from rockframe.cells import TABLE_FORMATS, Column
 from rockframe.cli import arguments, console
 from rockframe.cli.figure import FIGURES, add_grid
-from rockframe.cli.options import add_options, chosen, folder_to_write
+from rockframe.cli.options import add_options, chosen, flag, folder_to_write
 from rockframe.cli.stages.respond import (
     matrices,
     most_severe,
@@ -26,7 +26,7 @@ from rockframe.cli.stages.respond import (
     verdict_notes,
 )
 from rockframe.compiled import tell_of_compiling
-from rockframe.errors import require_known
+from rockframe.errors import ParameterError, require_known
 from rockframe.matching.record_pulses import LEVEL
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import Options
@@ -347,12 +347,17 @@ def _show_notes(rows: Sequence[Row]) -> None:
 _PAGE: Final = "paper-checked.md"
 
 
+#: Default folder and resolution of maps of `rockframe paper`.
+_PAPER_FOLDER: Final = Path("outputs/paper")
+_PAPER_GRID: Final = 400
+
+
 def add_paper(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the paper's records, if available, and the folder to write."""
     parser.add_argument(
         "--output",
         type=folder_to_write,
-        default=Path("outputs/paper"),
+        default=_PAPER_FOLDER,
         help="folder to write (default: outputs/paper)",
     )
     parser.add_argument("--claim", metavar="NAME", help="print only this claim, and write nothing")
@@ -360,7 +365,19 @@ def add_paper(parser: argparse.ArgumentParser) -> None:
     add_options(parser, PulseOptions, title="pulses")
     arguments.add_reading(parser)
     add_grid(parser)
-    parser.set_defaults(structures=None, grid=400)
+    parser.set_defaults(structures=None, grid=_PAPER_GRID)
+
+
+def _refuse_beside_claim(options: argparse.Namespace) -> None:
+    """Raise an error if options are stated that change no claim of the paper's text."""
+    unstated = {"output": _PAPER_FOLDER, "grid": _PAPER_GRID, "records": None, "structures": None}
+    for name, value in vars(options).items():
+        known = name in ("claim", "json", "run")
+        if not known and not (name in unstated and value == unstated[name]):
+            raise ParameterError(
+                f"{flag(name)} has no effect with --claim, which prints one claim. Leave one of "
+                "them out."
+            )
 
 
 def run_paper(options: argparse.Namespace) -> int:
@@ -372,6 +389,7 @@ def run_paper(options: argparse.Namespace) -> int:
     from rockframe.stages.table import table_rows_of
 
     if options.claim is not None:
+        _refuse_beside_claim(options)
         claims = all_claims()
         require_known("claim", options.claim, [claim.name for claim in claims])
         _show_claims([claim for claim in claims if claim.name == options.claim], options.json)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 import re
 from datetime import UTC, datetime
-from typing import Annotated, Final, Self
+from typing import Annotated, ClassVar, Final, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 from rockframe.options.model import (
+    OF_SITE,
     Azimuth,
     Bounds,
+    Condition,
+    Conditions,
     File,
     Finite,
     Motions,
@@ -188,6 +191,10 @@ class PassportLimits(Options):
 class IngestOptions(Options):
     """Options of reading and processing record files."""
 
+    conditions: ClassVar[Conditions] = {
+        "rest_s": Condition("sequence", lambda one: one.sequence is not None)
+    }
+
     units: Annotated[Units | None, Field(examples=["g"])] = None
     """Acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2 (a file
     that states other units is rejected)."""
@@ -335,6 +342,8 @@ class SelectOptions(Options):
 1000, the smaller one first.
     """
 
+    conditions: ClassVar[Conditions] = {"hazard_site_within_km": OF_SITE}
+
     target: File
     """Target spectrum, 5 % damped: CSV of period_s, sa_g (the median) or mean_ln_sa_g, and
     optionally sigma_ln_sa, the standard deviation of ln Sa; or uniform hazard spectra of OpenQuake
@@ -456,6 +465,10 @@ class FetchOptions(Options):
     >>> FetchOptions(url="SCEDC", event="38457511", network="CI", radius_km=50.0).channel
     'HN?,HG?,BN?'
     """
+
+    conditions: ClassVar[Conditions] = dict.fromkeys(
+        ("before", "after"), Condition("event or origin", lambda one: one.start is None)
+    )
 
     url: Url
     """Data centre: URL, or a short name known to obspy (SCEDC, INGV, GEONET...)."""

@@ -9,11 +9,22 @@ import math
 import textwrap
 import unicodedata
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import is_dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self, get_args
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Final,
+    Literal,
+    NamedTuple,
+    Self,
+    TypeAlias,
+    get_args,
+)
 
 from pydantic import (
     AfterValidator,
@@ -23,6 +34,7 @@ from pydantic import (
     Field,
     ValidationError,
     WithJsonSchema,
+    model_validator,
 )
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 from pydantic.fields import FieldInfo
@@ -104,6 +116,20 @@ def _described(schema: dict[str, Any], model: type[BaseModel]) -> None:
             key["description"] = text
 
 
+#: Between an option and what it needs, in the error of `Options.conditions`.
+NO_EFFECT: Final = " has no effect without "
+
+
+class Condition(NamedTuple):
+    """The need of an option that has no effect alone, in words, and its test."""
+
+    words: str
+    holds: Callable[[Any], bool]
+
+
+Conditions: TypeAlias = Mapping[str, Condition]
+
+
 class Options(BaseModel, metaclass=_OneLine):
     """Options of a stage; unknown names and values of another type are errors.
 
@@ -125,6 +151,22 @@ class Options(BaseModel, metaclass=_OneLine):
         defer_build=True,  # most commands validate few models
     )
 
+    #: Options that have an effect only under a condition: the condition in words, and its test. The
+    #: name of an option of a table within has a point, as in ``ensemble.height``.
+    conditions: ClassVar[Conditions] = {}
+
+    @model_validator(mode="after")
+    def _no_idle_option(self) -> Self:
+        """Reject options that differ from their default and have no effect."""
+        for name, (words, holds) in type(self).conditions.items():
+            owner: Any = self
+            *tables, last = name.split(".")
+            for table in tables:
+                owner = getattr(owner, table)
+            if getattr(owner, last) != type(owner).model_fields[last].default and not holds(self):
+                raise rule(f"{name}{NO_EFFECT}{words}. State that, or leave it out")
+        return self
+
     def stated(self) -> dict[str, Any]:
         """Return all values as JSON values; files are reduced to their names."""
         values = self.model_dump(mode="json")
@@ -139,6 +181,10 @@ class Options(BaseModel, metaclass=_OneLine):
     def replaced(self, **values: Any) -> Self:
         """Return the options with some values replaced and validated."""
         return type(self)(**{**dict(self), **values})
+
+
+#: The distance to the site of a hazard file matters where its place is stated.
+OF_SITE: Final = Condition("hazard_site", lambda one: one.hazard_site is not None)
 
 
 def rule(message: str) -> PydanticCustomError:

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Final, Literal, Self, get_args
+from typing import Annotated, ClassVar, Final, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rockframe.options.model import Options, Range, Seed, Wavelet, Wavelets, rule, value_error
+from rockframe.options.model import (
+    Condition,
+    Conditions,
+    Options,
+    Range,
+    Seed,
+    Wavelet,
+    Wavelets,
+    rule,
+    value_error,
+)
 
 #: Smallest number of surrogates for which p can be as low as the significance level, 5 %.
 FEWEST_SURROGATES: Final = 19
@@ -37,6 +47,16 @@ class PulseOptions(Options):
     >>> PulseOptions(most_half_cycles=2.0).half_cycles
     (1.0, 1.25, 1.5, 1.75, 2.0)
     """
+
+    conditions: ClassVar[Conditions] = {
+        **dict.fromkeys(
+            ("scrambling", "seed"), Condition("surrogates", lambda one: one.surrogates > 0)
+        ),
+        "most_half_cycles": Condition(
+            "wavelet mavroeidis_papageorgiou",
+            lambda one: "mavroeidis_papageorgiou" in one.wavelet,
+        ),
+    }
 
     periods_s: Range = (0.2, 5.0)
     """Range of pulse periods that is searched [s], reduced to the periods that the record

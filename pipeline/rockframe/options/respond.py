@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 from rockframe.errors import ParameterError
 from rockframe.options.model import (
+    OF_SITE,
     Bounds,
+    Condition,
+    Conditions,
     File,
     Finite,
     FurtherMeasures,
@@ -118,8 +121,18 @@ class BridgeEnsemble(Ensemble):
     state for the yield strength of steel. State the expected strength, not the nominal one."""
 
 
+#: Spreads of the members of an ensemble, and their seed.
+_OF_MEMBERS: Final = tuple(
+    f"ensemble.{name}" for name in Ensemble.model_fields if name != "members"
+)
+
+
 class RespondOptions(Options):
     """The response of each structure to each record."""
+
+    conditions: ClassVar[Conditions] = dict.fromkeys(
+        _OF_MEMBERS, Condition("members", lambda one: one.ensemble.members > 0)
+    )
 
     structure: Annotated[str | None, Field(examples=["bridge-bent"])] = None
     """Only the structure of this name."""
@@ -141,6 +154,10 @@ class RespondOptions(Options):
 
 class DesignOptions(Options):
     """The smallest dimension that keeps a quantity below a limit."""
+
+    conditions: ClassVar[Conditions] = {
+        "share": Condition("statistic share", lambda one: one.statistic == "share"),
+    }
 
     dimension: Annotated[Literal["height", "width", "mass_ratio"], Field(examples=["height"])]
     """Varied dimension: height (at constant slenderness), width (at constant height), or mass
@@ -179,8 +196,32 @@ def _at_most_thousand(scales: tuple[float, ...]) -> tuple[float, ...]:
     return scales
 
 
+def _has_scenario_members(options: ScreenOptions) -> bool:
+    return options.scenario_members > 1
+
+
+def _has_robust_margins(options: ScreenOptions) -> bool:
+    return options.margins == "robust" and options.ensemble.members > 0
+
+
 class ScreenOptions(Options):
     """The screening of the structures by the records at many scales."""
+
+    conditions: ClassVar[Conditions] = {
+        **dict.fromkeys(
+            _OF_MEMBERS,
+            Condition(
+                "scenario_members above 1, or margins robust",
+                lambda one: _has_scenario_members(one) or _has_robust_margins(one),
+            ),
+        ),
+        **dict.fromkeys(
+            ("ensemble.corner", "ensemble.orientation_degree"),
+            Condition("scenario_members above 1", _has_scenario_members),
+        ),
+        "ensemble.members": Condition("margins robust", lambda one: one.margins == "robust"),
+        "hazard_site_within_km": OF_SITE,
+    }
 
     structure: Annotated[str | None, Field(examples=["bridge-bent"])] = None
     """Only the structure of this name."""

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.components import HorizontalPair, pair_horizontals, rotate
 from rockframe.engines.pool import Limits
-from rockframe.errors import InputError, ParameterError
+from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.ingest import (
     ReadOptions,
     Source,
@@ -33,7 +34,14 @@ from rockframe.results.records import RecordsFile, open_records, write_records
 from rockframe.results.tables.entries import refuse_strange_entries
 from rockframe.results.writing import require_ending
 from rockframe.signals.processing import AsRead
-from rockframe.stages.acceptance import Acceptance, Ingested, Inspected, checked, inspected
+from rockframe.stages.acceptance import (
+    Acceptance,
+    Accepted,
+    Ingested,
+    Inspected,
+    checked,
+    inspected,
+)
 
 
 def rotated(
@@ -239,8 +247,36 @@ def ingest_stage(
                     spectral_periods=options.spectral_periods_s or (),
                 )
     rows = acceptance.publish()
+    _warn_of_idle_options(options, acceptance.accepted, rows)
     rejections = tuple(row for row in rows if row.status == "rejected")
     return Ingested(tuple(acceptance.accepted), rejections, rows, inputs, made)
+
+
+#: Formats of the files that an option concerns.
+_OF_FORMATS: Final = {
+    "column": ("acceleration_text",),
+    "streams": ("asdf",),
+    "station_xml": ("miniseed", "sac"),
+    "water_level_db": ("miniseed",),
+}
+
+
+def _warn_of_idle_options(
+    options: IngestOptions, accepted: Sequence[Accepted], rows: Sequence[InputOutcome]
+) -> None:
+    """Warn of options for which there is no record, if all inputs were accepted."""
+    if any(row.status not in ("accepted", "rotated") for row in rows):
+        return
+    formats = {record.source_format for record in accepted}
+    for name, concerned in _OF_FORMATS.items():
+        if getattr(options, name) is not None and formats.isdisjoint(concerned):
+            kinds = " or ".join(concerned)
+            words = f"{name} has no effect: none of the {len(accepted)} records is of {kinds}."
+            warnings.warn(words, RockframeWarning, stacklevel=3)
+    if options.band_pass_hz is not None and not any(row.corrected_here for row in rows):
+        words = "band_pass_hz has no effect: all records count as corrected."
+        advice = "State uncorrected to filter them all the same."
+        warnings.warn(f"{words} {advice}", RockframeWarning, stacklevel=3)
 
 
 def _factors(selection: Path | None) -> dict[str, float] | None:

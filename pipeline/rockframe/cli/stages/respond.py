@@ -284,10 +284,14 @@ def _stated_scales(options: argparse.Namespace, wanted: RespondOptions) -> tuple
     from rockframe.stages.common import horizontal
 
     if options.record and not options.scales:
-        raise ParameterError("--record without --scales. State scales, such as 0.95:1.05:21.")
+        raise ParameterError(
+            "--record has no effect without --scales. State scales, such as 0.95:1.05:21."
+        )
     if options.figures and not (wanted.forces or options.scales):
-        needs = "--forces or --scales: there is nothing to draw"
-        raise ParameterError(f"--figures without {needs}. State one of them.")
+        raise ParameterError(
+            "--figures has no effect without --forces or --scales: there is nothing to draw. "
+            "State one of them."
+        )
     if not options.scales:
         return ()
     with open_records(options.records) as file:
