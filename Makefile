@@ -21,7 +21,9 @@ SNAKEMAKE = PATH="$(CURDIR)/$(BIN):$$PATH" $(WORKFLOW)/bin/snakemake -s workflow
 BROWSER := tests/report/test_browser.py tests/explorer/test_browser.py
 DASK := tests/engines/test_dask.py tests/runs/test_dask_run.py
 
-PYTEST = $(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist
+# `make test-all` draws other random examples in each run; all other targets draw the same.
+DRAWS =
+PYTEST = $(BIN)/python -m pytest -q $(DRAWS) --numprocesses auto --maxprocesses 4 --dist
 # Processes share compiled bytecode through __pycache__, where numba's compiled code is too.
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -127,6 +129,7 @@ test-faults: $(MADE)
 test-processors: $(MADE)
 	@$(BIN)/python -m tests.recorded.processors
 
+test-all: DRAWS = --hypothesis-profile=others
 test-all: check test test-examples test-browser test-dask test-faults test-workflow
 
 check: $(MADE)

@@ -36,9 +36,11 @@ SWITCHES: Final = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 
-# No test depends on how long an example takes: the machine may be busy.
-settings.register_profile("any machine", deadline=None)
-settings.load_profile("any machine")
+# No test depends on how long an example takes: the machine may be busy. Each run draws the same
+# examples; `make test-all` draws others, with --hypothesis-profile=others.
+settings.register_profile("others", deadline=None)
+settings.register_profile("same", deadline=None, derandomize=True, database=None)
+settings.load_profile("same")
 # Print tables at the width used without a terminal, whatever terminal runs the tests.
 os.environ.pop("COLUMNS", None)
 # A shell makes background jobs ignore Ctrl-C, and the processes that tests start inherit that.

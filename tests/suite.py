@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -33,6 +34,47 @@ def test_sentences_are_plain() -> None:
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
                 docstring = ast.get_docstring(node) or ""
                 assert not OPENINGS.match(docstring), f"{path}: {docstring.splitlines()[0]}"
+
+
+#: Draws that differ from run to run, and settings that are stated once, in `tests/conftest.py`.
+CHANGING = re.compile(
+    r"default_rng\(\)|RandomState\(|\brandom\.(seed|random|randint|uniform|choice|shuffle)\("
+    r"|np\.random\.(rand|randn|normal|uniform|seed)\(|Random\(\)|derandomize=|deadline="
+)
+
+
+def test_each_run_draws_the_same_numbers() -> None:
+    """A failure must be seen again: numbers come from stated seeds, and examples from a profile."""
+    tests = REPOSITORY / "tests"
+    for path in sorted({*tests.rglob("test_*.py"), *tests.glob("*/conftest.py")}):
+        found = CHANGING.search(path.read_text(encoding="utf-8"))
+        assert not found, f"{path}: {found[0]}"
+
+
+def test_a_property_is_tried_with_the_same_examples_in_each_run(tmp_path: Path) -> None:
+    """The profile of `make test-all` draws others."""
+    (tmp_path / "test_drawn.py").write_text(DRAWN, encoding="utf-8")
+    drawn = []
+    for profile in ("same", "same", "others"):
+        words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", os.devnull]
+        words += ["-p", "tests.conftest", f"--hypothesis-profile={profile}", str(tmp_path)]
+        env = {**os.environ, "DRAWN": str(tmp_path / "drawn.txt"), "PYTHONPATH": "."}
+        subprocess.run(words, cwd=REPOSITORY, env=env, check=True, capture_output=True)
+        drawn.append((tmp_path / "drawn.txt").read_text())
+    assert drawn[0] == drawn[1] != drawn[2]
+
+
+DRAWN = """
+import os
+from hypothesis import given, strategies
+drawn = []
+
+@given(strategies.integers())
+def test_numbers(number):
+    drawn.append(number)
+    with open(os.environ["DRAWN"], "w") as file:
+        file.write(repr(drawn))
+"""
 
 
 def collected() -> subprocess.Popen[str]:

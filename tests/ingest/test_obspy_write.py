@@ -39,7 +39,7 @@ def written(stream: Any, **options: object) -> bytes:
     return file.getvalue()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     samples=hnp.arrays(np.float64, st.integers(2, 40), elements=st.floats(-1e3, 1e3)),
     step=st.floats(1e-5, 2.0),

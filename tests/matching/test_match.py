@@ -39,7 +39,7 @@ def test_scalograms_are_of_rickers() -> None:
 
 
 @pytest.mark.parametrize("wavelet", RICKERS)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     a_p=st.floats(0.1, 10.0),
     period=st.floats(0.3, 2.0),

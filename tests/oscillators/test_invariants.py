@@ -20,7 +20,7 @@ every_kind = given(
     motion=st.sampled_from(["lines", "record", "pulse"]),
     seed=st.integers(0, 10**6),
 )
-few = settings(max_examples=60, derandomize=True, deadline=None)
+few = settings(max_examples=60)
 
 
 def model_of(kind: str, seed: int) -> Oscillator:

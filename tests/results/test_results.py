@@ -78,7 +78,7 @@ def response_path(tmp_path: Path) -> Path:
     return path
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     samples=hnp.arrays(
         np.float64,

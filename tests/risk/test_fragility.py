@@ -141,7 +141,7 @@ def test_motions_of_one_cluster_are_one() -> None:
     assert_allclose(twice.covariance, once.covariance, rtol=1e-6)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(unit=st.floats(1e-3, 1e3), seed=st.integers(0, 5))
 def test_unit_moves_the_median_alone(unit: float, seed: int) -> None:
     intensity, fell = site(30, seed)
@@ -151,7 +151,7 @@ def test_unit_moves_the_median_alone(unit: float, seed: int) -> None:
     assert_allclose(other.concordance, one.concordance, rtol=1e-12)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     verdicts=st.lists(st.lists(st.booleans(), min_size=3, max_size=3), min_size=1, max_size=6),
     intensity=st.lists(st.floats(1e-300, 1e300), min_size=6, max_size=6),

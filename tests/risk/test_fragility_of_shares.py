@@ -71,7 +71,7 @@ def test_shares_of_zero_and_one_are_outcomes(curve: Curve) -> None:
         assert np.array_equal(*(getattr(fit, field.name) for fit in fits)), field.name
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.sampled_from([0.0, 0.5, 1.0]), min_size=1, max_size=5))
 def test_an_outcome_without_a_curve_is_that_of_the_members(shares: list[float]) -> None:
     intensity = np.arange(1.0, len(shares) + 1.0)

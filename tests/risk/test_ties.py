@@ -129,7 +129,7 @@ def test_six_digits_of_scale_factors_do_not_decide() -> None:
     assert fit.lowest == fit.highest == pytest.approx(1.2, rel=2e-6)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(scaled_to=st.floats(0.01, 100.0), pgv=st.lists(st.floats(0.01, 100.0), min_size=2))
 def test_motions_that_are_scaled_to_one_intensity_are_tied(
     scaled_to: float, pgv: list[float]
@@ -151,7 +151,7 @@ def test_many_close_intensities_are_not_one() -> None:
     assert np.unique(merged(x)).size > 9_000
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(order=st.permutations(range(12)), seed=st.integers(0, 3))
 def test_the_order_of_motions_does_not_matter(order: list[int], seed: int) -> None:
     intensity, shares = tied(seed)

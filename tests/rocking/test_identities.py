@@ -154,7 +154,7 @@ def test_each_impact_of_free_rocking_is_slower_by_the_restitution() -> None:
     time_step=st.sampled_from([0.001, 0.01, 0.1]),
     frame=st.sampled_from(ANY),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_whatever_the_motion(
     seed: int, strength: float, time_step: float, frame: RockingFrame
 ) -> None:
@@ -172,7 +172,7 @@ def test_whatever_the_motion(
 
 
 @given(seed=st.integers(0, 10_000), frame=st.sampled_from([BENT, STOCKY, SLENDER, SMALL]))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_the_sense_of_rotation_is_kept_at_impacts(seed: int, frame: RockingFrame) -> None:
     samples = noise(seed, 300, 2.0 * frame.width / frame.height)
     response = respond(frame, GroundAcceleration.from_samples(samples, 0.02))

@@ -49,7 +49,7 @@ def keys_of(model: type, before: str = "") -> list[str]:
     return keys
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(stated=st.dictionaries(st.sampled_from(keys_of(StudyTables)), VALUES, max_size=4))
 def test_anything_is_read_or_refused_in_one_line(stated: dict[str, str]) -> None:
     text = "\n".join(f"{key} = {value}" for key, value in stated.items())
