@@ -292,7 +292,7 @@ def prepare_drawing() -> None:
 
 def _draw_record(shown: _OfRecord) -> list[str]:
     """Draw the figures of a record; return their files, relative to the folder."""
-    with staying(shown.folder):
+    with staying(shown.folder.parent):  # which exists before the first figure
         return list(_figures_of_record(shown))
 
 
