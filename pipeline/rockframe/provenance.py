@@ -425,6 +425,18 @@ def refuse_obstacles(files: Iterable[Path]) -> None:
             )
 
 
+def remove_file(path: Path) -> None:
+    """Remove a file of a run if it exists.
+
+    Raises
+    ------
+    InputError
+        If a folder is in its place.
+    """
+    refuse_obstacles([path])
+    path.unlink(missing_ok=True)
+
+
 def refuse_overwriting(
     outputs: Iterable[Path], inputs: Iterable[Path], beside: Path | None = None
 ) -> None:
@@ -520,9 +532,9 @@ def _move_in(partial: Path, folder: Path) -> None:
     old = listed_outputs(manifest)
     new = sorted(path.relative_to(partial) for path in partial.rglob("*") if path.is_file())
     refuse_obstacles(folder / name for name in new)
-    manifest.unlink(missing_ok=True)
+    remove_file(manifest)
     for name in sorted(old - set(new)):
-        (folder / name).unlink(missing_ok=True)
+        remove_file(folder / name)
     for name in sorted(new, key=lambda path: path.name == MANIFEST):
         make_folder((folder / name).parent)
         (partial / name).replace(folder / name)

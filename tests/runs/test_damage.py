@@ -210,6 +210,27 @@ def test_folder_in_the_place_of_an_output_is_one_line(
     assert "table.csv: is a folder, in the place of a file to write." in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["figures/motion-0.png", "logs/verify.log", "manifest.json"])
+def test_folder_in_the_place_of_what_a_run_made_is_one_line(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    """The folder is the user's, and is not removed; once it is moved, the run resumes."""
+    study = make_study(tmp_path, 1, FEW.replace("most = 0", "most = 1"))
+    folder = Path(shutil.copytree(made / "run", tmp_path / "run"))
+    assert run(study, folder) == 0
+    (folder / name).unlink()
+    (folder / name).mkdir()
+    (folder / ".rockframe" / "steps" / "verify.json").unlink()
+    capsys.readouterr()
+    assert run(study, folder) == 2
+    said = capsys.readouterr().err
+    wanted = f"rockframe: error: {folder / name}: is a folder, in the place of a file to write."
+    assert said.splitlines()[-1].startswith(wanted)
+    assert "Traceback" not in said
+    (folder / name).rename(tmp_path / "moved")
+    assert run(study, folder) == 0
+
+
 def test_status_does_not_write(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A colleague without permission to write may ask for the status of a run."""
     assert not is_locked(home / "run")

@@ -26,7 +26,13 @@ from rockframe.options import STAGES, STRUCTURES, Stage, loaded
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import FigureOptions, ReportOptions
 from rockframe.outcome import InputOutcome
-from rockframe.provenance import make_folder, scratch_folder, sha256_of, staying
+from rockframe.provenance import (
+    make_folder,
+    refuse_obstacles,
+    scratch_folder,
+    sha256_of,
+    staying,
+)
 from rockframe.runs.plan import KEPT, Plan, Step, computing_steps, waves
 from rockframe.runs.state import finish, read_plan, remove_partials, stamp
 from rockframe.stages.acceptance import Ingested
@@ -92,6 +98,7 @@ def perform(work: Work) -> int:
 def _perform_there(work: Work) -> int:
     log = work.folder / "logs" / f"{work.step.name}.log"
     try:
+        refuse_obstacles([log])
         make_folder(log.parent)
         log.touch()
     except OSError as error:

@@ -8,7 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from rockframe.errors import InputError
-from rockframe.provenance import DAMAGED, MANIFEST, listed_outputs, refuse_obstacles
+from rockframe.provenance import (
+    DAMAGED,
+    MANIFEST,
+    listed_outputs,
+    refuse_obstacles,
+    remove_file,
+)
 from rockframe.runs.plan import KEPT, PAGE, Plan
 from rockframe.runs.state import (
     StepState,
@@ -16,11 +22,11 @@ from rockframe.runs.state import (
     faults_of,
     locked,
     read_plan,
-    remove_file,
     remove_former,
     remove_output,
     remove_partials,
     remove_spent,
+    remove_unless_folder,
     states_of,
     take_back_manifest,
     write_plan,
@@ -131,7 +137,7 @@ def prepare(
     for fault in faults:
         on_fault(f"{fault}; made again.")
     for path in corrupted:
-        remove_file(path)
+        remove_unless_folder(path)
     for state in states:
         for name in state.step.outputs if state.fault else ():
             remove_output(plan, folder, name)
@@ -175,7 +181,7 @@ def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> 
         remove_former(plan, former, folder)
         shutil.rmtree(folder / KEPT / "steps", ignore_errors=True)
     for name in (*listed_outputs(folder / MANIFEST), Path(MANIFEST)):
-        (folder / name).unlink(missing_ok=True)
+        remove_file(folder / name)
     return None
 
 

@@ -26,6 +26,7 @@ from rockframe.provenance import (
     is_sealed,
     is_within,
     read_json,
+    remove_file,
     sealed,
     sha256_of,
     staying,
@@ -183,7 +184,7 @@ def take_back_manifest(plan: Plan, folder: Path) -> None:
         known = listed.get(step.name)
         if known is not None and _read(folder, step.name) is None:
             _write(folder, step.name, known)
-    (folder / MANIFEST).unlink(missing_ok=True)
+    remove_file(folder / MANIFEST)
 
 
 def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
@@ -191,8 +192,8 @@ def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
     for state in states:
         if state.state == "removed":
             for name in state.step.outputs:
-                (folder / name).unlink(missing_ok=True)
-                _stamp_file(folder, state.step.name).unlink(missing_ok=True)
+                remove_file(folder / name)
+                remove_file(_stamp_file(folder, state.step.name))
     kept = {Path(name).parent for s in states if s.state != "removed" for name in s.step.outputs}
     for step in plan.steps:
         for parent in {Path(name).parent for name in step.outputs if step.temporary}:
@@ -206,7 +207,7 @@ def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
     for name in removed:
         remove_output(former, folder, name)
     for name in {step.name for step in former.steps} - {step.name for step in plan.steps}:
-        _stamp_file(folder, name).unlink(missing_ok=True)
+        remove_file(_stamp_file(folder, name))
     return removed
 
 
@@ -217,20 +218,20 @@ def remove_output(plan: Plan, folder: Path, name: str) -> None:
     """
     path = folder / name
     if not name.endswith("/"):
-        remove_file(path)
+        remove_unless_folder(path)
         return
     listed = _of_manifest(plan, folder)
     for step in plan.steps:
         known = _read(folder, step.name) or listed.get(step.name)
         for file in known.outputs if known is not None and name in step.outputs else ():
             if file.startswith(name) and is_within(file):
-                (folder / file).unlink(missing_ok=True)
+                remove_file(folder / file)
     for hidden in (_MARK, DRAWN):
-        (path / hidden).unlink(missing_ok=True)
+        remove_file(path / hidden)
     _remove_if_empty(path)
 
 
-def remove_file(path: Path) -> None:
+def remove_unless_folder(path: Path) -> None:
     """Remove a file or a symbolic link, but no folder."""
     if path.is_file() or path.is_symlink():
         path.unlink()
