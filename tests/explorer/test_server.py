@@ -16,6 +16,7 @@ import urllib.request
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -241,16 +242,37 @@ def test_a_port_in_use_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
+@pytest.mark.parametrize("package", ["h11", "starlette", "uvicorn"])
 def test_without_the_extra_the_command_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], package: str
 ) -> None:
-    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    for name in [one for one in sys.modules if one.split(".")[0] == package]:
+        monkeypatch.delitem(sys.modules, name)
+
+    def lack(name: str, *_: object) -> None:
+        if name == package:
+            raise ModuleNotFoundError(name=name)
+
+    monkeypatch.setattr(sys, "meta_path", [SimpleNamespace(find_spec=lack), *sys.meta_path])
     monkeypatch.delitem(sys.modules, "rockframe.explorer.server", raising=False)
     assert main(["explore"]) == 2
     assert capsys.readouterr().err == (
-        "rockframe: error: uvicorn is not installed. Install the explorer with: "
+        f"rockframe: error: {package} is not installed. Install the explorer with: "
         "pip install 'rockframe[explorer]'.\n"
     )
+
+
+def test_another_version_of_uvicorn_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The class of its connections is not in its documentation, and may move."""
+    module = ModuleType("uvicorn.protocols.http.h11_impl")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.delitem(sys.modules, "rockframe.explorer.server", raising=False)
+    assert main(["explore"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("rockframe: error: uvicorn is of another version. Install")
+    assert said.count("\n") == 1
 
 
 def test_a_port_is_a_number(capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,6 +15,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from xarray.core import indexing
 
 import rockframe
 from rockframe.errors import InputError, ParameterError
@@ -195,6 +196,18 @@ def test_the_same_inputs_give_the_same_bytes(tmp_path: Path) -> None:
     first = save_records(RECORDS_MADE, tmp_path / "a.nc").read_bytes()
     second = save_records(RECORDS_MADE, tmp_path / "b.nc").read_bytes()
     assert first == second
+
+
+@pytest.mark.parametrize("name", ["LazilyIndexedArray", "IndexingSupport"])
+def test_another_xarray_reads_the_same(
+    response_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """Without the parts that read on demand, all values are read at once."""
+    with open_response(response_path) as response:
+        known = response.dataset.load()
+    monkeypatch.delattr(indexing, name)
+    with open_response(response_path) as response:
+        assert response.dataset.identical(known)
 
 
 def test_every_variable_explains_itself(response_path: Path) -> None:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from rockframe.options.pulse import PulseOptions
 
 _HIGHEST_PORT: Final = 65535
+#: Packages of the extra `explorer`.
+_EXTRA: Final = ("h11", "starlette", "uvicorn")
 
 
 def add_explore(parser: argparse.ArgumentParser) -> None:
@@ -49,12 +51,14 @@ def run_explore(options: argparse.Namespace) -> None:
 
     try:
         from rockframe.explorer.server import LOOPBACK, application, serve
-    except ModuleNotFoundError as error:
-        if error.name not in ("starlette", "uvicorn"):
+    except ImportError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in _EXTRA:
             raise
+        missing = isinstance(error, ModuleNotFoundError) and error.name == package
+        what = f"{package} is not installed" if missing else f"{package} is of another version"
         raise ParameterError(
-            f"{error.name} is not installed. Install the explorer with: "
-            "pip install 'rockframe[explorer]'."
+            f"{what}. Install the explorer with: pip install 'rockframe[explorer]'."
         ) from None
     frames = _free(choose_structures(arguments.chosen_structures(options), options.structure))
     with _listening(LOOPBACK, options.port) as listening:

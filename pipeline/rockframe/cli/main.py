@@ -81,6 +81,12 @@ _RENAMED: Final = {"--no-margins": "--margins none"}
 _NEGATIVE: Final = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf", re.IGNORECASE)
 
 
+def _options_of(parser: argparse.ArgumentParser) -> list[str]:
+    """Return the options of a parser, from its help if argparse has no list of them."""
+    listed = getattr(parser, "_option_string_actions", None)
+    return [*listed] if listed is not None else re.findall(r"--[a-z][\w-]*", parser.format_help())
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser that prints errors in one line, without the usage that argparse prints."""
 
@@ -98,7 +104,7 @@ class _Parser(argparse.ArgumentParser):
         return found, rest
 
     def error(self, message: str) -> NoReturn:
-        known = self._option_string_actions
+        known = _options_of(self)
         words = takewhile(lambda word: word != "--", self._words)
         options = (word.partition("=")[0] for word in words if word.startswith("--"))
         unknown = [word for word in options if not any(one.startswith(word) for one in known)]

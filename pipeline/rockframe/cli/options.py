@@ -59,8 +59,6 @@ def add_options(
     """
     group = parser.add_argument_group(title) if title else parser
     for name, field in model.model_fields.items():
-        if flag(prefix + name) in parser._option_string_actions:  # added by another model  # noqa: SLF001
-            continue
         if name in without:
             continue
         within = options_within(field.annotation)
@@ -68,13 +66,16 @@ def add_options(
             heading = (within.__doc__ or name).split("\n")[0].rstrip(".").lower()
             add_options(parser, within, title=heading, prefix=f"{prefix}{name}-")
             continue
-        stated = group.add_argument(
-            flag(prefix + name),
-            dest=prefix + name,
-            default=argparse.SUPPRESS,
-            help=_help(field, description(model, name)).replace("%", "%%"),
-            **_reading(_alone(field.annotation), name, field),
-        )
+        try:
+            stated = group.add_argument(
+                flag(prefix + name),
+                dest=prefix + name,
+                default=argparse.SUPPRESS,
+                help=_help(field, description(model, name)).replace("%", "%%"),
+                **_reading(_alone(field.annotation), name, field),
+            )
+        except argparse.ArgumentError:  # added by another model
+            continue
         stated.required = required and field.is_required() and not prefix
 
 

@@ -9,6 +9,7 @@ import re
 import time
 import urllib.request
 import urllib.response
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -23,7 +24,7 @@ from typing import Any, Final
 from obspy.clients.fdsn import Client
 from obspy.clients.fdsn.header import FDSNException
 
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, RockframeWarning
 from rockframe.interruption import raising
 
 #: Longest quotation of a service's own message in an error [characters].
@@ -392,5 +393,14 @@ http:// or https://, or be a short name that obspy knows (as SCEDC, INGV).
             "https://, or be a short name that obspy knows (as SCEDC, INGV)."
         ) from None
     witness = _Witness(timeout)
-    client._url_opener.add_handler(witness)  # noqa: SLF001  # obspy does not pass headers on
+    opener = getattr(client, "_url_opener", None)  # obspy does not pass headers on
+    if opener is None:
+        warnings.warn(
+            "this version of obspy hides the replies of data centres: their headers are not "
+            "checked, and their size is not limited.",
+            RockframeWarning,
+            stacklevel=2,
+        )
+    else:
+        opener.add_handler(witness)
     return Service(name, client.base_url, client, witness, sleep)

@@ -15,6 +15,11 @@ from xarray.core import indexing
 from rockframe.errors import require_known
 from rockframe.results.stored import Stored, kind_of, opened_file
 
+#: Parts of xarray that read on demand; its documentation names most of them.
+_INTERNALS: Final = (
+    *("IndexingSupport", "LazilyIndexedArray", "MemoryCachedArray"),
+    "explicit_indexing_adapter",
+)
 #: Largest size of a variable that is read whole when a part of it is needed [bytes].
 _SMALL: Final = 2**16
 
@@ -155,6 +160,9 @@ def _variable(stored: Stored) -> xr.Variable:
 
 
 def _lazily(stored: Stored) -> Any:
+    """Return an array that is read on demand, or the values if this xarray has no such arrays."""
+    if not all(hasattr(indexing, name) for name in _INTERNALS):
+        return stored.values
     lazy = indexing.LazilyIndexedArray(_Lazy(stored))
     return indexing.MemoryCachedArray(lazy)  # type: ignore[no-untyped-call]
 

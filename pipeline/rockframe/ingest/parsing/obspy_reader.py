@@ -53,18 +53,18 @@ def read_stream(path: Path, data: bytes, obspy_name: str) -> Any:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         from obspy import read
-        from obspy.core.util.obspy_types import ObsPyException
-        from obspy.io.nied.knet import KNETException
 
         try:
             stream = read(BytesIO(data), format=obspy_name)
-        except (*_JUNK, ObsPyException, KNETException) as error:
-            raise _failed(path, obspy_name, f"{type(error).__name__}: {error}") from error
         except Exception as error:
-            # libmseed raises bare Exceptions. Any other class is an internal error.
-            if type(error) is not Exception:
+            # obspy has classes of its own, and libmseed raises bare Exceptions. Any other class is
+            # an internal error.
+            bare = type(error) is Exception
+            own = type(error).__module__.startswith("obspy.")
+            if not (bare or own or isinstance(error, _JUNK)):
                 raise
-            raise _failed(path, obspy_name, str(error)) from error
+            said = str(error) if bare else f"{type(error).__name__}: {error}"
+            raise _failed(path, obspy_name, said) from error
     for warning in caught:
         if issubclass(warning.category, UserWarning):
             raise _failed(path, obspy_name, str(warning.message))
