@@ -93,7 +93,7 @@ INTERNALS: Final = (
     ("numba.core.types", "unliteral"),
 )
 #: Options that every version of numba has. They give the same results.
-_PLAIN: Final = {"nogil": True, "error_model": "numpy"}
+_PLAIN: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy"}
 
 
 @cache
