@@ -198,6 +198,10 @@ Cells = Mapping[str, Any]
 DASH: Final = "–"
 
 
+#: Largest priority of columns on narrow pages.
+_ON_NARROW_PAGES: Final = 2
+
+
 @dataclass(frozen=True)
 class Column:
     """One column of a printed table.
@@ -220,8 +224,9 @@ class Column:
         Key of a flag, and the text that is appended to the cell if the flag is set.
     unit : str
         Unit, which a page prints smaller than the heading.
-    minor : bool
-        The column is left out of narrow tables and pages.
+    priority : int
+        Where the width does not suffice, columns with the largest number are left out first, and
+        of equal ones the last. 0 is never left out.
     wraps : bool
         The text may take several lines.
     """
@@ -234,8 +239,13 @@ class Column:
     once: bool = False
     mark: tuple[str, str] | None = None
     unit: str = ""
-    minor: bool = False
+    priority: int = 1
     wraps: bool = False
+
+    @property
+    def minor(self) -> bool:
+        """True if narrow pages leave the column out."""
+        return self.priority > _ON_NARROW_PAGES
 
     def cell(self, row: Cells) -> str:
         """Return the text of a cell: a dash for an unknown number, empty if the row has no value.

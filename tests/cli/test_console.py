@@ -7,7 +7,9 @@ import math
 import pytest
 
 from rockframe.cells import Column
-from rockframe.cli.console import show_rows, show_table
+from rockframe.cli.console import show_rows, show_summary, show_table
+from rockframe.results.tables.rows import response_columns, titled
+from rockframe.results.tables.summary import summary_rows
 
 NAME = "Ridgecrest2019-CCC-090"
 
@@ -84,14 +86,46 @@ def test_a_share_keeps_its_percent_sign(
         assert any("(67 %)" in line for line in lines)
 
 
-def test_columns_that_do_not_fit_are_named_and_identifiers_and_the_verdict_stay(
+def test_columns_of_the_last_priorities_are_left_out_first_and_named(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("COLUMNS", "40")
-    lines = printed(capsys, RESPONSE, [NAME, "slender-frame", "0.12", "–", "> 10", "overturns"])
-    assert lines[1].split()[:2] == ["record", "structure"]
+    monkeypatch.setenv("COLUMNS", "48")
+    priorities = {"record": 1, "structure": 0, "drift>": 1, "θ/α>": 2, "verdict": 0}
+    columns = [Column(head, head, priority=number) for head, number in priorities.items()]
+    row = dict(zip(priorities, [NAME, "slender-frame", "5.0", "0.12", "overturns"], strict=True))
+    show_rows("", columns, [row])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].split()[:2] == ["record", "structure"]  # the first is always printed
     assert "overturns" in "\n".join(lines)
-    assert max(map(len, lines[:-2])) <= 40
-    assert lines[-2] == (
-        "2 of 6 columns left out: θ/α, critical scale. A wider terminal or --json shows them."
+    assert max(map(len, lines[:-2])) <= 48
+    assert lines[-2] == ("1 of 5 columns left out: θ/α. A wider terminal or --json shows them.")
+
+
+@pytest.mark.parametrize("members", [0, 64])
+def test_80_columns_have_verdict_drift_margin_and_the_worst_record(
+    members: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    ensemble = {"share_overturned": 0.84, "share_overturned_low": 0.75, "u_max_16_m": 0.115,
+                "share_overturned_high": 0.91, "share_uplifted": 1.0, "u_max_50_m": 0.132,
+                "u_max_84_m": math.inf, "peak_rotation_ratio_16": 0.073,
+                "peak_rotation_ratio_50": 0.083, "peak_rotation_ratio_84": math.inf,
+                "robust_scale_10": 0.66, "largest_robust_scale": 10.0}  # fmt: skip
+    rows = [
+        {"record": name, "record_id": name, "structure": "slender-column", "verdict": "stands",
+         "peak_rotation_ratio": 0.123, "u_max_m": 0.195, "v_max_m": 0.0125,
+         "critical_scale": 0.67, "largest_scale": 10.0, **(ensemble if members else {})}
+        for name in ("CCC/090", "CCC/360")
+    ]  # fmt: skip
+    first = titled({"record": "Record"}, once=True)
+    show_rows("", [*first, *response_columns(rows[0], {})], rows)
+    verdict, margin, drift = (
+        ("overturn", "0.66", "11.5 13.2") if members else ("stands", "0.67", "19.5")
     )
+    table = capsys.readouterr().out.partition("columns left out")[0]
+    assert all(word in table for word in (verdict, margin, drift, "CCC"))
+    show_summary(summary_rows(rows))
+    table = capsys.readouterr().out.partition("columns left out")[0]
+    drift = "13.2 13.2 13.2" if members else "19.5 19.5 19.5"
+    assert all(word in table for word in (margin, drift, "Worst", "CCC"))
+    assert max(map(len, table.splitlines())) <= 80

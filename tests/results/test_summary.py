@@ -155,3 +155,14 @@ def test_of_many_responses_the_most_severe_are_printed(
 def test_one_record_needs_no_summary(capsys: pytest.CaptureFixture[str]) -> None:
     show_summary(summary_rows([response("a", 0.0, 0.1)]))
     assert not capsys.readouterr().out
+
+
+def test_a_margin_that_was_searched_less_far_is_not_dropped() -> None:
+    found = {**nominal("a"), "critical_scale": 5.0, "largest_scale": 10.0}
+    beyond = {**nominal("b"), "critical_scale": math.nan, "largest_scale": 2.8}
+    columns = summary_columns(summary_rows([found]))
+    margin = next(one for one in columns if one.key == "critical_scale")
+    assert margin.cell(summary_rows([found, beyond])[0]) == "> 2.8"  # not 5.00
+    smaller = {**found, "critical_scale": 2.5}
+    assert margin.cell(summary_rows([smaller, beyond])[0]) == "2.50"
+    assert severity(beyond) < severity(found)  # it may overturn at half the scale

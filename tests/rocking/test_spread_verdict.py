@@ -146,7 +146,6 @@ def test_the_colour_lies_between_its_ends(share: float, scale: float | None) -> 
 def test_ends_of_the_colour() -> None:
     assert verdict_of(0.0, 2.0).danger == 0.0
     assert verdict_of(1.0, 0.5).danger == 1.0
-    assert verdict_of(0.0, math.nan).danger == 0.0  # fewer than 10 % overturn at any multiple
     assert SpreadVerdict(Verdict.OVERTURNS).danger == 1.0
 
 
@@ -230,3 +229,11 @@ def test_an_envelope_has_the_quantiles_of_separate_responses() -> None:
 def test_an_envelope_needs_members() -> None:
     with pytest.raises(ParameterError, match="Invalid number of members 0"):
         with_envelope(respond(BENT, NEAR), NEAR, Ensemble(members=0))
+
+
+def test_the_colour_of_a_margin_beyond_the_search_is_that_of_the_largest_scale() -> None:
+    searched = {scale: SpreadVerdict(Verdict.STANDS, share_overturned=0.0, robust_scale=math.nan,
+                                     largest_scale=scale) for scale in (1.2, 10.0)}  # fmt: skip
+    known = SpreadVerdict(Verdict.STANDS, share_overturned=0.0, robust_scale=1.2)
+    assert searched[1.2].danger == known.danger
+    assert searched[10.0].danger == 0.0

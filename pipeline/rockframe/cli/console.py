@@ -27,8 +27,6 @@ _MOST_ROWS: Final = 200
 _GAP: Final = 2
 #: Width to which columns of text are narrowed if nothing else fits [characters].
 _SHORTEST: Final = 6
-#: Headings of columns that are never left out.
-_KEYS: Final = frozenset({"record", "structure", "verdict"})
 #: Places where a text may be broken: after spaces, but not before a unit of one letter or a percent
 #: sign, and after -, _ or / within a name.
 _PARTS: Final = r"\n|(?<= )(?!\S$|%)|(?<=\w\w[-_/])(?=\w)"
@@ -45,8 +43,9 @@ def show_table(
 
     An empty row draws a line. In a narrow terminal, headings and cells are broken, the first column
     last; if that does not suffice, columns are left out and named below the table. `order` lists
-    the places of the columns, and the last of it are left out first (default: as printed). Of a
-    very long table, only the first rows and the number of further rows are printed.
+    the places of the columns that may be, the last of which is left out first (default: all but the
+    first, as printed). Of a very long table, only the first rows and the number of further rows are
+    printed.
     """
     from rich import box
     from rich.console import Console
@@ -58,7 +57,7 @@ def show_table(
     heads, width = [name.rstrip(">") for name in columns], table_width()
     numbers = [name.endswith(">") for name in columns]
     texts = [list(column) for column in zip(heads, *filter(None, rows), strict=True)]
-    widths = _layout(texts, numbers, width, order or range(len(texts)))
+    widths = _layout(texts, numbers, width, range(1, len(texts)) if order is None else order)
     console = Console(width=max(width, sum(widths.values()) + _GAP * len(widths)), highlight=False)
     table = Table(
         box=box.SIMPLE_HEAD,
@@ -115,6 +114,7 @@ def show_rows(
 ) -> None:
     """Print rows as a table.
 
+    Where the width does not suffice, columns are left out by their priority, the first one never.
     Rows with the same value of `group` form a group: columns that are shown once are printed only
     in the first row of a group, and lines are drawn between groups.
     """
@@ -128,7 +128,9 @@ def show_rows(
             last = row.get(group)
             yield ["" if column.once and not begins else column.cell(row) for column in columns]
 
-    show_table(title, [column.head for column in columns], cells())
+    may = [i for i, column in enumerate(columns) if i and column.priority]
+    order = sorted(may, key=lambda i: columns[i].priority)
+    show_table(title, [column.head for column in columns], cells(), order=order)
 
 
 def show_left_out(summary: Sequence[Mapping[str, Any]]) -> None:
@@ -158,9 +160,8 @@ def _layout(
 ) -> dict[int, int]:
     """Return the places and widths of the columns that are printed; each begins with its heading.
 
-    In a narrow terminal, columns without values are not printed. The first column and those in
-    `_KEYS` are always printed; if the shortest parts of all cells do not fit, the last of the other
-    columns in `order` are left out.
+    In a narrow terminal, columns without values are not printed. If the shortest parts of all cells
+    do not fit, the last columns in `order` are left out.
     """
     full = {i: max(_lengths(column, "\n")) for i, column in enumerate(columns)}
 
@@ -174,9 +175,8 @@ def _layout(
         for i, column in enumerate(columns)
         if i == 0 or not _empty(column)
     }
-    others = [i for i in order if i in least and i and columns[i][0].lower() not in _KEYS]
-    for i in reversed(others):
-        if room(least) < 0:
+    for i in reversed(order):
+        if i in least and room(least) < 0:
             del least[i]
     if room(least) < 0:
         least = {i: size if numbers[i] else min(size, _SHORTEST) for i, size in least.items()}

@@ -39,7 +39,11 @@ _STANDS: Final = "#9ecae1"
 _OVERTURNS: Final = "#d55e00"
 #: Colours of the share of the ensemble that overturns: below 10 %, and above 10, 25 and 50 %.
 _SHADES: Final = ("#deebf7", "#fdd0a2", "#f4a261", _OVERTURNS)
-_SHARES: Final = ("fewer than 10 %", "10 to 25 %", "25 to 50 %", "50 % or more")
+_SHARES: Final = ("fewer than 10 %", "10 % reached", "25 % reached", "50 % reached")
+#: Look of multiples that were not computed.
+_UNKNOWN: Final[dict[str, Any]] = {
+    "facecolor": "none", "edgecolor": "0.6", "hatch": "////", "linewidth": 0.5
+}  # fmt: skip
 
 
 def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
@@ -59,7 +63,7 @@ def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
         figure = Figure(figsize=(PAGE_WIDTH, 1.25 + 0.4 * len(strips)), layout="constrained")
         axes = figure.subplots()
         for row, strip in enumerate(strips.values()):
-            _draw_strip(axes, row, strip, least)
+            _draw_strip(axes, row, strip, (least, largest))
         axes.axvline(1.0, color="black", linewidth=0.9, linestyle=":")
         axes.set_xscale("log")
         axes.set_xlim(least, largest)
@@ -71,26 +75,33 @@ def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
         axes.spines["left"].set_visible(False)
         axes.set_xlabel("multiple of the motion")
         axes.set_title(title)
-        _head(axes, robust=any(strip.robust for strip in strips.values()))
+        _head(axes, [*strips.values()], (least, largest))
+    shares = (
+        "Least multiples of the motion at which 10, 25 and 50 % of the ensemble overturn; no share "
+        "was computed above that of 50 %; "
+        if any(strip.robust for strip in strips.values())
+        else "The share of an ensemble that overturns was not computed (hatched); "
+    )
     return Captioned(
         figure,
         f"Margins under {title}",
-        "Share of the ensemble that overturns at multiples of the motion: up to the scale of 10 %, "
-        "and above those of 10, 25 and 50 %; the motion itself is the dotted line. The line below "
+        f"{shares}the motion itself is the dotted line. The line below "
         "each strip is black where the multiple overturns the structure as given, as far as they "
-        f"were searched; islands thinner than 1.3 % of the multiple are missed. {STRIP_LEGEND}",
+        f"were searched, up to {largest:.3g}; islands thinner than 1.3 % of the multiple are "
+        f"missed. {STRIP_LEGEND}",
     )
 
 
-def _draw_strip(axes: Axes, row: int, strip: Strip, least: float) -> None:
-    known = [one for one in strip.robust if not math.isnan(one)]
-    if strip.robust:
-        ends = [least, *(max(one, least) for one in known), strip.largest_scale]
-        for shade, low, high in zip(_SHADES, ends, ends[1:], strict=False):
-            axes.broken_barh([(low, high - low)], (row - 0.3, 0.42), facecolor=shade)
-    axes.plot(
-        [least, strip.largest_scale], [row + 0.27] * 2, color=_STANDS, linewidth=1.0, zorder=0.5
-    )
+def _draw_strip(axes: Axes, row: int, strip: Strip, ends: tuple[float, float]) -> None:
+    """Draw the shares of the ensemble and the nominal outcome between the ends of the axis."""
+    for reached, low, high in strip.shares_between(*ends):
+        look = _UNKNOWN if reached is None else {"facecolor": _SHADES[reached]}
+        axes.broken_barh([(low, high - low)], (row - 0.3, 0.42), **look)
+    unknown = strip.nominal_unknown(ends[1])
+    if unknown:
+        axes.broken_barh([(unknown[0], unknown[1] - unknown[0])], (row + 0.2, 0.14), **_UNKNOWN)
+    known_to = unknown[0] if unknown else ends[1]
+    axes.plot([ends[0], known_to], [row + 0.27] * 2, color=_STANDS, linewidth=1.0, zorder=0.5)
     axes.broken_barh(
         [(low, high - low) for low, high in strip.overturning],
         (row + 0.2, 0.14),
@@ -122,8 +133,9 @@ def _beside(axes: Axes, row: float, shares: str, critical: str, **style: Any) ->
         )
 
 
-def _head(axes: Axes, *, robust: bool) -> None:
+def _head(axes: Axes, strips: Sequence[Strip], ends: tuple[float, float]) -> None:
     """Name the columns of numbers beside the strips, and explain the colours below them."""
+    robust = any(strip.robust for strip in strips)
     head = "10, 25, 50 % of the\nensemble overturn at" if robust else ""
     _beside(axes, -0.6, head, "nominal\ncritical scale", va="bottom", fontsize=7)
     handles: list[Patch | Line2D] = []
@@ -133,6 +145,9 @@ def _head(axes: Axes, *, robust: bool) -> None:
             for shade, share in zip(_SHADES, _SHARES, strict=True)
         ]
     handles.append(Line2D([], [], color="black", linewidth=3.0, label="nominally overturns"))
+    shares = (part[0] for strip in strips for part in strip.shares_between(*ends))
+    if None in shares or any(strip.nominal_unknown(ends[1]) for strip in strips):
+        handles.append(Patch(**_UNKNOWN, label="not computed"))
     axes.figure.legend(handles=handles, loc="outside lower center", ncols=5, fontsize=7)
 
 

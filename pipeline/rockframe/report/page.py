@@ -452,9 +452,10 @@ def _spreads(row: Mapping[str, Any]) -> str:
 
 
 def _strip_of_each_row(run: Run) -> list[Markup]:
-    """Return the strip of each row; empty if margins were not computed."""
+    """Return the strip of each row, "" without one; empty if margins were not computed."""
     found = [run.strips.get((row["record_id"], row["structure"])) for row in run.rows]
-    return [Markup(strip_svg(one)) for one in found if one]  # noqa: S704 -- our own picture
+    drawn = [Markup(strip_svg(one) if one else "") for one in found]  # noqa: S704 -- our own picture
+    return drawn if any(drawn) else []
 
 
 def _entries_to_list(run: Run) -> list[Mapping[str, str]]:
@@ -548,6 +549,7 @@ def _fragility_plot(fits: xr.Dataset, limit: LimitState, overturning: LimitState
     }
     undetermined = int(state["fragility_outcome"]) == Outcome.UNDETERMINED
     x, known = across(tried), limit in fitted
+    band = plot_path(np.append(x, x[::-1]), np.append(low, high[::-1]))
     shares = zip(across(state["bin_intensity"].values), state["bin_share"].values, strict=True)
     return Plot(
         f"{measure.symbol} [{measure.unit}]"
@@ -559,7 +561,7 @@ def _fragility_plot(fits: xr.Dataset, limit: LimitState, overturning: LimitState
             (one.words, plot_path(x, fitted.get(one, np.full(x.shape, np.nan))))
             for one in dict.fromkeys((limit, overturning))
         ),
-        (f"{plot_path(np.append(x, x[::-1]), np.append(low, high[::-1]))}Z",),
+        (f"{band}Z" if band else "",),
         (tuple(plot_place(*share) for share in shares if np.isfinite(share).all()),),
         plot_place(float(across(median)), 0.5)[0] if known else None,
     )

@@ -394,7 +394,8 @@ def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str,
     names = [str(name) for name in response["record_id"].values]
     rows = [i for i, name in enumerate(names) if name in records]
     structures = [str(name) for name in response["structure"].values]
-    wanted = ["critical_scale", "largest_scale", "safe_island_start", "safe_island_width"]
+    wanted = ["critical_scale", "largest_scale", "safe_islands"]
+    wanted += ["safe_island_start", "safe_island_width"]
     robust = [name for name in ROBUST if name in response and "scale" in name]
     some = {name: response[name].isel(record=rows).values for name in (*wanted, *robust)}
     start, width = some["safe_island_start"], some["safe_island_width"]
@@ -408,6 +409,7 @@ def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str,
                 if a > 0.0
             ],
             tuple(float(some[name][i, k]) for name in robust),
+            further=int(some["safe_islands"][i, k]) > ISLANDS,
         )
         for i, row in enumerate(rows)
         for k, structure in enumerate(structures)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.cells import TABLE_FORMATS
+from rockframe.cells import TABLE_FORMATS, in_digits
 from rockframe.options.respond import QUANTILES
 from rockframe.record import SiteType
 from rockframe.results.reading import opened
@@ -233,7 +233,7 @@ def demand_words(row: Mapping[str, Any]) -> str:
         fell = row["verdict"] == Verdict.OVERTURNS.name.lower()
         return Verdict.OVERTURNS.label if fell else f"{row['peak_rotation_ratio']:.3f}"
     share, median = row["share_overturned"], row["peak_rotation_ratio_50"]
-    words = f"{median:.3f}" if math.isfinite(median) else Verdict.OVERTURNS.label
+    words = Verdict.OVERTURNS.label if median == math.inf else in_digits(median, ".3f")
     return f"{words} ({100.0 * share:.0f} %)" if share > 0.0 else words
 
 

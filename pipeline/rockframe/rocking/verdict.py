@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
+from itertools import pairwise
 from typing import Final
 
 from rockframe.rocking import kernels
@@ -204,7 +205,8 @@ class SpreadVerdict:
         """Position of the colour from safe, 0, to overturning, 1.
 
         Half of it is the share that overturns. The other half grows as the margin falls from 2 to
-        1; a margin that is not known counts as 1.5.
+        1. A margin beyond the largest scale that was searched counts as this scale, and one that is
+        not known as 1.5.
 
         Examples
         --------
@@ -214,8 +216,10 @@ class SpreadVerdict:
         """
         share = float(self.overturns) if self.is_nominal else self.share_overturned
         scale = self.critical_scale if self.robust_scale is None else self.robust_scale
-        near = 0.5 if scale is None else (_FAR - scale) / (_FAR - 1.0)
-        near = 0.0 if math.isnan(near) else min(max(near, 0.0), 1.0)
+        if scale is not None and math.isnan(scale):
+            scale = self.largest_scale  # the margin is larger than this
+        near = 0.5 if scale is None or math.isnan(scale) else (_FAR - scale) / (_FAR - 1.0)
+        near = min(max(near, 0.0), 1.0)
         return 0.5 * (share + max(near, share))
 
     @property
@@ -249,12 +253,16 @@ class Strip:
         Largest scale that was searched [1].
     robust : tuple of float
         Scales at which 10, 25 and 50 % of the ensemble overturn [1]; NaN if that share never
-        overturns. Empty if robust margins were not requested.
+        overturns. Empty if robust margins were not computed.
+    nominal_to : float
+        Scale up to which the outcome of the frame as given is known [1]: `largest_scale`, or less
+        if a file keeps only the first of many islands.
     """
 
     overturning: tuple[tuple[float, float], ...]
     largest_scale: float
     robust: tuple[float, ...] = ()
+    nominal_to: float = math.inf
 
     @property
     def words(self) -> str:
@@ -264,15 +272,52 @@ class Strip:
         --------
         >>> Strip(((0.62, 0.63), (0.9, 10.0)), 10.0, (0.95, 1.021, math.nan)).words
         '10, 25, 50 % overturn at 0.95, 1.02, > 10; nominally overturns from 0.62'
+        >>> Strip(((0.62, 2.8),), 2.8).words
+        'share of the ensemble not computed; nominally overturns from 0.62'
         """
         words = f"nominally stands up to {self.largest_scale:.3g}"
         if self.overturning:
             words = f"nominally overturns from {self.overturning[0][0]:.2f}"
-        return "; ".join(filter(None, (self.shares, words)))
+        return f"{self.shares or 'share of the ensemble not computed'}; {words}"
+
+    def shares_between(self, low: float, high: float) -> list[tuple[int | None, float, float]]:
+        """Return the parts of an axis of scales by the shares that were reached below them.
+
+        Returns
+        -------
+        list of (int or None, float, float)
+            Number of the shares 10, 25 and 50 % that were reached, None where none was computed;
+            and both ends. Parts without length are left out.
+
+        Examples
+        --------
+        >>> Strip((), 3.0, (0.5, 2.0, math.nan)).shares_between(0.1, 10.0)
+        [(0, 0.1, 0.5), (1, 0.5, 2.0), (2, 2.0, 3.0), (None, 3.0, 10.0)]
+        >>> Strip((), 3.0).shares_between(0.1, 10.0)
+        [(None, 0.1, 10.0)]
+        """
+        end = min(max(self.largest_scale, low), high) if self.robust else low
+        reached = [one for one in self.robust if not math.isnan(one)]
+        ends = [min(max(one, low), end) for one in (low, *reached, end)]
+        parts: list[tuple[int | None, float, float]] = [
+            (count, a, b) for count, (a, b) in enumerate(pairwise(ends)) if a < b
+        ]
+        return [*parts, (None, end, high)] if end < high else parts
+
+    def nominal_unknown(self, high: float) -> tuple[float, float] | None:
+        """Return the part of an axis up to `high` in which the nominal outcome is not known.
+
+        Examples
+        --------
+        >>> Strip((), 3.0).nominal_unknown(10.0), Strip((), 10.0).nominal_unknown(10.0)
+        ((3.0, 10.0), None)
+        """
+        end = min(self.largest_scale, self.nominal_to)
+        return (end, high) if end < high else None
 
     @property
     def shares(self) -> str:
-        """The robust margin in words; empty if it was not requested."""
+        """The robust margin in words; empty if it was not computed."""
         scales = ", ".join(map(self.in_words, self.robust))
         return f"10, 25, 50 % overturn at {scales}" if scales else ""
 
@@ -286,8 +331,12 @@ def strip_of(
     largest_scale: float,
     islands: Iterable[tuple[float, float]],
     robust: tuple[float, ...] = (),
+    *,
+    further: bool = False,
 ) -> Strip:
     """Return the strip of a critical scale (NaN if none was found) and the islands above it.
+
+    If there are `further` islands than those stated, the outcome is known up to the last of them.
 
     Examples
     --------
@@ -300,5 +349,7 @@ def strip_of(
     for start, end in islands:
         ends.append(start)
         starts.append(end)
-    intervals = zip(starts, [*ends, largest_scale], strict=True)
-    return Strip(tuple((a, b) for a, b in intervals if a < largest_scale), largest_scale, robust)
+    known_to = starts.pop() if further else math.inf
+    intervals = zip(starts, ends if further else [*ends, largest_scale], strict=True)
+    found = tuple((a, b) for a, b in intervals if a < largest_scale)
+    return Strip(found, largest_scale, robust, known_to)

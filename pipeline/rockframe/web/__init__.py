@@ -172,13 +172,19 @@ _SHARES: Final = ("strip-0", "strip-10", "strip-25", "strip-50")
 
 def strip_svg(strip: Strip) -> str:
     """Return a strip as SVG: the share that overturns at each scale, and below it the scales that
-    overturn the structure as given.
+    overturn the structure as given. Scales that were not computed are hatched in both.
     """
     parts = []
-    ends = [0.0, *(one for one in strip.robust if not math.isnan(one)), STRIP_ENDS[1]]
-    for name, low, high in zip(_SHARES, ends, ends[1:], strict=False):
+    for reached, low, high in strip.shares_between(*STRIP_ENDS):
         start, end = _place(low), _place(high)
-        parts.append(_rect(name, start, 0.0, end - start, 11.0))
+        known = reached is not None
+        parts.append(
+            _rect(_SHARES[reached], start, 0.0, end - start, 11.0)
+            if known
+            else _hatched(start, end, 0.0, 11.0)
+        )
+    if unknown := strip.nominal_unknown(STRIP_ENDS[1]):
+        parts.append(_hatched(_place(unknown[0]), _place(unknown[1]), 13.0, 4.0))
     for low, high in strip.overturning:
         start = _place(low)
         parts.append(_rect("strip-falls", start, 13.0, max(_place(high) - start, _LEAST), 4.0))
@@ -186,7 +192,9 @@ def strip_svg(strip: Strip) -> str:
     parts.append(f'<path class="strip-tick" d="{ticks}"/>')
     middle = _place(1.0)
     parts.append(f'<path class="strip-one" d="M{middle:g} 0V17"/>')
-    words = html.escape(strip.words)
+    beyond = strip.largest_scale < STRIP_ENDS[1]
+    words = strip.words + f"; not computed above {strip.largest_scale:.3g}" * beyond
+    words = html.escape(words)
     return (
         f'<svg class="strip" viewBox="0 0 {_WIDTH:g} 17" preserveAspectRatio="none" role="img" '
         f'aria-label="{words}"><title>{words}</title>{"".join(parts)}</svg>'
@@ -202,6 +210,18 @@ def _place(scale: float) -> float:
 
 def _rect(name: str, x: float, y: float, width: float, height: float) -> str:
     return f'<rect class="{name}" x="{x:.1f}" y="{y:g}" width="{width:.1f}" height="{height:g}"/>'
+
+
+#: Distance of the lines of a hatching [units of the picture].
+_HATCH: Final = 4.0
+
+
+def _hatched(start: float, end: float, y: float, height: float) -> str:
+    """Return a part that was not computed: an outline with upright lines."""
+    count = math.ceil((end - start) / _HATCH)
+    lines = "".join(f"M{start + _HATCH * k:.1f} {y:g}v{height:g}" for k in range(1, count))
+    hatch = f'<path class="strip-hatch" d="{lines}"/>' if lines else ""
+    return _rect("strip-unknown", start, y, end - start, height) + hatch
 
 
 #: Height of a bar with its label, middle of the bars and half their width [units of the picture].

@@ -104,21 +104,21 @@ def _columns() -> list[Column]:
         return words.get(word, word.replace("_", " "))
 
     return [
-        console.column("record", "record_id", once=True, minor=True),
+        console.column("record", "record_id", once=True, priority=3),
         console.column("wavelet", "way"),
         console.column("a_p\n[g]>", "a_p_g", ".3f"),
         console.column("T_p\n[s]>", "T_p_s", ".3f", mark=("at_period_bound", "*")),
         console.column("at\n[s]>", "pulse_time_s", ".2f", mark=("cut", " cut")),
-        console.column("phase\n>", "phase_rad", ".2f", minor=True),
+        console.column("phase\n>", "phase_rad", ".2f", priority=3),
         console.column(
-            "half\ncycles>", "half_cycles", ".2f", mark=("at_half_cycle_bound", "*"), minor=True
+            "half\ncycles>", "half_cycles", ".2f", mark=("at_half_cycle_bound", "*"), priority=3
         ),
         console.column("L_p\n[m]>", "L_p_m", ".2f"),
         console.column("match\n>", "match_index", ".3f"),
-        console.column("energy\n>", "energy_share", ".2f", minor=True),
+        console.column("energy\n>", "energy_share", ".2f", priority=3),
         console.column("p\n>", "p_value", ".2f"),
         console.column("", "pulse_verdict", rule=verdict),
-        console.column("Baker\n>", "velocity_indicator", ".2f", once=True, minor=True),
+        console.column("Baker\n>", "velocity_indicator", ".2f", once=True, priority=3),
     ]
 
 

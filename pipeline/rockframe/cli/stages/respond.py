@@ -331,8 +331,8 @@ def _show_scales(rows: Sequence[Row]) -> None:
     near = {scales[place] for place in console.nearest_to_one(scales, _MOST_SCALES)}
     columns = [
         console.column("record", "record_id", once=True),
-        console.column("structure", "structure", once=True),
-        console.column("scale>", "scale", ".4g"),
+        console.column("structure", "structure", once=True, priority=0),
+        console.column("scale>", "scale", ".4g", priority=0),
         *response_columns(rows[0], {})[1:],
     ]
     each = (

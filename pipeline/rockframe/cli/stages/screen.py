@@ -175,7 +175,7 @@ def _show_shares(screening: xr.Dataset) -> None:
         for k, structure in enumerate(screening["structure"].values)
     ]
     columns = ["structure", *(f"{scales[s]:g}>" for s in shown)]
-    order = [0, *(1 + shown.index(s) for s in nearest)]
+    order = [1 + shown.index(s) for s in nearest]
     what = "Motions" if nominal else f"Share [%] of {responses_in_words(screening)}"
     console.show_table(f"{what} that overturn, by scale{nominal}", columns, rows, order=order)
     if len(shown) < scales.size:

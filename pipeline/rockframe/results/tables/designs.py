@@ -33,17 +33,17 @@ def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
 #: Columns of a comparison table, in the terminal and on the page.
 COMPARISON: Final = (
     Column("record", "record_id"),
-    Column("structure", "structure"),
-    Column("bridge", "model"),
+    Column("structure", "structure", priority=0),
+    Column("bridge", "model", priority=0),
     Column("u_max [cm]>", "u_max_m", ".1f", 100.0),
-    Column("16 50 84 %>", "u_max_*_m", rule=band_words),
+    Column("16 50 84 %>", "u_max_*_m", rule=band_words, priority=3),
     Column("overturn>", "share_overturned", rule=share_words),
-    Column("v_max [cm]>", "v_max_m", ".2f", 100.0),
-    Column("left [cm]>", "residual_u_m", ".1f", 100.0),
-    Column("shear / W>", "base_shear", ".3f"),
-    Column("tendon [MN]>", "tendon_n", ".2f", 1e-6),
-    Column("friction>", "friction_demand", ".2f"),
-    Column("model", "validity", rule=validity_words),
+    Column("v_max [cm]>", "v_max_m", ".2f", 100.0, priority=4),
+    Column("left [cm]>", "residual_u_m", ".1f", 100.0, priority=2),
+    Column("shear / W>", "base_shear", ".3f", priority=2),
+    Column("tendon [MN]>", "tendon_n", ".2f", 1e-6, priority=3),
+    Column("friction>", "friction_demand", ".2f", priority=3),
+    Column("model", "validity", rule=validity_words, priority=0),
 )
 
 
@@ -300,12 +300,18 @@ def design_columns(designs: Sequence[Row]) -> list[Column]:
         if any(not math.isnan(row[one.column("84")]) for row in designs)
     ]
     quantities = [
-        Column(f"{one.head}\n50 84 % worst>", one.column("*"), rule=_spread) for one in known
+        Column(
+            f"{one.head}\n50 84 % worst>",
+            one.column("*"),
+            rule=_spread,
+            priority=1 if one.name == "u_max" else 3,
+        )
+        for one in known
     ]
-    quantities.insert(1, Column("worst record", "u_max_record", wraps=True))
+    quantities.insert(1, Column("worst record", "u_max_record", wraps=True, priority=2))
     return [
         Column("Structure", "structure", once=True),
-        Column("design", "design"),
+        Column("design", "design", priority=0),
         Column("overturn\n(90 %)>", "share_overturned", rule=share_words),
         Column("model ends\nin [%]>", "share_model_ends", ".0f", 100.0),
         *quantities,

@@ -275,9 +275,9 @@ def force_columns(rows: Iterable[Mapping[str, Any]]) -> list[Column]:
     ends = _QUANTILES[1:] if _has_bands(rows) else ()
     return [
         Column("record", "record_id", once=True),
-        Column("structure", "structure", once=True),
-        Column("force", rule=force_words),
+        Column("structure", "structure", once=True, priority=0),
+        Column("force", rule=force_words, priority=0),
         Column("nominal>", "value", rule=force_text),
         *(Column(f"{end[1:]} %>", f"value{end}", rule=force_text) for end in ends),
-        Column("weight W [kN]>", "weight_kn", ".0f", once=True),
+        Column("weight W [kN]>", "weight_kn", ".0f", once=True, priority=2),
     ]

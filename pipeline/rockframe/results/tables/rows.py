@@ -215,35 +215,35 @@ def ensemble_cells(found: EnsembleResponse) -> Row:
 
 #: Columns of the overview of a run in the order of the page, results first.
 OVERVIEW: Final = (
-    Column("Record", "record", wraps=True),
-    Column("Structure", "structure"),
-    Column("Verdict", "verdict", rule=verdict_words, wraps=True),
-    Column("Overturn", "share_overturned", rule=share_words),
+    Column("Record", "record", wraps=True, priority=0),
+    Column("Structure", "structure", priority=0),
+    Column("Verdict", "verdict", rule=verdict_words, wraps=True, priority=0),
+    Column("Overturn", "share_overturned", rule=share_words, priority=2),
     Column("10 % overturn at", "robust_scale_10", ".2f", rule=critical_scale),
     Column("Critical scale", "critical_scale", ".2f", rule=critical_scale),
-    Column("θ/α, 16 50 84 %", "peak_rotation_ratio_*", rule=band_words),
+    Column("θ/α, 16 50 84 %", "peak_rotation_ratio_*", rule=band_words, priority=2),
     Column("u, 16 50 84 %", "u_max_*_m", rule=band_words, unit="cm"),
-    Column("θ/α, nominal", "peak_rotation_ratio", ".3f", rule=standing),
-    Column("u, nominal", "u_max_m", ".1f", 100.0, rule=standing, unit="cm", minor=True),
-    Column("v, nominal", "v_max_m", ".2f", 100.0, rule=standing, unit="cm", minor=True),
-    Column("Earthquake", "event", minor=True, wraps=True),
-    Column("M", "magnitude", ".2f", rule=magnitude_words, minor=True),
+    Column("θ/α, nominal", "peak_rotation_ratio", ".3f", rule=standing, priority=3),
+    Column("u, nominal", "u_max_m", ".1f", 100.0, rule=standing, unit="cm", priority=2),
+    Column("v, nominal", "v_max_m", ".2f", 100.0, rule=standing, unit="cm", priority=4),
+    Column("Earthquake", "event", priority=4, wraps=True),
+    Column("M", "magnitude", ".2f", rule=magnitude_words, priority=3),
     *(
-        Column(head, f"{name}_km", ".1f", unit="km", minor=True)
+        Column(head, f"{name}_km", ".1f", unit="km", priority=4)
         for name, head in DISTANCES.items()
         if name != "distance_hypocentral"
     ),
-    Column("PGA", "pga_g", ".2f", unit="g", minor=True),
-    Column("PGV", "pgv_m_s", ".2f", unit="m/s", minor=True),
-    Column("a_p", "a_p_g", ".2f", unit="g", minor=True),
-    Column("T_p", "T_p_s", ".2f", unit="s", minor=True),
-    Column("Pulse", "wavelet", rule=wavelet_name, minor=True),
+    Column("PGA", "pga_g", ".2f", unit="g", priority=3),
+    Column("PGV", "pgv_m_s", ".2f", unit="m/s", priority=4),
+    Column("a_p", "a_p_g", ".2f", unit="g", priority=3),
+    Column("T_p", "T_p_s", ".2f", unit="s", priority=3),
+    Column("Pulse", "wavelet", rule=wavelet_name, priority=4),
 )
 _BY_KEY: Final = {
     column.key: column
     for column in (
         *OVERVIEW,
-        Column("record", "record_id"),
+        Column("record", "record_id", priority=0),
     )
 }
 

@@ -33,7 +33,10 @@ OF_STRUCTURE: Final = ("height_m", "width_m", "mass_ratio", "slenderness_deg")
 #: First columns of a summary, by which an earlier one is recognised.
 SUMMARY_COLUMNS: Final = ("structure", *OF_STRUCTURE, "records")
 #: Margins of which a summary has the smallest.
-_MARGINS: Final = ("robust_scale_10", "critical_scale", "largest_robust_scale", "largest_scale")
+_SEARCHED: Final = {
+    "robust_scale_10": "largest_robust_scale",
+    "critical_scale": "largest_scale",
+}
 
 AnyRow = TypeVar("AnyRow", bound=Cells)
 
@@ -151,6 +154,8 @@ def severity(row: Cells) -> tuple[float, float, float]:
     0.4
     """
     margin = _margin(row)
+    if math.isnan(margin):  # beyond the largest scale that was searched
+        margin = number(row.get(_SEARCHED[_margin_of(row)]))
     return -share_overturned(row), -_rotation(row), math.inf if math.isnan(margin) else margin
 
 
@@ -243,8 +248,9 @@ def summary_rows(
         ``share_overturned``, the mean over the records of the share of the ensemble that overturns,
         with its 90 % interval; ``uplifted``, the number of records with uplift; 16, 50 and 84 %
         quantiles over the records of the rotation and the drift, where each record counts with the
-        median of its ensemble, and as infinite if that overturns; the smallest margin, NaN if no
-        scale up to the largest one overturns; and the name of the ``worst_record`` by `severity`.
+        median of its ensemble, and as infinite if that overturns; the smallest margin, NaN if that
+        of a record lies beyond a smaller scale, up to which it was searched; and the name of the
+        ``worst_record`` by `severity`.
         Without an ensemble all of them are those of the stated structure.
 
     Examples
@@ -310,7 +316,8 @@ class _OverRecords:
         self._severity = severity(first)
         self.names: list[str] = []
         self.shares, self._rotations, self._drifts = (array("d") for _ in range(3))
-        self._margins = dict.fromkeys(_MARGINS, math.nan)
+        self._margins = dict.fromkeys((*_SEARCHED, *_SEARCHED.values()), math.nan)
+        self._beyond = dict.fromkeys(_SEARCHED, math.inf)
         self._uplifted, self._nominal = 0, True
 
     def include(self, row: Cells) -> None:
@@ -326,6 +333,19 @@ class _OverRecords:
         for key, smallest in self._margins.items():
             found = number(row.get(key))
             self._margins[key] = smallest if math.isnan(found) else min(found, smallest)
+        for key, searched in _SEARCHED.items():
+            largest = number(row.get(searched))
+            if math.isnan(number(row.get(key))) and math.isfinite(largest):
+                self._beyond[key] = min(largest, self._beyond[key])
+
+    def _smallest_margins(self) -> dict[str, float]:
+        """Return the smallest margins; NaN if that of a record may be smaller than those found.
+
+        A record whose margin lies beyond the largest scale that was searched has any larger margin.
+        """
+        return self._margins | {
+            key: math.nan for key, least in self._beyond.items() if least < self._margins[key]
+        }
 
     def row(self, interval: Row) -> Row:
         """Return the row of the structure, with the mean of its shares and its interval."""
@@ -343,7 +363,7 @@ class _OverRecords:
                 for column, values in bands.items()
                 for quantile, value in zip(QUANTILES, over_records(values), strict=True)
             },
-            **self._margins,
+            **self._smallest_margins(),
             "worst_record": worst.get("record") or worst["record_id"],
             "nominal": self._nominal,
         }
@@ -417,11 +437,11 @@ _NOMINAL_LEGEND: Final = (
 )
 #: Columns of a summary in terminal and page.
 _SUMMARY: Final = (
-    Column("Structure", "structure"),
-    Column("Records>", "records"),
+    Column("Structure", "structure", priority=0),
+    Column("Records>", "records", priority=2),
     Column("Overturn\n(90 %)>", "share_overturned", rule=share_words),
-    Column("Uplift\nin>", "uplifted", minor=True),
-    Column("θ/α\n16 50 84 %>", "peak_rotation_ratio_*", rule=band_words, minor=True),
+    Column("Uplift\nin>", "uplifted", priority=3),
+    Column("θ/α\n16 50 84 %>", "peak_rotation_ratio_*", rule=band_words, priority=3),
     Column("u [cm]\n16 50 84 %>", "u_max_*_m", rule=band_words),
     Column("10 %\noverturn at>", "robust_scale_10", ".2f", rule=critical_scale),
     Column("critical\nscale>", "critical_scale", ".2f", rule=critical_scale),
