@@ -1,4 +1,8 @@
-"""Cells of tables: decimal numbers, text that no spreadsheet computes, columns that are printed."""
+"""Cells of tables: decimal numbers, text that no program acts on, columns that are printed.
+
+Every text from outside, such as the name of an event, passes `plain` on its way to terminals,
+tables, figures and pages.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +28,11 @@ _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 _CONTROL: Final = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 #: Number of characters of a cell that messages show.
 _SHOWN: Final = 80
+#: Characters that terminals act on, XML forbids or UTF-8 cannot encode: controls except tab and
+#: line feed, separators and directions of lines, lone surrogates, and what is no character.
+_NOT_PLAIN: Final = re.compile(
+    r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef\ufffe\uffff]"
+)
 
 #: Formats of tables, and their file extensions.
 TABLE_FORMATS: Final = MappingProxyType(
@@ -64,6 +73,36 @@ def decimal(text: str) -> float:
     return value
 
 
+def plain(text: str) -> str:
+    r"""Return a text without the characters that terminals act on or that XML forbids.
+
+    Each becomes a replacement character; tab and line feed stay.
+
+    Examples
+    --------
+    >>> plain("Kobe\x1b[2J, 神戸"), plain("a\tb")
+    ('Kobe�[2J, 神戸', 'a\tb')
+    """
+    return _NOT_PLAIN.sub("\N{REPLACEMENT CHARACTER}", text)
+
+
+def plain_values(value: Any) -> Any:
+    r"""Return JSON values with all texts `plain`.
+
+    Examples
+    --------
+    >>> plain_values({"name": ["a\x07", 1.0, None]})
+    {'name': ['a�', 1.0, None]}
+    """
+    if isinstance(value, str):
+        return plain(value)
+    if isinstance(value, Mapping):
+        return {plain_values(key): plain_values(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain_values(inner) for inner in value]
+    return value
+
+
 def harmless(text: str) -> str:
     """Return a text as a cell that spreadsheets show unchanged.
 
@@ -90,7 +129,7 @@ def original(cell: str) -> str:
 
 
 def write_rows(stream: TextIO, rows: Iterable[Iterable[object]]) -> None:
-    r"""Write rows as CSV, with empty cells for NaN and None and `harmless` texts.
+    r"""Write rows as CSV, with empty cells for NaN and None and `plain`, `harmless` texts.
 
     Examples
     --------
@@ -189,7 +228,7 @@ def _writer(stream: TextIO) -> Callable[[Iterable[object]], object]:
 
 def _cell(value: object) -> object:
     if isinstance(value, str):
-        return harmless(value)
+        return harmless(plain(value))
     return "" if isinstance(value, float) and math.isnan(value) else value
 
 

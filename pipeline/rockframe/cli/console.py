@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, TextIO
 
 if TYPE_CHECKING:
     from rockframe.cells import Column
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _PLAIN_WIDTH: Final = 150
 #: Largest number of rows that are printed.
 _MOST_ROWS: Final = 200
+#: Controls that begin and end a bold heading.
+_BOLD: Final = r"(\x1b\[[01]m)"
 #: Space between two columns of a table [characters].
 _GAP: Final = 2
 #: Width to which columns of text are narrowed if nothing else fits [characters].
@@ -30,6 +32,24 @@ _SHORTEST: Final = 6
 #: Places where a text may be broken: after spaces, but not before a unit of one letter or a percent
 #: sign, and after -, _ or / within a name.
 _PARTS: Final = r"\n|(?<= )(?!\S$|%)|(?<=\w\w[-_/])(?=\w)"
+
+
+class PlainStream:
+    """The standard output with `plain` texts; of all controls, only those of bold headings pass."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write a text and return its length."""
+        from rockframe.cells import plain
+
+        parts = re.split(_BOLD, text)
+        self._stream.write("".join(part if k % 2 else plain(part) for k, part in enumerate(parts)))
+        return len(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 def show_table(
@@ -240,11 +260,18 @@ def _finite(value: Any) -> Any:
     return value
 
 
+def complain(text: str) -> None:
+    """Print a line to stderr."""
+    from rockframe.cells import plain
+
+    print(plain(f"rockframe: {text}"), file=sys.stderr, flush=True)
+
+
 def show_rejections(rejections: Sequence[InputOutcome]) -> int:
     """Print one line for each rejected file to stderr. Return the exit status."""
     for rejection in rejections:
         where = rejection.file if rejection.line is None else f"{rejection.file}:{rejection.line}"
-        print(f"rockframe: rejected: {where}: {rejection.reason}", file=sys.stderr)
+        complain(f"rejected: {where}: {rejection.reason}")
     return 1 if rejections else 0
 
 
@@ -255,9 +282,12 @@ def progress_names(what: str) -> Iterator[Callable[[str], None]]:
         yield lambda _name: None
         return
     from rich.console import Console
+    from rich.text import Text
+
+    from rockframe.cells import plain
 
     with Console(stderr=True).status(what) as status:
-        yield lambda name: status.update(f"{what} {name}")
+        yield lambda name: status.update(Text(plain(f"{what} {name}")))
 
 
 @contextmanager

@@ -14,15 +14,17 @@ import tempfile
 import traceback
 import warnings
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import redirect_stdout, suppress
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, Final, NoReturn, TextIO
+from typing import Any, Final, NoReturn, TextIO, cast
 
 from rockframe import interruption
+from rockframe.cells import plain
+from rockframe.cli.console import PlainStream
 from rockframe.compiled import before_compiling
 from rockframe.errors import RockframeError, RockframeWarning, meant
 from rockframe.options import STAGES
@@ -239,7 +241,8 @@ def _main(arguments: Sequence[str] | None) -> int:
         with warnings.catch_warnings():
             warnings.simplefilter("default", RockframeWarning)
             warnings.showwarning = partial(_warn, warnings.showwarning, set())
-            status = call(arguments)
+            with redirect_stdout(cast(TextIO, PlainStream(sys.stdout))):
+                status = call(arguments)
         sys.stdout.flush()
     except RockframeError as error:
         _say(f"rockframe: error: {error}")
@@ -292,7 +295,7 @@ def _say(text: str) -> None:
     error.
     """
     try:
-        print(text, file=sys.stderr, flush=True)
+        print(plain(text), file=sys.stderr, flush=True)
     except OSError:
         _discard(sys.stderr)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
 from pathlib import Path
 
 from rockframe.cells import TABLE_FORMATS
@@ -211,7 +210,7 @@ def run_verify(options: argparse.Namespace) -> int:
         if not faults:
             print(f"{options.folder}: complete; all {found.files} files match the manifest")
     for fault in faults:
-        print(f"rockframe: fault: {fault}", file=sys.stderr)
+        console.complain(f"fault: {fault}")
     return 1 if faults else 0
 
 

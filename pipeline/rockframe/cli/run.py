@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -108,7 +107,7 @@ def _write_plan(plan: Plan, options: argparse.Namespace) -> None:
 
 
 def _warn(text: str) -> None:
-    print(f"rockframe: {text}", file=sys.stderr)
+    console.complain(text)
 
 
 def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
@@ -127,7 +126,7 @@ def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
     did = f"{done} steps done" if done else "nothing to do"
     print(f"{did}; {files} files and their manifest in {folder}")
     for what, reason in rejected.items():
-        print(f"rockframe: rejected: {what}: {reason}", file=sys.stderr)
+        console.complain(f"rejected: {what}: {reason}")
 
 
 def add_status(parser: argparse.ArgumentParser) -> None:

@@ -16,6 +16,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from rockframe.cells import plain
 from rockframe.errors import InputError
 from rockframe.frame import RockingFrame
 from rockframe.provenance import whole_file
@@ -78,13 +79,14 @@ def save_captioned(drawn: Captioned, path: Path) -> Path:
     """
     kind = path.suffix.lower()
     require_format(path)
-    metadata = {**_METADATA[kind], "Title": drawn.title, _CAPTION_KEY[kind]: drawn.caption}
+    title, caption = plain(drawn.title), plain(drawn.caption)
+    metadata = {**_METADATA[kind], "Title": title, _CAPTION_KEY[kind]: caption}
     arranged = _arranged(drawn.figure, _PRINT) if kind == ".png" else nullcontext()
     with styled(), arranged, whole_file(path) as partial:
         drawn.figure.savefig(partial, format=kind[1:], dpi=_PRINT, metadata=metadata)
     beside = caption_path(path)
     with whole_file(beside) as partial:
-        partial.write_text(f"{drawn.title}. {drawn.caption}\n", encoding="utf-8")
+        partial.write_text(f"{title}. {caption}\n", encoding="utf-8")
     return beside
 
 
@@ -115,6 +117,28 @@ def require_format(path: Path) -> None:
     """
     if path.suffix.lower() not in _METADATA:
         raise InputError(path, f"ends in {path.suffix!r}. Must end in .png, .pdf or .svg.")
+
+
+#: Largest number of lines of a label, and of characters in one of them.
+_LINES_OF_LABEL: Final = 3
+_LONGEST_LABEL: Final = 100
+
+
+def label_of(text: str) -> str:
+    r"""Return a text from outside as a label: `plain`, not too long, and with dollar signs as such.
+
+    Matplotlib would read a text between two dollar signs as a formula.
+
+    Examples
+    --------
+    >>> label_of("$5 and\x07 $6"), len(label_of(1000 * "a"))
+    ('\\$5 and� \\$6', 100)
+    """
+    lines = [
+        line if len(line) <= _LONGEST_LABEL else f"{line[: _LONGEST_LABEL - 1]}…"
+        for line in plain(text).splitlines()[:_LINES_OF_LABEL]
+    ]
+    return "\n".join(lines).replace("$", r"\$")
 
 
 def of_structure(frame: RockingFrame) -> str:

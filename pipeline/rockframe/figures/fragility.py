@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, NullFormatter
 
-from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
+from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, label_of, styled
 from rockframe.results.screen_tables import (
     equal_states,
     fragility_curve,
@@ -67,7 +67,7 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
             part.suptitle(title_of_states(state), fontsize=8, fontweight="bold", x=0.01, ha="left")
             several = "reaching it" if state[0].quantity else "overturning"
             part.supylabel(f"probability of {several}", fontsize=8)
-        figure.suptitle(structure, fontsize=9)
+        figure.suptitle(label_of(structure), fontsize=9)
         figure.legend(
             handles=_handles(several=len(states) > 1),
             loc="outside lower center",
@@ -229,7 +229,7 @@ def draw_peak_distribution(screening: xr.Dataset) -> Captioned:
         axes.step(level, screening["peak_share"], where="post")
         axes.axvline(1.0, color="0.6", linewidth=0.8, linestyle=":")
         axes.set_xlim(float(level[0]), _axis_end(screening))
-        axes.set_title(str(screening["structure"].item()), fontsize=8)
+        axes.set_title(label_of(str(screening["structure"].item())), fontsize=8)
         axes.set_ylim(0.0, 1.0)
         axes.set_xlabel(r"peak rotation  $\theta\,/\,\alpha$")
         whose = "motions" if members_of(screening) == 1 else "responses"

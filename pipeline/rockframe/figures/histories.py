@@ -22,6 +22,7 @@ from rockframe.figures.captioned import (
     LINES,
     PAGE_WIDTH,
     Captioned,
+    label_of,
     of_structure,
     styled,
     time_limits,
@@ -92,7 +93,7 @@ def draw_response_history(
             _name_uplifts(own)
         else:
             uplift[0].set_ylabel("uplift  v [cm]")
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
+        figure.suptitle(label_of(title), x=0.01, ha="left", fontsize=10, fontweight="bold")
         rotation.set_ylabel("rotation  θ/α")
         drift.set_ylabel("drift  u [cm]")
         rotation.axhline(1.0, color="0.6", linewidth=0.8, linestyle=":")
@@ -186,7 +187,7 @@ def _draw_structure(panels: Sequence[Axes | None], history: xr.Dataset, number: 
     """Draw theta/alpha, v and u of a structure in the panels that there are."""
     time = history["time"].values
     verdict = _verdict_in(history)
-    label = f"{history['structure'].item()}: {verdict.sentence}"
+    label = label_of(f"{history['structure'].item()}: {verdict.sentence}")
     colours = len(rcParams["axes.prop_cycle"])
     colour, line = f"C{number}", LINES[number // colours % len(LINES)]
     series = (history[name].values for name in ("theta", "v", "u"))
@@ -306,7 +307,7 @@ def draw_response_grid(
                     continue
                 record, response, title = shown[column]
                 _draw_column(panels[:, column], record, response)
-                panels[0, column].set_title(title, fontsize=8)
+                panels[0, column].set_title(label_of(title), fontsize=8)
                 panels[-1, column].set_xlabel("time [s]")
             _draw_metric_axis(panels[0, len(shown) - 1])
             for panel, label in zip(panels[:, 0], _LABELS, strict=True):
@@ -413,7 +414,7 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
         for panel, (_, _, label) in zip(panels, _PANELS, strict=False):
             panel.set_ylabel(label)
         _name_shears(panels[2:], models)
-        panels[0].set_title(f"{structure} under {record}")
+        panels[0].set_title(label_of(f"{structure} under {record}"))
         panels[-1].set_xlabel("time [s]")
         panels[-1].set_xlim(*window)
         figure.align_ylabels(list(panels))

@@ -17,6 +17,7 @@ from rockframe.figures.captioned import (
     PAGE_WIDTH,
     PRINT_WIDTH,
     Captioned,
+    label_of,
     of_record,
     of_structure,
     styled,
@@ -429,8 +430,8 @@ def draw_forces(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned:
                 _draw_ranges(axes, shown)
                 unit = next((row["unit"] for row in shown.values()), "")
                 axes.set_xlabel(f"{what} [{unit}]")
-            panels[0].set_title(name, loc="left", fontsize=8)
-        figure.suptitle(title, fontsize=9)
+            panels[0].set_title(label_of(name), loc="left", fontsize=8)
+        figure.suptitle(label_of(title), fontsize=9)
     return Captioned(
         figure,
         f"Forces under {title}",

@@ -22,6 +22,7 @@ from rockframe.figures.captioned import (
     PAGE_WIDTH,
     PRINT_WIDTH,
     Captioned,
+    label_of,
     of_motion,
     of_structure,
     plain_ticks,
@@ -69,12 +70,12 @@ def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
         axes.set_xlim(least, largest)
         axes.set_ylim(len(strips) - 0.45, -0.55)
         plain_ticks(axes.xaxis, least, largest)
-        axes.set_yticks(range(len(strips)), [*strips])
+        axes.set_yticks(range(len(strips)), [label_of(name) for name in strips])
         axes.tick_params(axis="y", length=0)
         axes.grid(visible=False)
         axes.spines["left"].set_visible(False)
         axes.set_xlabel("multiple of the motion")
-        axes.set_title(title)
+        axes.set_title(label_of(title))
         _head(axes, [*strips.values()], (least, largest))
     shares = (
         "Least multiples of the motion at which 10, 25 and 50 % of the ensemble overturn; no share "
@@ -278,12 +279,12 @@ def draw_scales(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned:
         for name, panels in zip(structures, grid, strict=True):
             of_this = [row for row in rows if row["structure"] == name]
             _draw_scaled_peaks(panels[0], of_this)
-            panels[0].set_title(name, loc="left", fontsize=8)
+            panels[0].set_title(label_of(name), loc="left", fontsize=8)
             if spread:
                 _draw_scaled_shares(panels[1], of_this)
         for axes in grid[-1]:
             axes.set_xlabel("multiple of the motion")
-        figure.suptitle(title, fontsize=9)
+        figure.suptitle(label_of(title), fontsize=9)
     nominal = "Points: the structure as given; crosses at the upper edge: it overturns."
     ensemble = (
         " Band and dashed line: 16 to 84 % and median of an ensemble of plausible structures, at "

@@ -15,6 +15,7 @@ from rockframe.figures.captioned import (
     LINES,
     PRINT_WIDTH,
     Captioned,
+    label_of,
     plain_ticks,
     printed_pga,
     styled,
@@ -198,7 +199,7 @@ def draw_record_and_pulse(
                 f"{wavelet_words(pulse.wavelet)}, $a_p$ = {pulse.a_p / GRAVITY:.3f} g, "
                 f"$T_p$ = {pulse.T_p:.3f} s"
             )
-            panel.set_title(f"{title}\n{named}", fontsize=7)
+            panel.set_title(f"{label_of(title)}\n{named}", fontsize=7)
         panels[-1].set_xlabel("time [s]")
     told = " ".join(_words(*tested) for tested in pulses)
     caption = (

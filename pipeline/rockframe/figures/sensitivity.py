@@ -9,7 +9,7 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockframe.figures.captioned import PAGE_WIDTH, Captioned, styled
+from rockframe.figures.captioned import PAGE_WIDTH, Captioned, label_of, styled
 from rockframe.results.tables.sensitivity import SENSITIVITY_LEGEND, spread_words, spreads_of_row
 
 #: Colours of the spread that matters most, and of the others.
@@ -43,7 +43,7 @@ def draw_sensitivity(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned
         panels[0].set_yticks(range(len(names)), [spread_words(name) for name in names])
         panels[0].set_ylim(len(names) - 0.4, -0.6)
         figure.supxlabel("rank correlation with the peak rotation", fontsize=8)
-        figure.suptitle(title, fontsize=9)
+        figure.suptitle(label_of(title), fontsize=9)
     return Captioned(
         figure,
         f"Sensitivity under {title}",
@@ -68,4 +68,4 @@ def _draw_bars(axes: Axes, row: Mapping[str, Any], names: Sequence[str]) -> None
     axes.set_xticks([-1.0, 0.0, 1.0], ["−1", "0", "1"])
     axes.tick_params(axis="y", length=0)
     axes.grid(visible=False)
-    axes.set_title(row["structure"], fontsize=8)
+    axes.set_title(label_of(row["structure"]), fontsize=8)

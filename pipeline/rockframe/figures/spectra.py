@@ -26,6 +26,7 @@ from rockframe.figures.captioned import (
     LINES,
     PRINT_WIDTH,
     Captioned,
+    label_of,
     styled,
     wavelet_words,
 )
@@ -278,7 +279,7 @@ def draw_rocking_spectrum(
         for panel, name in zip(panels, ("peak_rotation_ratio", "peak_velocity"), strict=True):
             _draw_rocking(panel, one, name, frame)
         panels[0].axhline(1.0, color="0.6", linewidth=0.8, linestyle=":")
-        panels[0].set_title(str(one["record_id"].item()), fontsize=8)
+        panels[0].set_title(label_of(str(one["record_id"].item())), fontsize=8)
         panels[0].set_ylabel("largest |θ|/α")
         panels[1].set_ylabel(r"largest $|\dot\theta|$ [rad s$^{-1}$]")
         panels[1].set_xlabel(r"$2\pi/p$ of a column [s]")
@@ -317,7 +318,8 @@ def _draw_rocking(panel: Axes, one: xr.Dataset, name: str, frame: RockingFrame |
             # a thin line, because a heavy one fills the teeth of irregular responses
             one["column_period"],
             peaks,
-            label=f"α = {math.degrees(alpha):.3g}°" + (f", {frame.name}" if own and frame else ""),
+            label=f"α = {math.degrees(alpha):.3g}°"
+            + (f", {label_of(frame.name)}" if own and frame else ""),
             color="black" if own else f"C{i}",
             linestyle="-" if own else LINES[i % len(LINES)],
             linewidth=1.2 if own else 0.8,
@@ -369,7 +371,7 @@ def draw_drift_by_size(
         for i, alpha in enumerate(sorted(alphas)):
             drift, fallen = _drifts(motions or records, alpha, frame.mass_ratio)
             own = alpha == frame.slenderness
-            label = f"α = {math.degrees(alpha):.3g}°" + (f", {frame.name}" if own else "")
+            label = f"α = {math.degrees(alpha):.3g}°" + (f", {label_of(frame.name)}" if own else "")
             style = {"color": "black" if own else f"C{i}", "linestyle": "-" if own else LINES[i]}
             panels[0].plot(
                 _HEIGHTS, np.where(np.isfinite(drift), drift, np.nan), label=label, **style

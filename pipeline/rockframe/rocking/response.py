@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.cells import plain
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown, history_dataset
@@ -302,7 +303,8 @@ class Response(Shown):
             axes.fill_between(self.time, low, high, color="C0", alpha=0.25, linewidth=0.0)
         axes.plot(self.time, self.theta / self.frame.slenderness, linewidth=0.9)
         axes.set(xlabel="time [s]", ylabel="θ/α", ylim=(-1.5, 1.5))
-        axes.set_title(f"{self.frame.name or 'frame'}: {self.spread_verdict.sentence}")
+        title = plain(f"{self.frame.name or 'frame'}: {self.spread_verdict.sentence}")
+        axes.set_title(title, parse_math=False)
 
     def to_xarray(self) -> xr.Dataset:
         """Return the histories over time, with verdict, peak ratio and impacts as attributes."""

@@ -21,6 +21,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 from numpy.typing import ArrayLike, NDArray
 
+from rockframe.cells import plain, plain_values
 from rockframe.provenance import versions
 from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE, SpreadVerdict, Strip
 
@@ -32,7 +33,7 @@ _PARTS: Final = ("page", "frame", "plots", "player")
 def render_page(
     home: Path, parts: Sequence[str], *, connect: str | None = None, **content: Any
 ) -> tuple[str, str]:
-    """Return a page and its Content-Security-Policy; all text of the content is escaped.
+    """Return a page and its Content-Security-Policy; all text of the content is plain and escaped.
 
     Parameters
     ----------
@@ -56,13 +57,13 @@ def render_page(
         rule=VERDICT_RULE,
         legend=MARGIN_LEGEND,
         version=versions()["rockframe"],
-        **content,
+        **_plain(content),
     )
     return page, rules
 
 
 def render_still(home: Path, template: str, **content: Any) -> str:
-    """Return a page without scripts; all text of the content is escaped.
+    """Return a page without scripts; all text of the content is plain and escaped.
 
     Parameters
     ----------
@@ -78,8 +79,18 @@ def render_still(home: Path, template: str, **content: Any) -> str:
         policy=policy("", look),
         style=Markup(look),  # noqa: S704 -- our own file
         version=versions()["rockframe"],
-        **content,
+        **_plain(content),
     )
+
+
+def _plain(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content of a page with plain facts, which become JSON; others pass `finalize`."""
+    return {key: plain_values(one) if key == "facts" else one for key, one in content.items()}
+
+
+def _shown(value: Any) -> Any:
+    """Return a value as a template writes it: texts are plain, unless they are our own pictures."""
+    return plain(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 @cache
@@ -88,6 +99,7 @@ def _template(home: Path, name: str) -> Template:
         loader=FileSystemLoader([home, _HOME]),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=_shown,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
@@ -177,11 +189,10 @@ def strip_svg(strip: Strip) -> str:
     parts = []
     for reached, low, high in strip.shares_between(*STRIP_ENDS):
         start, end = _place(low), _place(high)
-        known = reached is not None
         parts.append(
-            _rect(_SHARES[reached], start, 0.0, end - start, 11.0)
-            if known
-            else _hatched(start, end, 0.0, 11.0)
+            _hatched(start, end, 0.0, 11.0)
+            if reached is None
+            else _rect(_SHARES[reached], start, 0.0, end - start, 11.0)
         )
     if unknown := strip.nominal_unknown(STRIP_ENDS[1]):
         parts.append(_hatched(_place(unknown[0]), _place(unknown[1]), 13.0, 4.0))

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.cells import harmless
+from rockframe.cells import harmless, plain
 from rockframe.errors import InputError
 from rockframe.provenance import whole_file
 
@@ -37,9 +37,8 @@ _UNITS: Final = {
     "_s": "s",
 }
 _SUFFIXES: Final = {unit: suffix for suffix, unit in _UNITS.items()}
-#: Characters that names of sheets cannot have, and those that no cell can have.
+#: Characters that names of sheets cannot have.
 _NOT_IN_NAMES: Final = re.compile(r"[\[\]:*?/\\]")
-_NOT_IN_CELLS: Final = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 #: Rows that decide the width of a column, and bounds of the width [characters].
 _MEASURED: Final = 200
 _WIDTHS: Final = (8, 44)
@@ -82,14 +81,14 @@ def sheet_name(text: str) -> str:
     >>> sheet_name("site: 1/2"), len(sheet_name(40 * "a"))
     ('site_ 1_2', 31)
     """
-    return _NOT_IN_NAMES.sub("_", text)[:_MOST_CHARACTERS].strip("'") or "rows"
+    return _NOT_IN_NAMES.sub("_", plain(text))[:_MOST_CHARACTERS].strip("'") or "rows"
 
 
 def write_workbook(path: Path, sheets: Mapping[str, Iterable[Mapping[str, Any]]]) -> int:
     """Write tables as sheets of a workbook, complete or not at all; return the number of rows.
 
     The header and the first column stay in view. NaN and None are blank, infinite numbers the text
-    ``inf`` as in CSV, and texts are `harmless`.
+    ``inf`` as in CSV, and texts are `plain` and `harmless`.
 
     Parameters
     ----------
@@ -166,7 +165,7 @@ def _value(value: Any) -> Any:
         return None if math.isnan(value) else str(value)
     if value is None or isinstance(value, int | float):
         return value
-    return _NOT_IN_CELLS.sub("\N{REPLACEMENT CHARACTER}", harmless(str(value)))
+    return harmless(plain(str(value)))
 
 
 def _shown(value: Any) -> str:
