@@ -57,7 +57,9 @@ def frame_of(kind: str, seed: int) -> RockingFrame:
     if kind == "tapered":
         return replace(frame, top_width=0.6 * frame.width, centre_of_gravity=0.45 * height)
     if kind == "crushed":
-        return crushed(frame, Pivot(compressive_strength=2e8, depth=frame.width))
+        weight = 5e4 * (1.0 + frame.mass_ratio) * GRAVITY
+        strength = max(2e8, 20.0 * weight / frame.width**2)  # 2e8 is too weak for slender columns
+        return crushed(frame, Pivot(compressive_strength=strength, depth=frame.width))
     gravity = math.sin(frame.slenderness)
     if kind in ("tendon", "cable", "hybrid"):
         unit = frame.tie_moment(1.0, frame.tie_lever)
