@@ -109,7 +109,7 @@ def test_a_workbook_can_be_written_and_read(tmp_path_factory: Any, name: str) ->
     assert not ACTS.search(str(value))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(names)
 def test_a_figure_shows_the_name_and_its_svg_is_xml(tmp_path_factory: Any, name: str) -> None:
     path = tmp_path_factory.mktemp("figure") / "figure.svg"
