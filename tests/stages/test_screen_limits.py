@@ -96,6 +96,31 @@ def test_tendons_yield_and_gaps_close() -> None:
         assert all(one == other for one, other in pairs)
 
 
+def test_a_tendon_that_loses_prestress_never_exceeds_its_yield_force() -> None:
+    """Its force is that of the response, also where the screening compares it with a limit."""
+    tendon = Tendon(
+        **{"area": 1e-5, "modulus": 2e11, "length": 3.0, "prestress": 500.0},
+        **{"yield_stress": 9e7, "loses_prestress": True},
+    )
+    tied = RockingFrame(height=3.0, width=0.45, column_mass=1e3, tendon=tendon)
+    records = site(6)
+    found = respond_many(records, [tied], SCALES)
+    ratios = []
+    for i, record in enumerate(records):
+        part = (found.verdict[i], found.peak_rotation[i], found.impact_velocity[i])
+        peaks = peaks_of_frames([tied], *part)
+        ratios.append(peaks["peak_tendon_ratio"][0])
+        response = respond(tied, record.scaled(SCALES[-1]))
+        assert response.restraint is not None
+        force = response.restraint.peak_tendon_force
+        assert_allclose(ratios[-1][-1], force / tendon.yield_force, rtol=1e-9)
+    reached = LimitState("tendon_ratio", 1.0).reached(
+        {"peak_tendon_ratio": np.array(ratios)}, False
+    )
+    assert {*reached.ravel().tolist()} == {True, False}
+    assert np.max(ratios) == 1.0
+
+
 def test_each_limit_has_a_rate_and_its_parts(screen: Screen, tmp_path: Path) -> None:
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")

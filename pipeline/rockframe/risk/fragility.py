@@ -218,9 +218,8 @@ def peaks_of_frames(
         if frame.abutment is not None:
             gaps[k] = u[k] / frame.abutment.gap
         if frame.tendon is not None:
-            stretch = 2.0 * frame.tie_lever * np.sin(0.5 * peak_rotation[k])
-            force = frame.tendon.prestress + frame.tendon.stiffness * stretch
-            tendons[k] = force / frame.tendon.yield_force
+            tension = np.vectorize(frame.tension, otypes=[float])
+            tendons[k] = tension(peak_rotation[k]) / frame.tendon.yield_force
         v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
     return {
         "verdict": verdict,
