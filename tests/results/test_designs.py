@@ -69,6 +69,18 @@ def test_a_design_that_overturns_is_infinite_and_never_the_best(rows: Any) -> No
     assert columns["u_max_*_m"].cell(designs[1]) == "5.0 5.0 5.0"
 
 
+def test_a_nominal_residual_is_not_the_best_where_half_of_the_ensemble_overturns(rows: Any) -> None:
+    """The free frame comes to rest at 0 if it stands, and half of the plausible ones do not."""
+    zero = {"residual_u_m": 0.0, "share_overturned": 0.5}
+    free = [row(f"r{k}", "half", INF, 0.2, **zero) for k in range(3)]
+    designs = design_rows([*rows, *free])
+    left = next(one for one in best_rows(designs) if one["quantity"] == "residual_u_84_m")
+    assert (left["best"], left["second"]) == ("fixed", "free")
+    assert designs[2]["residual_u_50_m"] == designs[2]["residual_u_worst_m"] == INF
+    standing = design_rows([{**one, "u_max_50_m": 0.1} for one in free])
+    assert standing[0]["residual_u_50_m"] == 0.0
+
+
 def test_equal_designs_share_their_rank(rows: Any) -> None:
     ends = {one["quantity"]: one for one in best_rows(design_rows(rows))}
     assert ends["share_overturned"]["best"] == "free, fixed"

@@ -84,9 +84,17 @@ class DesignQuantity:
         return f"{self.name}_{what}{self.unit}"
 
     def of_record(self, row: Cells) -> float:
-        """Return the median of the ensemble, or the nominal value; infinite if that overturns."""
-        known = math.isfinite(number(row.get("share_overturned"))) and self.median
-        return self.stored * number(row[self.median if known else self.nominal])
+        """Return the median of the ensemble, or the nominal value; infinite if that overturns.
+
+        A quantity without a median is infinite too if the median of the ensemble overturns.
+        """
+        ensemble = math.isfinite(number(row.get("share_overturned")))
+        if ensemble and self.median:
+            return self.stored * number(row[self.median])
+        nominal = number(row[self.nominal])
+        if ensemble and not math.isnan(nominal) and number(row["u_max_50_m"]) == math.inf:
+            return math.inf
+        return self.stored * nominal
 
     def cell(self, row: Cells, key: str) -> str:
         """Return the text of a value of the quantity."""
@@ -152,7 +160,7 @@ def design_rows(
         with its 90 % interval, and ``share_model_ends``, means over the records of the shares of
         the ensembles; and for each of `DESIGN_QUANTITIES` the 50 and 84 % quantiles over the
         records, the value of the worst record, and its name. Each record counts with the median of
-        its ensemble, and as infinite if that overturns; the residual drift is nominal.
+        its ensemble, and as infinite if that overturns; the residual drift is nominal otherwise.
 
     Examples
     --------
@@ -278,7 +286,8 @@ BEST: Final = (
 #: Explanation of the tables of designs.
 DESIGN_LEGEND: Final = (
     "Over all records: 50 and 84 % quantiles and the worst record; each record counts with the "
-    "median of its ensemble, and as infinite if that overturns. Left: residual drift, nominal. "
+    "median of its ensemble, and as infinite if that overturns. Left: residual drift, nominal "
+    "unless that median overturns. "
     "Model ends in: share of plausible bridges that overturn or reach a limit of the model, after "
     "which its values no longer describe the bridge. W: weight of deck and columns; kN for a "
     "column with its share of the deck. A fixed bridge without a stated strength stays elastic."
