@@ -1,5 +1,7 @@
 """Errors that the user can fix. Each is one line: what is wrong, where, and what is allowed.
 
+`InternalError` is the exception: a fault of the package, to be reported.
+
 A file that contradicts itself is such an error, which `settle` raises unless the user trusts one of
 the two statements.
 """
@@ -119,6 +121,10 @@ class RockframeWarning(UserWarning):
 
 class OtherQuantityError(InputError):
     """A valid file contains a velocity, displacement or spectrum instead of an acceleration."""
+
+
+class InternalError(RuntimeError):
+    """A computation violates its own bounds: a fault of this package that the user cannot fix."""
 
 
 class ServiceError(RockframeError):

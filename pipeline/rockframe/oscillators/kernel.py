@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.compiled import compiled
+from rockframe.errors import InternalError
 from rockframe.rivals import Constants
 
 Float = NDArray[np.float64]
@@ -68,8 +69,21 @@ _ROOT_TOLERANCE: Final = 1e-13
 _BEYOND: Final = 1.0 + 1e-12
 #: Largest number of consecutive changes of branch within round-off of one instant.
 _MOST_IDLE: Final = 8
-#: Largest number of steps after the motion; the last state is then final.
+#: Largest number of changes of branch and Taylor steps in an interval, beside the steps that its
+#: length needs.
+_MOST_EVENTS: Final = 10_000
+#: Largest number of steps to a root, and after the motion.
+_ROOT_STEPS: Final = 200
 _MOST_TAIL: Final = 1_000_000
+
+
+@compiled
+def _exceed_bound() -> None:
+    """Report that a loop exceeds its bound."""
+    raise InternalError(
+        "internal error: a loop of the oscillator kernel exceeds its bound. Please report it, with "
+        "the motion and the structure."
+    )
 
 
 @compiled
@@ -140,7 +154,7 @@ def _root(
     last = b - a
     enough = _ROOT_TOLERANCE * last
     t = a + last * (low / (low - high))
-    for _ in range(200):
+    for _ in range(_ROOT_STEPS):
         value = _value(work, row, order, t) - level
         if value == 0.0:
             return t
@@ -156,6 +170,8 @@ def _root(
         t = new
         if last <= enough:
             return t
+    if not b - a <= enough:
+        _exceed_bound()
     return t
 
 
@@ -385,7 +401,14 @@ def _cross(
     degree = rows.shape[1] - 1
     t = 0.0
     idle = 0
+    k, k_z, _, c = oscillator
+    rate = math.sqrt(abs(k) + (k_z if k_z < math.inf else 0.0)) + c
+    most = _MOST_EVENTS + 2.0 * rate * h / _STRIDE
+    events = 0
     while t < h:
+        events += 1
+        if events > most:
+            _exceed_bound()
         _shift(work, rows, i, scale, t)
         left = h - t
         if state[0] == STUCK:
@@ -649,6 +672,7 @@ def _settle(time: float, oscillator: Constants, state: State, summary: Float, wo
         step = _STRIDE / rate
         state = _cross(still, 0, 0.0, step, time, oscillator, state, summary, work)
         time += step
+    _exceed_bound()
     return False
 
 

@@ -37,12 +37,14 @@ from rockframe.rocking.kernels.steps import (
     Marker,
     Polynomial,
     derivatives,
+    exceed_bound,
     flight,
     lift_off,
+    most_events,
     shift,
     taylor,
 )
-from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, tail, tied_tail
+from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, tail, tied_tail, touches
 from rockframe.rocking.kernels.ties import (
     ELASTIC,
     REST,
@@ -161,6 +163,14 @@ def _note_impact(summary: Float, impacts: Float, time: float, omega: float) -> N
 
 
 @inlined
+def _forget_touch(summary: Float) -> None:
+    """Remove an uplift by round-off from the summary, unless the frame has rocked before."""
+    if summary[IMPACTS] == 0.0:
+        summary[PEAK] = summary[PEAK_VELOCITY] = summary[IMPACT_VELOCITY] = 0.0
+        summary[PEAK_TIME] = summary[UPLIFT_TIME] = math.nan
+
+
+@inlined
 def _step(
     c: Polynomial,
     start: int,
@@ -215,11 +225,18 @@ def _follow(  # noqa: C901  one loop, event by event
     limit = math.tan(alpha)
     elapsed, end = span
     start = MOVING
+    events = 0
+    most = most_events(restitution)
     while elapsed < end:
+        events += 1
+        if events > most:
+            exceed_bound()
         now = shift(a, elapsed) if elapsed > 0.0 else a
         lift = shift(v, elapsed) if lifts and elapsed > 0.0 else v
+        held = both_held(ties, states) if len(ties) > 0 else ()
         if s == 0.0:
-            wait, start = lift_off(now, lift, limit, hold, end - elapsed)
+            span_left = end - elapsed
+            wait, start = lift_off(now, lift, limit, hold, span_left, alpha, p_hat * p_hat, held)
             if wait == NEVER:
                 break
             if wait > 0.0:
@@ -229,7 +246,6 @@ def _follow(  # noqa: C901  one loop, event by event
             s = -1.0 if now[0] > 0.0 else 1.0
             if math.isnan(summary[UPLIFT_TIME]):
                 summary[UPLIFT_TIME] = time + elapsed
-        held = both_held(ties, states) if len(ties) > 0 else ()
         c = taylor(theta, omega, s, now, lift, alpha, p_hat * p_hat, start, held)
         ended, t, theta, omega, states = _step(
             c, start, time + elapsed, end - elapsed, s, ties, states, summary, tie_log
@@ -242,14 +258,18 @@ def _follow(  # noqa: C901  one loop, event by event
             summary[OVERTURNING_TIME] = time + elapsed
             break
         if ended == LANDED:
-            _note_impact(summary, impacts, time + elapsed, omega)
-            omega *= restitution
-            s = -s
+            if touches(theta, omega, p_hat):
+                _forget_touch(summary)
+                omega = s = 0.0
+            else:
+                _note_impact(summary, impacts, time + elapsed, omega)
+                omega *= restitution
+                s = -s
         if len(ties) > 0:
             if ended == LANDED:
                 states = landed(ties, states, tie_log)
             hold = uplift_hold(alpha, ties, states)
-        if ended == LANDED and abs(omega) < REST_VELOCITY_RATIO * p_hat:
+        if ended == LANDED and s != 0.0 and abs(omega) < REST_VELOCITY_RATIO * p_hat:
             needed = limit * (1.0 + derivatives(v, elapsed)[0]) + hold
             if omega == 0.0 or abs(derivatives(a, elapsed)[0]) <= needed:
                 omega = s = 0.0
@@ -274,6 +294,9 @@ def _finish(
     """
     alpha, p_hat, restitution = frame
     theta, omega, s, _ = state
+    if s != 0.0 and touches(theta, omega, p_hat):
+        _forget_touch(summary)
+        s = 0.0
     if len(ties) > 0:
         overturns, after, high, fast, landing_time, landing = tied_tail(
             theta, omega, s, alpha, p_hat, restitution, ties, states, step, tie_log, time

@@ -40,12 +40,20 @@ from rockframe.rocking.kernels.steps import (
     Marker,
     Polynomial,
     derivatives,
+    exceed_bound,
     flight,
     lift_off,
+    most_events,
     shift,
     taylor,
 )
-from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO, elastic_tail, keep, tail
+from rockframe.rocking.kernels.tails import (
+    REST_VELOCITY_RATIO,
+    elastic_tail,
+    keep,
+    tail,
+    touches,
+)
 from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
 from rockframe.rocking.kernels.vectors import (
     ALPHA,
@@ -135,7 +143,9 @@ _WHO: Final = (HOT_ROWS + 7) * WIDTH  # the scenario, -1 if none
 _HOLD: Final = (HOT_ROWS + 8) * WIDTH  # term that the ties add to the uplift acceleration
 _HARDEST: Final = (HOT_ROWS + 9) * WIDTH  # largest |omega| just before an impact
 _CALM: Final = (HOT_ROWS + 10) * WIDTH  # rate below which `_dies_out` is tried
-_BLOCK: Final = (HOT_ROWS + 11) * WIDTH  # not a power of two: those cause cache conflicts
+_EVENTFUL: Final = (HOT_ROWS + 11) * WIDTH  # row of the ground of the last impact
+_EVENTS: Final = (HOT_ROWS + 12) * WIDTH  # number of impacts that this row may still have
+_BLOCK: Final = (HOT_ROWS + 13) * WIDTH  # not a power of two: those cause cache conflicts
 
 # What a lane needs after a hop.
 _STRIDE: Final = 0
@@ -214,6 +224,12 @@ def _ground_of(
 
 
 @inlined
+def _elastic(asked: Float, who: int) -> tuple[float, float]:
+    """Return k and f_0 of a scenario's ties, as `taylor` takes them."""
+    return asked[who, TIE_STIFFNESS], asked[who, TIE_FORCE]
+
+
+@inlined
 def _seat(pool: Float, q: int, who: int, asked: Float) -> None:
     """Put a scenario into a lane, at rest at the start of its motion."""
     h = asked[who, TIME_STEP]
@@ -254,6 +270,7 @@ def _seat(pool: Float, q: int, who: int, asked: Float) -> None:
     pool[q + _CALM] = _EVEN_PULL * pull * (1.0 - asked[who, RESTITUTION])
     pool[q + _UPLIFT] = math.nan
     pool[q + _COUNT] = 0.0
+    pool[q + _EVENTFUL] = -1.0
     pool[q + _WHO] = who
 
 
@@ -316,7 +333,10 @@ def _wait_for_uplift(
         if at < end:
             a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
             resting = max(resting, abs(a[0]) if pool[q + ELAPSED] == 0.0 else 0.0)
-            wait, start = lift_off(a, v, limit, hold, 1.0 - pool[q + ELAPSED])
+            span = 1.0 - pool[q + ELAPSED]
+            p2 = (asked[who, P_HAT] * asked[who, TIME_STEP]) ** 2
+            held = _elastic(asked, who) if len(tied) > 0 else ()
+            wait, start = lift_off(a, v, limit, hold, span, pool[q + ALPHA], p2, held)
             waits = wait == NEVER
             if waits:
                 pool[q + ELAPSED] = 0.0
@@ -403,14 +423,20 @@ def _end(
     who = _index(pool[q + _WHO])
     if len(weighed) > 0:
         _weigh_last(pool, q, ground, curved, lifts, tied)
+    p_hat = asked[who, P_HAT] * asked[who, TIME_STEP]
     side = 0.0 if pool[q + _SIDE] == 0.0 else 1.0
+    if side != 0.0 and touches(pool[q + THETA], pool[q + OMEGA], p_hat):
+        _forget_touch(pool, q)
+        pool[q + THETA] = 0.0
+        pool[q + OMEGA] = 0.0
+        side = 0.0
     if len(tied) > 0:
         overturns, after, peak, fast, landed, landing = elastic_tail(
             pool[q + THETA],
             pool[q + OMEGA],
             side,
             pool[q + ALPHA],
-            asked[who, P_HAT] * asked[who, TIME_STEP],
+            p_hat,
             asked[who, RESTITUTION],
             asked[who, TIE_STIFFNESS],
             asked[who, TIE_FORCE],
@@ -422,7 +448,7 @@ def _end(
             pool[q + OMEGA],
             side,
             pool[q + ALPHA],
-            asked[who, P_HAT] * asked[who, TIME_STEP],
+            p_hat,
             asked[who, RESTITUTION],
         )
     if overturns:
@@ -474,6 +500,26 @@ def _dies_out(
 
 
 @inlined
+def _forget_touch(pool: Float, q: int) -> None:
+    """Remove an uplift by round-off from the results, unless the frame has rocked before."""
+    if pool[q + _COUNT] == 0.0:
+        pool[q + PEAK] = 0.0
+        pool[q + FASTEST] = 0.0
+        pool[q + _UPLIFT] = math.nan
+
+
+@inlined
+def _count_event(pool: Float, q: int, restitution: float) -> None:
+    """Report an internal error if a lane lands too often within an interval."""
+    if pool[q + _EVENTFUL] != pool[q + AT]:
+        pool[q + _EVENTFUL] = pool[q + AT]
+        pool[q + _EVENTS] = most_events(restitution)
+    pool[q + _EVENTS] -= 1.0
+    if pool[q + _EVENTS] < 0.0:
+        exceed_bound()
+
+
+@inlined
 def _rebound(
     pool: Float,
     q: int,
@@ -490,15 +536,23 @@ def _rebound(
     Returns True if the lane needs attention: it now rests, or its interval has ended.
     """
     who = _index(pool[q + _WHO])
-    pool[q + _COUNT] += 1.0
-    pool[q + _HARDEST] = max(pool[q + _HARDEST], abs(omega))
+    _count_event(pool, q, asked[who, RESTITUTION])
+    touched = touches(0.0, omega, asked[who, P_HAT] * asked[who, TIME_STEP])
+    if touched:
+        _forget_touch(pool, q)
+    else:
+        pool[q + _COUNT] += 1.0
+        pool[q + _HARDEST] = max(pool[q + _HARDEST], abs(omega))
     pool[q + START] = MOVING
     pool[q + THETA] = 0.0
     pool[q + OMEGA] = -asked[who, RESTITUTION] * omega
     pool[q + ELAPSED] += t
     pool[q + _SIDE] = -pool[q + _SIDE]
     pool[q + _PUSH] = -pool[q + _PUSH]
-    if pool[q + OMEGA] < max(pool[q + _SLOWEST], pool[q + _CALM]):
+    if touched:
+        pool[q + OMEGA] = 0.0
+        pool[q + _SIDE] = 0.0
+    elif pool[q + OMEGA] < max(pool[q + _SLOWEST], pool[q + _CALM]):
         a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
         if pool[q + OMEGA] < pool[q + _SLOWEST]:
             needed = pool[q + _LIMIT] * (1.0 + v[0]) + pool[q + _HOLD]
@@ -667,12 +721,9 @@ def _scalar_flight(
     who = _index(pool[q + _WHO])
     start = int(pool[q + START])
     theta, omega, alpha = pool[q + THETA], pool[q + OMEGA], pool[q + ALPHA]
-    if len(tied) > 0:
-        p2 = (asked[who, P_HAT] * asked[who, TIME_STEP]) ** 2
-        held = (asked[who, TIE_STIFFNESS], asked[who, TIE_FORCE])
-        c = taylor(theta, omega, 1.0, a, v, alpha, p2, start, held)
-    else:
-        c = taylor(theta, omega, 1.0, a, v, alpha, pool[q + P2], start, ())
+    p2 = (asked[who, P_HAT] * asked[who, TIME_STEP]) ** 2
+    held = _elastic(asked, who) if len(tied) > 0 else ()
+    c = taylor(theta, omega, 1.0, a, v, alpha, p2, start, held)
     ended, t, theta, omega, high, _, fast = flight(
         c, 1.0, 1.0 - pool[q + ELAPSED], start, pool[q + PEAK]
     )

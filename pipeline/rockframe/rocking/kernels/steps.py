@@ -6,14 +6,38 @@ import math
 from typing import Final, TypeAlias
 
 from rockframe.compiled import compiled, inlined
+from rockframe.errors import InternalError
 
 #: Coefficients of a polynomial of degree 9, the constant term first.
 Polynomial: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float]
 
+#: Largest number of events in an interval, beside bounces that die out.
+_MOST_EVENTS: Final = 10_000.0
+#: A bounce slows by the restitution e, so 745 / (1 - e) bounces reduce any rate to zero. This over
+#: 1 - e allows for several such sequences in an interval; 1 - e counts as at least `_LEAST_LOSS`.
+_MOST_BOUNCES: Final = 2_000.0
+_LEAST_LOSS: Final = 1e-6
+#: Most steps to a root. Each second step at least halves the bracket.
+ROOT_STEPS: Final = 200
 #: Returned instead of a time if there is no root.
 NEVER: Final = -1.0
 #: Newton's method stops at this relative step; the error is about its square, which is round-off.
 _ROOT_TOLERANCE: Final = 1e-13
+
+
+@compiled
+def exceed_bound() -> None:
+    """Report that a loop of a kernel exceeds its bound."""
+    raise InternalError(
+        "internal error: a loop of the rocking kernel exceeds its bound. Please report it, with "
+        "the motion and the structure."
+    )
+
+
+@compiled
+def most_events(restitution: float) -> float:
+    """Return the largest number of events in an interval of the ground motion."""
+    return _MOST_EVENTS + _MOST_BOUNCES / max(1.0 - restitution, _LEAST_LOSS)
 
 
 @compiled
@@ -74,8 +98,8 @@ def root(c: Polynomial, derivative: int, level: float, a: float, b: float, guess
     if end == 0.0:
         return b
     t = guess if a < guess < b else 0.5 * (a + b)
-    last = b - a
-    for _ in range(200):
+    last = span = b - a
+    for _ in range(ROOT_STEPS):
         at_t = derivatives(c, t)
         value = at_t[derivative] - level
         if value == 0.0:
@@ -94,6 +118,8 @@ def root(c: Polynomial, derivative: int, level: float, a: float, b: float, guess
         last = step
         if step <= _ROOT_TOLERANCE * t:
             return t
+    if not b - a <= _ROOT_TOLERANCE * span:
+        exceed_bound()
     return t
 
 
@@ -128,16 +154,21 @@ def marks(
 
 @compiled
 def first_rise(a: Polynomial, limit: float, h: float) -> float:
-    """Return the first time in [0, h] at which a polynomial exceeds limit; at 0 it must not."""
-    _, slope_0, bend_0, _ = derivatives(a, 0.0)
+    """Return the first time in [0, h] at which a polynomial exceeds limit and grows.
+
+    If it already exceeds the limit at 0, as round-off allows, it must grow from there.
+    """
+    before, slope_0, bend_0, _ = derivatives(a, 0.0)
     _, slope_h, bend_h, _ = derivatives(a, h)
     left = 0.0
     middle = inflexion(a, h, bend_0, bend_h)
     for right in marks(a, h, slope_0, slope_h, bend_0, middle):
         if right > left:
-            if derivatives(a, right)[0] > limit:
-                return root(a, 0, limit, left, right, NEVER)
+            reached = derivatives(a, right)[0]
+            if reached > limit and reached > before:
+                return left if before > limit else root(a, 0, limit, left, right, NEVER)
             left = right
+            before = reached
     return NEVER
 
 
@@ -389,7 +420,7 @@ def _driving(sign: float, a: Polynomial, limit: float, v: Polynomial) -> Polynom
 
 @compiled
 def first_exceedance(a: Polynomial, v: Polynomial, limit: float, hold: float, h: float) -> float:
-    """Return the first time in [0, h] when |a| exceeds limit (1 + v) + hold; at 0 it must not."""
+    """Return the first time in [0, h] when |a| exceeds limit (1 + v) + hold and grows."""
     first = NEVER
     for sign in (1.0, -1.0):
         t = first_rise(_driving(sign, a, limit, v), limit + hold, h)
@@ -400,13 +431,24 @@ def first_exceedance(a: Polynomial, v: Polynomial, limit: float, hold: float, h:
 
 @compiled
 def lift_off(
-    a: Polynomial, v: Polynomial, limit: float, hold: float, span: float
+    a: Polynomial,
+    v: Polynomial,
+    limit: float,
+    hold: float,
+    span: float,
+    alpha: float,
+    p2: float,
+    pull: tuple[()] | tuple[float, float],
 ) -> tuple[float, int]:
     """Return when within the span a frame at rest uplifts (NEVER if not), and how it starts.
 
-    `hold` is what ties add to the uplift acceleration [g]; zero without ties.
+    `hold` is what ties add to the uplift acceleration [g]; zero without ties. Where the ground
+    exceeds that acceleration by round-off only, the series of theta may start inwards. Such a frame
+    would land at once and try again without end. It uplifts only if the ground grows.
     """
     if abs(a[0]) > limit * (1.0 + v[0]) + hold:
-        return 0.0, FROM_REST
+        s = -1.0 if a[0] > 0.0 else 1.0
+        if s * taylor(0.0, 0.0, s, a, v, alpha, p2, FROM_REST, pull)[2] > 0.0:
+            return 0.0, FROM_REST
     wait = first_exceedance(a, v, limit, hold, span)
     return (wait, FROM_UPLIFT) if wait < span else (NEVER, FROM_UPLIFT)

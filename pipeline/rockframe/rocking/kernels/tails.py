@@ -18,7 +18,10 @@ from rockframe.rocking.kernels.steps import (
     MAX_SMOOTH_STRIDE,
     MAX_STRIDE,
     MOVING,
+    ROOT_STEPS,
+    exceed_bound,
     flight,
+    most_events,
     taylor,
 )
 from rockframe.rocking.kernels.ties import (
@@ -147,11 +150,25 @@ def match_excursions(
 #: The frame is at rest after an impact slower than this times p_hat, if the ground is too weak to
 #: uplift it. The rates of impacts form a geometric series, so their number depends on this value.
 REST_VELOCITY_RATIO: Final = 1e-10
+#: Largest rotation [rad], and rate over p_hat [1], of a frame that the ground does not uplift.
+_TOUCH: Final = 1e-20
 #: The ties are elastic if no plastic stretch changes by more than this from turn to turn [rad].
 _SETTLED: Final = 1e-12
 #: Largest number of steps. A frame that still balances on the barrier then counts as overturned,
-#: without a time.
+#: without a time. A frame whose ties still yield then stands, and rests between its last turns.
 _MAX_TAIL: Final = 100_000
+#: Largest number of events in a step without ties: one landing, and the end.
+_TAIL_EVENTS: Final = 3
+
+
+@inlined
+def touches(theta: float, omega: float, p_hat: float) -> bool:
+    """Return True if the ground only touches the uplift acceleration of a frame.
+
+    The ground then exceeds that acceleration by round-off, and the frame is so near to rest that it
+    counts as not uplifted. Otherwise the verdict would depend on how a kernel rounds.
+    """
+    return bool(abs(theta) < _TOUCH and abs(omega) < _TOUCH * p_hat)
 
 
 @compiled
@@ -205,7 +222,9 @@ def tail(
     landing = 0.0
     for i in range(_MAX_TAIL):
         elapsed = 0.0
-        while elapsed < h:
+        for _ in range(_TAIL_EVENTS):
+            if elapsed >= h:
+                break
             c = taylor(theta, omega, s, zero, zero, alpha, p_hat * p_hat, MOVING, ())
             ended, t, theta, omega, _, _, fast = flight(c, s, h - elapsed, MOVING, HALF_PI)
             fastest = max(fastest, fast)
@@ -221,6 +240,8 @@ def tail(
             landing = omega
             omega *= restitution
             s = -s
+    if theta != s * alpha or omega != 0.0:  # it does not balance
+        exceed_bound()
     return True, math.nan, HALF_PI, fastest, landed, landing
 
 
@@ -258,6 +279,7 @@ def tied_tail(  # noqa: C901  one loop
     low_turn = 0.0
     settled = states
     done = 0.0
+    most = most_events(restitution)
     for i in range(_MAX_TAIL):
         if s == 0.0 or turns > 3 or (stood and hardest > 0.0 and not yields):
             if s == 0.0 or not yields:
@@ -265,7 +287,11 @@ def tied_tail(  # noqa: C901  one loop
             _note_rest(alpha, ties, states, high_turn, low_turn, tie_log)
             return False, math.nan, peak, fastest, math.nan, hardest
         elapsed = 0.0
+        events = 0
         while elapsed < stride and s != 0.0:
+            events += 1
+            if events > most:
+                exceed_bound()
             pull = both_held(ties, states)
             c = taylor(theta, omega, s, zero, zero, alpha, p_hat * p_hat, MOVING, pull)
             ended, t, theta, omega, high, _, fast = flight(c, s, stride - elapsed, MOVING, peak)
@@ -311,6 +337,8 @@ def tied_tail(  # noqa: C901  one loop
     if stood:
         _note_rest(alpha, ties, states, high_turn, low_turn, tie_log)
         return False, math.nan, peak, fastest, math.nan, hardest
+    if omega != 0.0:  # it does not balance
+        exceed_bound()
     return True, math.nan, HALF_PI, fastest, landing_time, landing
 
 
@@ -400,7 +428,7 @@ def _held_root(alpha: float, k: float, f: float, energy: float, top: float, turn
     low = 0.0
     high = top
     theta = 0.5 * top
-    for _ in range(200):
+    for _ in range(ROOT_STEPS):
         slope = math.sin(alpha - theta) + k * math.sin(theta) + f * math.cos(0.5 * theta)
         if turns:
             bend = -math.cos(alpha - theta) + k * math.cos(theta) - 0.5 * f * math.sin(0.5 * theta)
@@ -418,4 +446,6 @@ def _held_root(alpha: float, k: float, f: float, energy: float, top: float, turn
         if abs(new - theta) <= 1e-15 * top:
             return new
         theta = new
+    if not high - low <= 1e-13 * top:
+        exceed_bound()
     return theta
