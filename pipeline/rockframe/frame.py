@@ -370,6 +370,13 @@ class RockingFrame:
         stretch = 2.0 * self.tie_lever * math.sin(0.5 * abs(theta))
         return 0.0 if self.tendon is None else self.tendon.force(stretch)
 
+    @property
+    def abutment_rotation(self) -> float:
+        """Least |theta| [rad] at which the deck closes the gap or exceeds the allowed lift."""
+        if self.abutment is None:
+            return math.inf
+        return self.beam.rotation_at(self.abutment.gap, self.abutment.uplift_allowance)
+
     def bar_force(self, theta: float) -> float:
         """Return the force [N] of the dissipaters across one joint at the first rotation [rad] to
         `theta`; 0 without them.

@@ -273,6 +273,22 @@ class Lever:
         v: Float = np.sin(half) * np.sin(self.angle - half)
         return 2.0 * self.length * v
 
+    def rotation_at(self, shift: float, lift: float) -> float:
+        """Return the least |theta| at which a displacement [m] is reached; infinite if neither is.
+
+        Examples
+        --------
+        >>> lever = Lever(2.0, 0.1)
+        >>> round(lever.rotation_at(float(lever.shift(0.05)), math.inf), 12)
+        0.05
+        >>> round(lever.rotation_at(math.inf, float(lever.lift(0.03))), 12)
+        0.03
+        """
+        sine = math.sin(self.angle) - shift / self.length
+        cosine = math.cos(self.angle) + lift / self.length
+        across = self.angle - math.asin(sine) if sine >= -math.cos(self.angle) else math.inf
+        return min(across, self.angle - math.acos(cosine) if cosine <= 1.0 else math.inf)
+
     def shift_rate(self, theta: ArrayLike, omega: ArrayLike) -> Float:
         """Return the horizontal velocity [m s-1] at a rotation and its rate."""
         phi = self.angle - np.abs(np.asarray(theta, dtype=np.float64))

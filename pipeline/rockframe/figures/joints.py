@@ -37,12 +37,12 @@ from rockframe.rocking import (
     column_forces,
     impact_friction_demand,
     least_spacing,
-    reactions,
     respond,
     restoring_moment,
     trajectory,
 )
 from rockframe.rocking.contact import static_vertical, uplift_friction_demand
+from rockframe.rocking.reactions import model_end, valid_reactions
 
 Float = NDArray[np.float64]
 
@@ -93,13 +93,14 @@ def draw_joints(
             "beam (mass_ratio 0). Leave the spacing out."
         )
     ground = as_ground(motion or record)
-    response = respond(frame, ground)
-    forces = reactions(response, ground)
+    whole = respond(frame, ground)
+    response, forces = valid_reactions(whole, ground)
     available = _available(frame, friction)
     each, bent = None, ""
     if spacing is not None:
         beam_centre = beam_centre or 0.0
-        each = column_forces(response, ground, spacing=spacing, beam_centre=beam_centre)
+        each = column_forces(whole, ground, spacing=spacing, beam_centre=beam_centre)
+        each = ColumnForces(*(part[:, : response.time.size] for part in vars(each).values()))
         bent = (
             f" (two columns {spacing:g} m apart, the beam's centre of mass {beam_centre:g} m above "
             "its underside; impacts would lift it off at a spacing below "
@@ -120,12 +121,18 @@ def draw_joints(
         panels[0].set_xlim(*time_limits(response.time, rotated, 1.5))
         figure.align_ylabels(list(panels))
     caption = (
-        "Rotation, friction demand and vertical forces. "
+        f"Rotation, friction demand and vertical forces{_until(whole)}. "
         f"{_sliding(response, forces, each, available)} {_lift_off(frame, base, beam, bent)} "
         f"{_in_kilonewtons(frame, forces, each)}"
         f"{of_structure(frame)} {of_record(record, response, ground)}"
     )
     return Captioned(figure, "Forces at the joints", caption)
+
+
+def _until(response: Response) -> str:
+    """Return when and why the curves end before the motion; "" if they do not."""
+    end, words = model_end(response)
+    return f" until the model ends: {words} {end:.2f} s" if words else ""
 
 
 def _available(frame: RockingFrame, assumed: float | None) -> tuple[float, str]:

@@ -114,7 +114,7 @@ class Compared:
         Largest drift, largest lift, and residual drift [m]; infinite if the frame overturns or
         collapses.
     peak_base_shear : float
-        Largest base shear at the nodes [1], until overturning or collapse; without the impulses of
+        Largest base shear at the nodes [1], until the validity ends; without the impulses of
         impacts, which are instantaneous in the model.
     peak_rotation_ratio, ductility : float
         Largest |theta| / alpha of rocking frames; largest drift over yield drift of others [1].
@@ -355,7 +355,7 @@ def _rocking(
         peak_u=math.inf if overturned else response.peak_u,
         peak_v=math.inf if overturned else response.peak_v,
         residual_u=math.inf if overturned else float(frame.horizontal_displacement(rest)),
-        peak_base_shear=float(np.nanmax(np.abs(shear))),
+        peak_base_shear=_largest_until(until, response.time, shear),
         peak_rotation_ratio=response.peak_rotation_ratio,
         peak_tendon_force=math.nan if tied is None else tied.peak_tendon_force,
         friction_demand=max((one for one in demands if not math.isnan(one)), default=math.nan),
@@ -397,13 +397,19 @@ def _oscillating(
         peak_u=response.peak_displacement,
         peak_v=0.0,
         residual_u=abs(response.residual_displacement),
-        peak_base_shear=float(np.nanmax(np.abs(shear))),
+        peak_base_shear=_largest_until(until, response.time, shear),
         ductility=response.ductility,
         validity=validity,
         valid_until=until,
         gap_closed_time=closed,
         closing_velocity=closing,
     )
+
+
+def _largest_until(end: float, time: Float, shear: Float) -> float:
+    """Return the largest |shear| at the nodes until the validity ends; NaN if it does not."""
+    count = time.size if math.isnan(end) else max(1, int(np.searchsorted(time, end, "right")))
+    return float(np.nanmax(np.abs(shear[:count])))
 
 
 def _known(time: float) -> float:

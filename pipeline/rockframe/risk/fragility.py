@@ -219,7 +219,8 @@ def peaks_of_frames(
             gaps[k] = u[k] / frame.abutment.gap
         if frame.tendon is not None:
             tension = np.vectorize(frame.tension, otypes=[float])
-            tendons[k] = tension(peak_rotation[k]) / frame.tendon.yield_force
+            valid = np.minimum(peak_rotation[k], frame.abutment_rotation)
+            tendons[k] = tension(valid) / frame.tendon.yield_force
         v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
     return {
         "verdict": verdict,

@@ -15,7 +15,13 @@ from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.rocking.assessments import ContactDemand, JointForces
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.reactions import Reactions, ground_at_nodes, reactions_under
+from rockframe.rocking.reactions import (
+    Reactions,
+    ground_at_nodes,
+    reactions_under,
+    until_model_ends,
+    valid_reactions,
+)
 from rockframe.rocking.response import Response
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
@@ -23,7 +29,7 @@ from rockframe.wavelets.pulse import Pulse
 
 
 def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration) -> Response:
-    """Add the demand on the joints to a response; NaN if it overturns.
+    """Add the demand on the joints until the model ends to a response; NaN if it overturns.
 
     Parameters
     ----------
@@ -50,15 +56,13 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
         return replace(response, contact=ContactDemand(*[math.nan] * len(fields(ContactDemand))))
     frame = response.frame
     across, upwards = ground_at_nodes(response.time, motion)
+    few = valid = until_model_ends(response)
+    across, upwards = across[: valid.time.size], upwards[: valid.time.size]
     if not frame.restrained:
-        nodes = _nodes_that_count(response, across, upwards)
+        nodes = _nodes_that_count(valid, across, upwards)
         across, upwards = across[nodes], upwards[nodes]
-        time, theta, omega = (
-            history[nodes] for history in (response.time, response.theta, response.omega)
-        )
-        few = replace(response, time=time, theta=theta, omega=omega)
-    else:
-        few = response
+        time, theta, omega = (history[nodes] for history in (valid.time, valid.theta, valid.omega))
+        few = replace(valid, time=time, theta=theta, omega=omega)
     forces = reactions_under(few, across, upwards)
     gamma = frame.mass_ratio
     base, top = static_vertical(frame)
@@ -69,7 +73,7 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
     demand = ContactDemand(
         base_friction_demand=float(forces.base_friction_demand.max()),
         top_friction_demand=float(forces.top_friction_demand.max()) if gamma > 0.0 else math.nan,
-        impact_friction_demand=impact_friction_demand(frame) if response.impacts else math.nan,
+        impact_friction_demand=impact_friction_demand(frame) if valid.impacts else math.nan,
         least_base_vertical=least(forces.base_vertical, base),
         least_top_vertical=least(forces.top_vertical, gamma and top),
         least_spacing=_spacing(few, forces),
@@ -146,7 +150,7 @@ def _spacing(response: Response, forces: Reactions) -> float:
 def joint_forces(
     response: Response, motion: Record | Pulse | GroundAcceleration
 ) -> JointForces[float]:
-    """Return the largest forces at the nodes of a response, and its largest impulses.
+    """Return the largest forces and impulses of a response until its model ends, at its nodes.
 
     Parameters
     ----------
@@ -177,8 +181,8 @@ def joint_forces(
     if _falls(response):
         return JointForces(*[math.nan] * len(fields(JointForces)))
     frame = response.frame
-    forces = reactions_under(response, *ground_at_nodes(response.time, motion))
-    strongest = np.abs(response.impact_velocities).max(initial=0.0)
+    valid, forces = valid_reactions(response, motion)
+    strongest = np.abs(valid.impact_velocities).max(initial=0.0)
     impulses = impact_impulses(frame, strongest)
     base = 1.0 / (1.0 + frame.mass_ratio)  # reactions are over the weight of the columns alone
     top = base if frame.mass_ratio > 0.0 else math.nan

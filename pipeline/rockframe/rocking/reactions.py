@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -24,6 +24,7 @@ from rockframe.parts import Lever
 from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import Response, RestraintResponse, as_ground
+from rockframe.rocking.verdict import MODEL_ENDS
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -140,6 +141,61 @@ def reactions(response: Response, motion: Motion) -> Reactions:
     0.1794
     """
     return reactions_under(response, *ground_at_nodes(response.time, motion))
+
+
+def model_end(response: Response) -> tuple[float, str]:
+    """Return when the model of a response first ends [s], and the event; inf and "" if never."""
+    tied, tendon = response.restraint, response.frame.tendon
+    elastic = tendon is not None and not tendon.loses_prestress
+    times = {
+        "gap_closed_time": response.gap_closed_time,
+        "lift_exceeded_time": response.lift_exceeded_time,
+        "tendon_yield_time": tied.tendon_yields if tied is not None and elastic else math.nan,
+    }
+    known = ((time, MODEL_ENDS[name]) for name, time in times.items() if not math.isnan(time))
+    return min(known, default=(math.inf, ""))
+
+
+def until_model_ends(response: Response) -> Response:
+    """Return a response with the nodes and impacts until its model ends, at least the first node.
+
+    The peaks are those of the whole response.
+    """
+    end, _ = model_end(response)
+    if math.isinf(end):
+        return response
+    count = max(1, int(np.searchsorted(response.time, end, "right")))
+    impacts = int(np.searchsorted(response.impact_times, end, "right"))
+    tied = response.restraint
+    return replace(
+        response,
+        time=response.time[:count],
+        theta=response.theta[:count],
+        omega=response.omega[:count],
+        impacts=impacts,
+        impact_times=response.impact_times[:impacts],
+        impact_velocities=response.impact_velocities[:impacts],
+        restraint=tied
+        and replace(
+            tied,
+            tendon_force=tied.tendon_force[:count],
+            dissipater_force=tied.dissipater_force[:count],
+        ),
+    )
+
+
+def valid_reactions(response: Response, motion: Motion) -> tuple[Response, Reactions]:
+    """Return a response until its model ends, and the joint forces at its nodes.
+
+    Raises
+    ------
+    ParameterError
+        If the nodes of the motion are not those of the response.
+    """
+    across, upwards = ground_at_nodes(response.time, motion)
+    valid = until_model_ends(response)
+    count = valid.time.size
+    return valid, reactions_under(valid, across[:count], upwards[:count])
 
 
 def reactions_under(response: Response, across: Float, upwards: Float) -> Reactions:

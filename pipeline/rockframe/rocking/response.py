@@ -133,6 +133,7 @@ def restraint_response(
     tendon, dissipater = frame.tendon, frame.dissipater
     nothing = np.full(forces.shape[0], math.nan)
     left = math.nan
+    highest = min(peak_rotation, frame.abutment_rotation)
     tendon_force = dissipater_force = nothing
     if tendon is not None:
         tendon_force = forces[:, 0] / frame.tie_moment(1.0, frame.tie_lever)
@@ -145,8 +146,8 @@ def restraint_response(
     return RestraintResponse(
         tendon_force=tendon_force,
         dissipater_force=dissipater_force,
-        peak_tendon_force=frame.tension(peak_rotation) if tendon else math.nan,
-        peak_dissipater_force=frame.bar_force(peak_rotation) if dissipater else math.nan,
+        peak_tendon_force=frame.tension(highest) if tendon else math.nan,
+        peak_dissipater_force=frame.bar_force(highest) if dissipater else math.nan,
         tendon_yields=float(log[0, ties.YIELD_TIME]),
         dissipater_yields=float(log[1, ties.YIELD_TIME]),
         tendon_force_left=left,

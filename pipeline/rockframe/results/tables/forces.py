@@ -20,7 +20,9 @@ from rockframe.results.tables.rows import Row, rows_along
 FORCES_LEGEND: Final = (
     "Forces of one column, the mean of all columns: N columns have N times as much, and of two "
     "columns one carries more (rockframe figure joints --spacing). Shear key: largest horizontal "
-    "force that the friction of the same instant does not carry."
+    "force that the friction of the same instant does not carry. Forces are those until the model "
+    "ends: until the gap of an abutment closes, the allowed lift is exceeded, or a tendon yields "
+    "that is modelled as elastic."
 )
 #: What forces without the vertical motion lack.
 NO_VERTICAL: Final = (

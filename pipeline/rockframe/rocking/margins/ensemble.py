@@ -26,7 +26,7 @@ from rockframe.rocking.margins.members import (
     require_members,
     require_motion,
 )
-from rockframe.rocking.reactions import reactions
+from rockframe.rocking.reactions import valid_reactions
 from rockframe.rocking.response import Response, as_ground, require_some, respond
 from rockframe.rocking.scenarios import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, Verdict
@@ -334,7 +334,14 @@ def member_peaks(
     for k in np.flatnonzero(np.isnan(shear)).tolist():
         ground = grounds[motion[k]].scaled(float(scale[k]))
         shear[k], friction[k] = _demands_one_by_one(family[whose[k]], ground)
-    return _peaks(found, ensemble, frames, shear.reshape(shape), friction.reshape(shape))
+    peaks = _peaks(found, ensemble, frames, shear.reshape(shape), friction.reshape(shape))
+    ended = peaks.limits_reached.any(axis=0) & (peaks.verdict != Verdict.OVERTURNS)
+    for place in np.argwhere(ended).tolist():
+        k = np.ravel_multi_index(place, shape)
+        ground = grounds[motion[k]].scaled(float(scale[k]))
+        demand = _demands_one_by_one(family[whose[k]], ground)
+        peaks.base_shear[*place], peaks.friction_demand[*place] = demand
+    return peaks
 
 
 def shaken(
@@ -354,15 +361,16 @@ def shaken(
 
 
 def _demands_one_by_one(frame: RockingFrame, ground: GroundAcceleration) -> tuple[float, float]:
-    """Return base shear and friction demand of a frame whose ties yield, from its history."""
+    """Return base shear and friction demand of a frame until its model ends, from its history."""
     response = respond(frame, ground)
     if response.verdict is Verdict.OVERTURNS:
         return math.inf, math.inf
-    forces = reactions(response, ground)
+    valid, forces = valid_reactions(response, ground)
     demands = [forces.base_friction_demand]
     demands += [forces.top_friction_demand] if frame.mass_ratio > 0.0 else []
+    impact = impact_friction_demand(frame) if valid.impacts else 0.0
     shear = np.abs(forces.support_shear).max() / (1.0 + frame.mass_ratio)
-    return float(shear), float(np.max(demands))
+    return float(shear), max(float(np.max(demands)), impact)
 
 
 def _peaks(
@@ -387,6 +395,9 @@ def _peaks(
             tendon[:, k], dissipater[:, k] = _tie_forces(family, rotation[:, k])
         for event, (limit, peak) in _limits(frame, u[:, k], v[:, k], tendon[:, k]).items():
             ended[event - 1, :, k] = peak >= limit
+        if frame.restrained and frame.abutment is not None:
+            valid = np.minimum(rotation[:, k], [member.abutment_rotation for member in family])
+            tendon[:, k], dissipater[:, k] = _tie_forces(family, valid)
     fallen = verdict == Verdict.OVERTURNS
 
     def standing(peak: Float) -> Float:
