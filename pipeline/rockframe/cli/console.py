@@ -301,7 +301,12 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
 
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+        def update(done: int, total: int) -> None:
+            now = f"{what} {min(done + 1, total)} of {total}"
+            bar.update(task, completed=done, total=total, description=now)
+
+        yield update
 
 
 @contextmanager

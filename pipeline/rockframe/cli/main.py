@@ -26,6 +26,7 @@ from rockframe import interruption
 from rockframe.cells import plain
 from rockframe.cli.console import PlainStream
 from rockframe.compiled import before_compiling
+from rockframe.engines.watch import telling
 from rockframe.errors import RockframeError, RockframeWarning, meant
 from rockframe.options import STAGES
 from rockframe.provenance import staying
@@ -223,7 +224,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         an internal error, with its traceback, 130 interrupted.
     """
     atexit.register(interruption.ignore)  # nothing is left to interrupt while Python ends
-    with interruption.noting() as noted:
+    with interruption.noting() as noted, telling(lambda line: _say(f"rockframe: {line}")):
         status = _main(arguments)
         if noted() and status != interruption.STATUS:  # too late to stop anything
             _say(interruption.said("the command had finished"))

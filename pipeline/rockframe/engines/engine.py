@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from urllib.parse import urlsplit
 
 from rockframe.engines.pool import ATTEMPTS, WorkerDiedError, WorkerPool, awaited
+from rockframe.engines.watch import watched
 from rockframe.errors import EngineError, ParameterError
 from rockframe.interruption import check
 from rockframe.provenance import source_code_hash
@@ -334,7 +335,8 @@ def map_tasks(
     >>> list(map_tasks(abs, [-1.0, 2.0], engine=OneProcess()))
     [1.0, 2.0]
     """
-    yield from (ProcessPool() if engine is None else engine).map(function, tasks)
+    total = len(tasks) if isinstance(tasks, Sized) else None
+    yield from watched((ProcessPool() if engine is None else engine).map(function, tasks), total)
 
 
 #: Longest wait for a scheduler to answer, and to have a worker, when work begins [s].
