@@ -99,6 +99,6 @@ def test_the_figure_of_the_joints_ends_with_the_model() -> None:
     drawn = draw_joints(record, JOINED)
     end = respond(JOINED, MOTION).gap_closed_time
     for panel in drawn.figure.axes:
-        assert panel.get_lines()[0].get_xdata()[-1] <= end
+        assert np.asarray(panel.get_lines()[0].get_xdata(), dtype=float)[-1] <= end
     assert f"until the model ends: gap closes {end:.2f} s" in drawn.caption
     assert "model ends" not in draw_joints(record, FREE).caption

@@ -337,9 +337,9 @@ def member_peaks(
     peaks = _peaks(found, ensemble, frames, shear.reshape(shape), friction.reshape(shape))
     ended = peaks.limits_reached.any(axis=0) & (peaks.verdict != Verdict.OVERTURNS)
     for place in np.argwhere(ended).tolist():
-        k = np.ravel_multi_index(place, shape)
-        ground = grounds[motion[k]].scaled(float(scale[k]))
-        demand = _demands_one_by_one(family[whose[k]], ground)
+        one = int(np.ravel_multi_index(place, shape))
+        ground = grounds[motion[one]].scaled(float(scale[one]))
+        demand = _demands_one_by_one(family[whose[one]], ground)
         peaks.base_shear[*place], peaks.friction_demand[*place] = demand
     return peaks
 
