@@ -314,6 +314,29 @@ def test_channels_are_no_series_and_one_can_be_chosen(many: int, kind: str) -> N
     assert np.array_equal(record.acceleration, channels.ravel())
 
 
+@pytest.mark.parametrize("column", [None, "all"])
+@pytest.mark.parametrize("row", ["0.1,,,,,,,", "0.1,0.2,,0.4,0.5,0.6,0.7,0.8"])
+def test_a_missing_value_of_a_series_is_refused(row: str, column: str | None) -> None:
+    """Without it, all samples after it would be a step early."""
+    whole = "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8"
+    text = "\n".join([whole, row, whole, whole]).encode()
+    with pytest.raises(InputError, match=r":2: acceleration ''\. Must be"):
+        read_bytes("a.txt", text, ReadOptions("g", 0.01, column=column))
+
+
+def test_the_last_line_of_a_series_may_end_in_empty_cells() -> None:
+    text = b"0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8\n" * 3 + b"0.9,1.0,,,,,,\n"
+    [record] = read_bytes("a.txt", text, ReadOptions("g", 0.01, column="all"))
+    assert record.acceleration.size == 26
+
+
+def test_one_row_of_many_values_is_refused_or_read_as_a_series() -> None:
+    row = b"0.1 0.2 -0.3 0.4 0.5 -0.6 0.7 0.8\n"
+    with pytest.raises(InputError, match=r"8 columns without names, "):
+        read_bytes("a.txt", row, BOTH)
+    assert read_bytes("a.txt", row, ReadOptions("g", 0.01, column="all"))[0].acceleration.size == 8
+
+
 @pytest.mark.parametrize("pairs", [2, 4, 5])
 def test_pairs_of_time_and_value_are_one_series(pairs: int) -> None:
     count = 40 * pairs

@@ -264,6 +264,10 @@ def _values(path: Path, layout: _Layout) -> Float:
         if count > layout.columns or (count < layout.columns and not last):
             message = f"{count} values in a line. Must be {layout.columns}, as in the first row."
             raise InputError(path, message, line=line)
+        # A spreadsheet fills the last line with empty cells.
+        filled = row.rstrip(separator + b" ") if last else row
+        if not all(field.strip() for field in filled.split(layout.separator)):
+            raise bad_number(path, b"", line)
     body = b"\n".join(row.replace(separator, b" ") for row in rows)
     values = parse_numbers(path, body + b"\n", layout.first_line)
     require_even_lines(path, body, layout.first_line)

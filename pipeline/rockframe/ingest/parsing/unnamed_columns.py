@@ -78,6 +78,8 @@ def is_series(values: Float, columns: int) -> bool:
     (True, False)
     """
     whole = values[: values.size // columns * columns]
+    if whole.size < 2 * columns:
+        return False
     steps = np.square(np.append(np.diff(whole), 0.0)).reshape(-1, columns)[:-1]
     total = steps.sum(axis=1, keepdims=True)
     moving = total[:, 0] > 0.0
