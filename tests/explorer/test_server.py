@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import errno
 import http.client
 import json
@@ -10,6 +11,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.parse
 import urllib.request
@@ -17,6 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -24,6 +27,7 @@ from rockframe import RockframeWarning, RockingFrame, Tendon
 from rockframe.cli.explore import _free
 from rockframe.cli.main import main
 from rockframe.errors import ParameterError
+from rockframe.explorer.answer import Answer, answer
 
 from .conftest import Address
 from .test_answer import BENT, unpacked
@@ -80,6 +84,61 @@ def test_a_response_does_not_wait_for_a_margin(explorer: Address) -> None:
         assert status == 200
         assert not margin.done()
         assert margin.result()[0] == 200
+
+
+def test_the_page_is_served_while_responses_are_computed_of_which_few_at_once(
+    explorer: Address, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, release = threading.Semaphore(0), threading.Event()
+    at_once: list[int] = []
+
+    def slow(*words: Any) -> Answer:
+        at_once.append(1)
+        begun.release()
+        assert release.wait(60.0)
+        try:
+            return answer(*words)
+        finally:
+            at_once.pop()
+
+    monkeypatch.setattr("rockframe.explorer.server.answer", slow)
+    with ThreadPoolExecutor(8) as pool:
+        path = f"/{explorer.token}/history.csv?{STATED}"
+        asked = [pool.submit(ask, explorer, path) for _ in range(6)]
+        try:
+            assert begun.acquire(timeout=60.0)
+            assert ask(explorer, f"/{explorer.token}/")[0] == 200  # the event loop is free
+            assert len(at_once) <= 2
+            assert not any(one.done() for one in asked)
+        finally:
+            release.set()
+        assert [one.result()[0] for one in asked] == [200] * 6
+
+
+def test_a_client_that_does_not_read_is_disconnected_and_one_that_does_is_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("uvicorn", reason="no uvicorn: make test-browser")
+    from uvicorn.protocols.http.flow_control import FlowControl
+    from uvicorn.server import ServerState
+
+    from rockframe.explorer.server import _Connection, configured
+
+    monkeypatch.setattr("rockframe.explorer.server._READING_TIME", 0.05)
+
+    async def aborted(*, reads: bool) -> bool:
+        gone = asyncio.Event()
+        transport: Any = SimpleNamespace(abort=gone.set)
+        connection = _Connection(configured(SimpleNamespace()), ServerState(), {})  # type: ignore[arg-type]
+        connection.transport, connection.flow = transport, FlowControl(transport)
+        connection.pause_writing()  # the buffers are full
+        if reads:
+            connection.resume_writing()
+        await asyncio.wait({asyncio.create_task(gone.wait())}, timeout=0.5 if reads else 60.0)
+        return gone.is_set()
+
+    assert asyncio.run(aborted(reads=False))
+    assert not asyncio.run(aborted(reads=True))
 
 
 def test_a_table_can_be_had(explorer: Address) -> None:

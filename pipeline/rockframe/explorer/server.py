@@ -21,7 +21,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from rockframe.errors import ParameterError
-from rockframe.explorer.answer import Motion, answer, margin, read_settings
+from rockframe.explorer.answer import Motion, Settings, answer, margin, read_settings
 from rockframe.frame import RockingFrame
 from rockframe.parts import RECTANGULAR, SECTIONS, inertia_ratio_of
 from rockframe.web import render_page
@@ -34,6 +34,10 @@ _FORMS: Final = ("response", "margin", "history.csv")
 #: six.
 _REQUEST_TIME: Final = 10.0
 _MOST_CONNECTIONS: Final = 64
+#: Longest time for a client to read a response that waits for it [s], and largest number of
+#: responses that are computed at once.
+_READING_TIME: Final = 30.0
+_MOST_COMPUTED: Final = 2
 #: Headers of every response. The page has a Content-Security-Policy of its own.
 _HEADERS: Final = {
     "Cache-Control": "no-store",
@@ -62,7 +66,7 @@ def application(
         Port that the server listens on; requests for another host return 403.
     """
     page, rules = render(motions, frames)
-    searching = asyncio.Lock()
+    searching, computing = asyncio.Lock(), asyncio.Semaphore(_MOST_COMPUTED)
     by_record = {motion.record.record_id: motion for motion in motions}
 
     def known(request: Request) -> bool:
@@ -77,24 +81,35 @@ def application(
     async def compute(request: Request) -> Response:
         if not known(request) or request.path_params["form"] not in _FORMS:
             return _not_found()
+        form = request.path_params["form"]
         try:
             settings = read_settings(_once(request))
-            if request.path_params["form"] == "margin":
-                async with (
-                    searching
-                ):  # one at a time; the page cancels requests that it no longer needs
-                    gone = await request.is_disconnected()
-                    strip = {} if gone else await run_in_threadpool(margin, by_record, settings)
-                return JSONResponse(strip)
-            found = answer(by_record, settings)
+            # margins one at a time; the page cancels requests that it no longer needs
+            async with searching if form == "margin" else computing:
+                if await request.is_disconnected():
+                    return Response()
+                return await run_in_threadpool(_computed, form, by_record, settings)
         except ParameterError as error:
             return JSONResponse({"error": str(error)}, status_code=400)
-        if request.path_params["form"] == "history.csv":
-            return Response(found.table(), media_type="text/csv")
-        return Response(found.packed(), media_type="application/octet-stream")
 
     routes = [Route("/{token}/", show), Route("/{token}/{form:path}", compute)]
     return _Guard(Starlette(routes=routes), port)
+
+
+def _computed(form: str, motions: Mapping[str, Motion], settings: Settings) -> Response:
+    """Compute a response in the form that was requested; not in the event loop, which serves all.
+
+    Raises
+    ------
+    ParameterError
+        As `answer` and `margin`.
+    """
+    if form == "margin":
+        return JSONResponse(margin(motions, settings))
+    found = answer(motions, settings)
+    if form == "history.csv":
+        return Response(found.table(), media_type="text/csv")
+    return Response(found.packed(), media_type="application/octet-stream")
 
 
 def configured(app: ASGIApp) -> uvicorn.Config:
@@ -123,9 +138,12 @@ def serve(app: ASGIApp, listening: socket.socket) -> None:
 
 
 class _Connection(H11Protocol):
-    """A connection that closes if its request is late or too many connections are open."""
+    """A connection that closes if its request is late, its client does not read, or too many
+    connections are open.
+    """
 
     _deadline: asyncio.TimerHandle | None = None
+    _reading: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -137,9 +155,23 @@ class _Connection(H11Protocol):
         super().data_received(data)
         self._watch()
 
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._reading = self.loop.call_later(_READING_TIME, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        self._unwatch_reading()
+        super().resume_writing()
+
     def connection_lost(self, exc: Exception | None) -> None:
         self._unwatch()
+        self._unwatch_reading()
         super().connection_lost(exc)
+
+    def _unwatch_reading(self) -> None:
+        if self._reading is not None:
+            self._reading.cancel()
+            self._reading = None
 
     def _watch(self) -> None:
         """Start the timeout while a request is received; cancel it when the request is complete."""
