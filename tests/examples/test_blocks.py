@@ -55,3 +55,10 @@ def test_each_question_has_a_command_that_there_is() -> None:
     assert len(found) > 12
     for command in found:
         parser().parse_args(shlex.split(command)[1:])
+
+
+def test_printed_examples_of_the_readme_fit_its_page() -> None:
+    page = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    printed = [block.body for block in blocks(page) if block.kind == "text"]
+    assert printed
+    assert max(len(line) for body in printed for line in body.splitlines()) <= 100

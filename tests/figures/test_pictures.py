@@ -10,10 +10,13 @@ from typing import Final
 
 import numpy as np
 import pytest
-from tests.pictures import TOLERANCE, comparable, difference
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from tests.pictures import TOLERANCE, comparable, difference, for_page, pixels_of
 
 from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
+from rockframe.figures.captioned import LINES, save, styled
 from rockframe.wavelets.pulse import Pulse
 
 PICTURES: Final = Path(__file__).parent / "pictures"
@@ -41,3 +44,24 @@ def test_a_figure_looks_as_it_did(name: str, records: Path, tmp_path: Path) -> N
     words = [word for option in given if FIGURES[name].takes(option) for word in given[option]]
     assert main(["figure", name, "--output", str(drawn), *words]) == 0
     assert difference(PICTURES / f"figure-{name}.png", drawn) <= TOLERANCE
+
+
+def test_a_picture_for_a_page_has_the_colours_of_all_lines(tmp_path: Path) -> None:
+    time = np.linspace(0.0, 10.0, 2000)
+    with styled():
+        figure = Figure(figsize=(7.2, 5.0), layout="constrained")
+        axes = figure.subplots()
+        for k in range(10):
+            wave, line = np.sin((1.0 + 0.1 * k) * time), LINES[k % len(LINES)]
+            axes.plot(time, wave, linewidth=0.8, label=str(k), color=f"C{k}", linestyle=line)
+            axes.fill_between(time, -0.1 * k, 0.1 * k, color=f"C{k}", alpha=0.05, linewidth=0.0)
+        axes.legend()
+        drawn = {to_rgb(line.get_color()) for line in axes.get_lines()}
+    save(figure, tmp_path / "figure.png")
+    page = for_page(tmp_path / "figure.png", tmp_path / "page.png")
+    shown = np.unique(pixels_of(page)[..., :3].reshape(-1, 3), axis=0)
+    nearest = {
+        tuple(shown[np.abs(shown - 255.0 * np.array(colour)).max(axis=1).argmin()])
+        for colour in drawn
+    }
+    assert len(nearest) == len(drawn) >= 5
