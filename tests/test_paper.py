@@ -8,8 +8,10 @@ from typing import Any
 
 import pytest
 
+from rockframe.paper import derivation
 from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit
 from rockframe.paper.claims import all_claims, checked_page
+from rockframe.paper.derivation import derivation_checks
 from rockframe.paper.pulses import (
     BORROWED,
     paper_records,
@@ -45,7 +47,7 @@ def row(number: int, **changed: Any) -> Row:
         "impacts": 9, "verdict": "safe", "uplift_time_s": 1.0, "overturning_time_s": math.nan,
         "record_id": f"r{number}", "source_file": f"{paper.files[0]}.AT2",
     }  # fmt: skip
-    return values | {"facts_source": ""} | changed
+    return values | {"facts_source": BORROWED} | changed
 
 
 @pytest.mark.parametrize(
@@ -130,7 +132,44 @@ def test_a_frame_is_one_column_but_for_its_losses(claims: dict[str, Claim]) -> N
 
 def test_what_differs_is_known(claims: dict[str, Claim]) -> None:
     differing = {n for n, c in claims.items() if c.finding is Finding.DIFFERS}
-    assert differing == {"marginal", "every-amplitude", "drift-and-lift", "one-column"}
+    known = {"marginal", "every-amplitude", "drift-and-lift", "one-column"}
+    assert differing == known | {"scale-every-amplitude"}
+
+
+def test_each_of_equations_13_to_21_holds(claims: dict[str, Claim]) -> None:
+    """The bodies' own energy and work, and the computed response, agree with the printed forms."""
+    for number in range(13, 22):
+        assert claims[f"eq-{number}"].finding is Finding.AGREES
+
+
+def test_an_equation_with_a_wrong_factor_would_differ(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The factor of (23) as printed, N m_c instead of N m_c / 2, in place of that of (18)."""
+    monkeypatch.setattr(derivation, "_factor", lambda: 4.0 * 3.0 + 3.0)
+    found = {name for name, one in derivation_checks().items() if one.finding is Finding.DIFFERS}
+    assert found == {"eq-13", "eq-15", "eq-18"}
+
+
+def test_scale_effects_hold_for_the_least_amplitude_only(claims: dict[str, Claim]) -> None:
+    assert claims["larger-block"].finding is claims["longer-pulse"].finding is Finding.AGREES
+    assert claims["scale-every-amplitude"].finding is Finding.DIFFERS
+    assert claims["safe-region"].ours.startswith("in 4 of 4 panels")
+
+
+def test_gamma_of_the_temple_needs_an_epistyle_of_its_size(claims: dict[str, Claim]) -> None:
+    """0.3 times the column's volume, pi / 4 1.8^2 7.5 m3 = 19.1 m3."""
+    assert claims["temple-gamma"].ours.startswith("an epistyle of 5.7 m³ for each column of 19.1")
+    assert claims["temple-gamma"].finding is Finding.OPEN
+
+
+def test_magnitudes_and_distances_that_records_state_are_judged() -> None:
+    """The paper prints 0.1 km for Parkfield, which is no epicentral distance of some 30 km."""
+    stated = row(0, magnitude=6.19, epicentral_distance_km=31.0, facts_source="catalogue.csv")
+    found = {claim.name: claim for claim in record_claims([stated])}
+    assert found["r0-magnitude"].finding is Finding.AGREES
+    assert found["r0-epicentral_distance_km"].finding is Finding.DIFFERS
+    assert found["r0-epicentral_distance_km"].printed == "0.1 km"
+    borrowed = record_claims([row(0)])
+    assert not any("magnitude" in claim.name for claim in borrowed)
 
 
 def test_names_are_unique(listed: list[Claim], claims: dict[str, Claim]) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 from jinja2 import Environment
 
 from rockframe.paper.claim import Check, Claim, Finding, agrees_to_last_digit, check
+from rockframe.paper.derivation import derivation_checks
 from rockframe.paper.equations import (
     frame_checks,
     impact_checks,
@@ -18,6 +19,7 @@ from rockframe.paper.equations import (
     motion_checks,
     number_checks,
     one_column_checks,
+    scale_checks,
     stability_checks,
 )
 from rockframe.paper.pulses import pulse_checks
@@ -29,7 +31,9 @@ def all_claims() -> list[Claim]:
     texts = _texts()["claim"]
     checks = (
         {name: check(Finding.MISPRINT) for name in texts if name.startswith("text-")}
+        | {"table1-events": check(Finding.OPEN)}
         | motion_checks()
+        | derivation_checks()
         | misprint_checks()
         | impact_checks()
         | number_checks()
@@ -37,6 +41,7 @@ def all_claims() -> list[Claim]:
         | one_column_checks()
         | pulse_checks()
         | stability_checks()
+        | scale_checks()
     )
     return [_claim(name, text, checks[name]) for name, text in texts.items()]
 

@@ -247,6 +247,68 @@ def _every_amplitude() -> Check:
     )
 
 
+#: Frequency ratios at which the scale effects are checked: a larger block, or a shorter pulse.
+_SCALES: Final = tuple(np.linspace(1.0, 8.0, 29).tolist())
+#: Mass ratio of the temple without its frieze, as the paper states it.
+_NO_FRIEZE: Final = 0.3
+
+
+def scale_checks() -> dict[str, Check]:
+    """Check Housner's scale effects, the safe region above the spectrum, and gamma of the temple.
+
+    By eq (47) a similar block of another size under one pulse, and one block under a pulse of
+    another duration, differ in omega_p / p alone.
+    """
+    found = overturning_spectrum(
+        [Pulse(wavelet=name, a_p=1.0, T_p=1.0) for name in RICKERS],
+        np.radians(_SLENDERNESSES),
+        (0.0,),
+        _SCALES,
+        np.arange(1.0, _LARGEST + 0.5 * _STEP, _STEP),
+        tolerance=1e-6,
+    )
+    least = np.nan_to_num(found.minimum_overturning_amplitude[:, :, 0], nan=np.inf)
+    maps = (*least.shape, found.amplitude.size)  # by pulse, slenderness, ratio, amplitude
+    falls = found.found.verdict.reshape(maps) == Verdict.OVERTURNS
+    at_once = falls & (found.found.impacts.reshape(maps) == 0)
+    both_stand = np.isinf(least[..., 1:]) & np.isinf(least[..., :-1])
+    drops = int(((least[..., 1:] < least[..., :-1]) & ~both_stand).sum())
+    steps = int((~both_stand).sum())
+    shorter_alone = falls[:, :, 1:] & ~falls[:, :, :-1]
+    share = float(shorter_alone.sum() / falls[:, :, 1:].sum())
+    effect = {"steps": steps, "drops": drops, "step": _STEP, "largest": _LARGEST}
+    column = TEMPLE.height * TEMPLE.width**2 * math.pi / 4.0
+    return {
+        "larger-block": check(drops == 0, **effect),
+        "longer-pulse": check(drops == 0, **effect),
+        "scale-every-amplitude": check(not shorter_alone.any(), share=100.0 * share),
+        "safe-region": _safe_region(falls, at_once, found.amplitude > least[..., None] + _STEP),
+        "temple-gamma": check(Finding.OPEN, volume=_NO_FRIEZE * column, column=column),
+    }
+
+
+def _safe_region(
+    falls: NDArray[np.bool_], at_once: NDArray[np.bool_], above: NDArray[np.bool_]
+) -> Check:
+    """Check that frames stand above the least amplitude, and that both modes of overturning occur:
+    at once, without an impact, and later.
+    """
+    islands: NDArray[np.bool_] = above & ~falls
+    modes = bool(at_once.any() and (falls & ~at_once).any())
+    ratios = np.asarray(islands.any(axis=-1))
+    where = np.array(_SCALES)[ratios.reshape(-1, len(_SCALES)).any(axis=0)]
+    span = f"{where.min():g} to {where.max():g}" if where.size else "none"
+    panels = int(ratios.any(axis=-1).sum())
+    return check(
+        bool(islands.any()) and modes,
+        panels=panels,
+        of=ratios.shape[0] * ratios.shape[1],
+        span=span,
+        step=_STEP,
+        largest=_LARGEST,
+    )
+
+
 def _least(
     degrees: tuple[float, ...],
     mass_ratios: tuple[float, ...],

@@ -253,7 +253,31 @@ def record_claims(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ())
         names.add(name)
         claims.append(_of_table(name, found, others.get(found["record_id"], "")))
     own = bridge_rows(rows)
-    return claims + (_of_bridge(own) if own else [])
+    return claims + _of_events(rows) + (_of_bridge(own) if own else [])
+
+
+def _of_events(rows: Sequence[Row]) -> list[Claim]:
+    """Return the claims about magnitudes and distances that files or catalogues state."""
+    claims = {}
+    for row in rows:
+        paper = find_paper_record(row["source_file"])
+        if paper is None or BORROWED in row["facts_source"]:
+            continue
+        for quantity, unit in zip(_LENT, ("", " km"), strict=True):
+            name, ours = f"{row['record_id']}-{quantity}", float(row[quantity])
+            if math.isfinite(ours):
+                printed = paper.printed[quantity]
+                claims[name] = Claim(
+                    name=name,
+                    where="Table 1",
+                    says=f"{quantity.removesuffix('_km').replace('_', ' ')} of {paper.record}",
+                    printed=f"{printed}{unit}",
+                    ours=f"{ours:g}{unit}",
+                    finding=agrees_to_last_digit(printed, ours),
+                    remark=f"ours is from {row['facts_source'] or 'the file'}",
+                    command=_COMMAND,
+                )
+    return list(claims.values())
 
 
 def _of_table(name: str, comparison: Row, other: str) -> Claim:
