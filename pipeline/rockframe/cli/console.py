@@ -153,20 +153,28 @@ def show_rows(
     show_table(title, [column.head for column in columns], cells(), order=order)
 
 
-def show_left_out(summary: Sequence[Mapping[str, Any]]) -> None:
-    """Print how many records have no result, which ones and why, if there are any."""
-    if words := next((row["left_out_words"] for row in summary if row.get("left_out_words")), ""):
-        print(f"{filled(words)}\n")
+def show_first(summary: Sequence[Mapping[str, Any]]) -> None:
+    """Print which records have no result and why, and peaks that suggest wrong units, if any."""
+    from rockframe.results.tables.summary import first_words
+
+    for key, end in (("left_out_words", ""), ("implausible", ".")):
+        if words := first_words(summary, key):
+            print(f"{filled(words + end)}\n")
 
 
 def show_summary(summary: Sequence[Mapping[str, Any]]) -> None:
     """Print the responses of each structure over all records, if there are several."""
-    from rockframe.results.tables.summary import summary_columns, summary_legend, summary_title
+    from rockframe.results.tables.summary import (
+        summary_columns,
+        summary_legend,
+        summary_notes,
+        summary_title,
+    )
 
     if any(int(row["records"]) > 1 for row in summary):
         nominal = " (nominal)" if summary[0]["nominal"] in (True, "True") else ""
         show_rows(f"{summary_title(summary)}{nominal}", summary_columns(summary), summary)
-        print(filled(summary_legend(summary)))
+        print(*map(filled, summary_notes(summary)), filled(summary_legend(summary)), sep="\n")
 
 
 def filled(said: str) -> str:

@@ -118,7 +118,7 @@ def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
 
     files = len(listed_outputs(folder / MANIFEST))
     summary = list(rows_of(folder / "summary.csv"))
-    console.show_left_out(summary)
+    console.show_first(summary)
     console.show_summary(summary)
     restrained = restrained_in_words(read_structures(folder / STRUCTURES)) if summary else ""
     if restrained:

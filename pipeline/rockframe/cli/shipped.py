@@ -307,7 +307,7 @@ def show(
     how: dict[str, Any] = {"group": "record_id", "rules": several, "all_in": "table.csv"}
     known = [key for key in _IF_KNOWN if any(math.isfinite(row[key]) for row in rows)]
     of_record = [one for one in _OF_RECORD if one.key in known or one.key not in _IF_KNOWN]
-    console.show_left_out(summary)
+    console.show_first(summary)
     if console.table_width() >= _WIDE:
         show_responses("", (*of_record, *response_columns(one, {})), rows, quantities, **how)
     else:

@@ -146,17 +146,28 @@ def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None
 
 
 def _show_screening(rows: list[dict[str, Any]]) -> None:
-    def outcomes(row: Mapping[str, Any], _key: str) -> str:
+    def at_scales(values: Mapping[str, str]) -> str:
         runs: dict[str, list[str]] = {}
-        for scale, outcome in row["verdicts"].items():
-            runs.setdefault(outcome.replace("_", " "), []).append(scale)
-        return "; ".join(f"{outcome} at {', '.join(at)}" for outcome, at in runs.items())
+        for scale, value in values.items():
+            runs.setdefault(value, []).append(scale)
+        return "; ".join(f"{value} at {', '.join(at)}" for value, at in runs.items())
 
+    def outcomes(row: Mapping[str, Any], key: str) -> str:
+        return at_scales({scale: word.replace("_", " ") for scale, word in row[key].items()})
+
+    def shares(row: Mapping[str, Any], key: str) -> str:
+        return at_scales({scale: f"{100.0 * share:.0f} %" for scale, share in row[key].items()})
+
+    members = any("shares_overturned" in row for row in rows)
+    overturn = console.column(
+        "overturn at multiples of the record", "shares_overturned", rule=shares
+    )
     columns = [
         console.column("structure", "structure"),
         console.column("azimuth>", "azimuth_degree", ".0f"),
+        *([overturn] if members else []),
         console.column("critical scale>", "critical_scale", ".3f"),
-        console.column("outcome at multiples of the record", rule=outcomes),
+        console.column("nominal outcome at multiples of the record", "verdicts", rule=outcomes),
     ]
     console.show_rows("Screening", columns, rows)
 

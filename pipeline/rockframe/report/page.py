@@ -49,16 +49,19 @@ from rockframe.results.tables.rows import (
     LabelledValue,
     band_words,
     critical_scale,
+    peak_words,
     pulse_mark,
     spread_verdict,
     stated_pulse,
 )
 from rockframe.results.tables.sensitivity import sensitivity_words, spread_words, spreads_of_row
 from rockframe.results.tables.summary import (
+    first_words,
     left_out_motions,
     left_out_words,
     summary_columns,
     summary_legend,
+    summary_notes,
     summary_title,
 )
 from rockframe.risk import LimitState, Outcome, measure_of
@@ -181,7 +184,7 @@ def payload(
                     "event": row["event"],
                     "structure": history.structure,
                     "tone": tone(stated),
-                    "words": f"{'nominally ' * stated.is_nominal}{stated.sentence}",
+                    "words": _sentence(row, stated),
                     "band": _band(row, stated),
                     "overturns": stated.overturns,
                     "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
@@ -209,6 +212,11 @@ def _forces(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         ],
         "words": forces_in_words(rows) if rows else "",
     }
+
+
+def _sentence(row: Mapping[str, str], stated: SpreadVerdict) -> str:
+    sentence = f"{'nominally ' * stated.is_nominal}{stated.sentence}"
+    return "; ".join(filter(None, (sentence, peak_words(row))))
 
 
 def _band(row: Mapping[str, str], verdict: SpreadVerdict) -> str:
@@ -390,6 +398,7 @@ def _overview(run: Run) -> dict[str, Any]:
         "noise_mark": max((pulse_mark(row) for row in run.rows), default=""),
         "strips": _strip_of_each_row(run),
         "verdicts": verdicts,
+        "peaks": [peak_words(row) for row in run.rows],
         "tones": [tone(verdict) for verdict in verdicts],
         "nominal": any(verdict.is_nominal for verdict in verdicts),
         "counts": run.counts,
@@ -414,6 +423,9 @@ def _over_records(run: Run) -> dict[str, Any]:
     return {
         "summary": rows,
         "summary_title": summary_title(rows),
+        "summary_notes": summary_notes(run.summary),
+        "implausible": first_words(run.summary, "implausible"),
+        "model_ends": sum(int(row.get("model_ends") or 0) for row in run.summary),
         "summary_columns": summary_columns(rows),
         "summary_legend": summary_legend(rows),
         "row_of_worst": {(row["record"], row["structure"]): i for i, row in enumerate(run.rows)},
@@ -500,6 +512,8 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "responses": responses_in_words(screening),
         "sites": site_note(screening),
         "overall": (overall := list(overall_rows(screening))),
+        "implausible": first_words(overall, "implausible"),
+        "notes": summary_notes(overall),
         "overall_columns": summary_columns(overall),
         "structures": structures,
         "all_structures": of_all,

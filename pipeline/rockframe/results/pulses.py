@@ -26,6 +26,7 @@ from rockframe.results.schema import PULSES, RECORDS
 from rockframe.results.schema.response import PULSES_NC
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 from rockframe.results.writing import Origin, write_rows
+from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
 
@@ -302,6 +303,19 @@ def recordings_of(records: Path | xr.Dataset) -> dict[str, Recording]:
         if text
     }
     return dict(zip(names, recordings_of_channels(channels, parts), strict=True))
+
+
+def peaks_of(records_path: Path) -> dict[str, float]:
+    """Return the peak acceleration of each record [g] by its identifier.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, corrupted, or of another kind.
+    """
+    with opened(records_path, RECORDS) as records:
+        names, peaks = records["record_id"].values.tolist(), records["pga"].values / GRAVITY
+        return dict(zip(names, peaks.tolist(), strict=True))
 
 
 def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadata:

@@ -223,6 +223,13 @@ class SpreadVerdict:
         return 0.5 * (share + max(near, share))
 
     @property
+    def share_ends(self) -> float:
+        """Share of the ensemble for which the model ends, or of the structure as given: 0 or 1."""
+        if math.isfinite(self.share_model_ends):
+            return self.share_model_ends
+        return float(any(math.isfinite(time) for time in self.model_ends.values()))
+
+    @property
     def _end(self) -> str:
         """First event that ends the model, with its time or the share of members that reach it."""
         known = [(time, name) for name, time in self.model_ends.items() if math.isfinite(time)]

@@ -22,6 +22,7 @@ from rockframe.signals.measures import (
 )
 from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
 from rockframe.signals.processing import Float, integrate, level, peak
+from rockframe.units import GRAVITY, acceleration_factor
 
 if TYPE_CHECKING:  # processes that read files need no options, whose import takes long
     from rockframe.options.ingest import PassportLimits
@@ -211,6 +212,25 @@ class Passport:
         """True if the record seems to begin during the motion."""
         (check,) = (c for c in self.checks if c.name == "opening_share")
         return check.verdict in (CheckVerdict.WARN, CheckVerdict.REJECT)
+
+
+def implausible_peak(peak_acceleration: float, limits: PassportLimits) -> str:
+    """Return words for a peak acceleration [m s-2] that suggests wrong units; empty otherwise.
+
+    Plausible peaks are at most the limit above which the passport warns, and at least the same
+    number in gal as that limit in g: a record in g that is read as gal is weaker. Unknown peaks,
+    NaN, have no words.
+
+    Examples
+    --------
+    >>> from rockframe.options.ingest import PassportLimits
+    >>> [implausible_peak(9.81 * peak, PassportLimits()) for peak in (3.4, 0.3, 0.0003)]
+    ['PGA 3.4 g: check the units', '', 'PGA 0.0003 g: check the units']
+    """
+    most = limits.peak_acceleration_warn
+    least = most / GRAVITY * acceleration_factor("gal")
+    beyond = peak_acceleration > most or peak_acceleration < least
+    return f"PGA {peak_acceleration / GRAVITY:.2g} g: check the units" if beyond else ""
 
 
 def passport(

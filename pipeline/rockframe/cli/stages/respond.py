@@ -92,7 +92,7 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
-    from rockframe.results.pulses import recordings_of
+    from rockframe.results.pulses import peaks_of, recordings_of
     from rockframe.results.tables.forces import force_rows
     from rockframe.results.tables.summary import (
         first_columns,
@@ -111,7 +111,9 @@ def run_respond(options: argparse.Namespace) -> int:
     response, rejections = _respond(options, wanted)
     scaled, more = _respond_at_scales(options, wanted, scales) if scales else ([], ())
     rejections += tuple(one for one in more if one not in rejections)
-    rows, parts = list(response_rows(response)), part_rows(response)
+    peaks = peaks_of(options.records)
+    rows = [row | {"pga_g": peaks[row["record_id"]]} for row in response_rows(response)]
+    parts = part_rows(response)
     left_out = left_out_reasons(response.attrs)
     summary = summary_rows(rows, recordings_of(options.records), left_out)
     tables = {
@@ -184,7 +186,7 @@ def _show_responses(
         columns.append(console.column("Pulse alone", rule=pulse_cell))
     output: Path = options.output
     table = next((one for one in tables if Path(one).stem == output.stem), "")
-    console.show_left_out(summary)
+    console.show_first(summary)
     further = f" and {table}" if table else "; --format csv or xlsx writes a table"
     show_responses(f" in {output}", columns, rows, options.matrix, f"{output}{further}")
     console.show_summary(summary)

@@ -115,11 +115,12 @@ def _show_tables(
     pooled: dict[str, Any],
     quantities: Sequence[str],
 ) -> None:
-    from rockframe.results.screen_tables import screen_rows
+    from rockframe.results.screen_tables import overall_rows, screen_rows
     from rockframe.results.tables.summary import left_out_motions
 
     if words := left_out_motions(screening):
         print(f"{console.filled(words)}\n")
+    console.show_first([{"implausible": row["implausible"]} for row in overall_rows(screening)])
     _show_overall(screening)
     if quantities:
         at = f" at scale {float(screening['reference_scale']):g}{_nominal(screening)}"
@@ -377,7 +378,8 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
 
 
 def _show_notes(screening: xr.Dataset, done: Screening) -> None:
-    from rockframe.results.screen_tables import members_of, site_note
+    from rockframe.results.screen_tables import members_of, overall_rows, site_note
+    from rockframe.results.tables.summary import summary_notes
     from rockframe.risk.measures import FEWEST_MOTIONS
 
     recordings = len(set(screening["cluster"].values.tolist()))
@@ -394,6 +396,8 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
         "Scales, components and members of one recording are not independent: bands are based on "
         "recordings."
     )
+    for note in summary_notes(list(overall_rows(screening))):
+        print(note)
     if site_note(screening):
         print(site_note(screening))
     if recordings < FEWEST_MOTIONS:

@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.cells import DASH, Cells, Column, in_digits, number
+from rockframe.options.ingest import PassportLimits
 from rockframe.options.respond import QUANTILES
 from rockframe.results.schema import KINDS
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, SpreadVerdict, Verdict
+from rockframe.signals.passport import implausible_peak
 from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
@@ -60,8 +62,21 @@ def spread_verdict(row: Cells) -> SpreadVerdict:
 
 
 def verdict_words(row: Cells, _key: str = "") -> str:
-    """Return the verdict of a row in words, which rows of this version state themselves."""
-    return str(row.get("verdict_words") or spread_verdict(row).words)
+    """Return the verdict of a row in words, which rows of this version state themselves, and a peak
+    that suggests wrong units.
+
+    Examples
+    --------
+    >>> verdict_words({"verdict": "stands", "pga_g": 3.4})
+    'stands; PGA 3.4 g: check the units'
+    """
+    words = str(row.get("verdict_words") or spread_verdict(row).words)
+    return "; ".join(filter(None, (words, peak_words(row))))
+
+
+def peak_words(row: Cells) -> str:
+    """Return words for a peak acceleration that suggests wrong units; empty otherwise."""
+    return implausible_peak(GRAVITY * number(row.get("pga_g")), PassportLimits())
 
 
 def standing(row: Cells, key: str) -> float | str:

@@ -20,6 +20,7 @@ from rockframe.results.tables.rows import (
     Row,
     band_words,
     critical_scale,
+    peak_words,
     share_words,
     spread_verdict,
 )
@@ -217,6 +218,11 @@ def reasons_in_words(reasons: Mapping[str, str]) -> str:
     return " ".join(said)
 
 
+def first_words(rows: Iterable[Cells], key: str) -> str:
+    """Return the first words that rows have in a column, such as ``left_out_words``; or ""."""
+    return next((str(row[key]) for row in rows if row.get(key)), "")
+
+
 def left_out_motions(screening: xr.Dataset) -> str:
     """Return `left_out_words` of the motions of a screening."""
     reasons = left_out_reasons(screening.attrs)
@@ -246,7 +252,9 @@ def summary_rows(
         In the order of the structures: `OF_STRUCTURE` where known; the number of ``records``, the
         number ``left_out`` and which and why, ``left_out_words``;
         ``share_overturned``, the mean over the records of the share of the ensemble that overturns,
-        with its 90 % interval; ``uplifted``, the number of records with uplift; 16, 50 and 84 %
+        with its 90 % interval; ``uplifted``, the number of records with uplift, and the median of
+        the drift over these; ``model_ends``, the number of records under which the model ends for a
+        share of the ensemble, and the largest of these shares; 16, 50 and 84 %
         quantiles over the records of the rotation and the drift, where each record counts with the
         median of its ensemble, and as infinite if that overturns; the smallest margin, NaN if that
         of a record lies beyond a smaller scale, up to which it was searched; and the name of the
@@ -319,6 +327,9 @@ class _OverRecords:
         self._margins = dict.fromkeys((*_SEARCHED, *_SEARCHED.values()), math.nan)
         self._beyond = dict.fromkeys(_SEARCHED, math.inf)
         self._uplifted, self._nominal = 0, True
+        self._drifts_of_uplifted = array("d")
+        self._model_ends, self._largest_share_ends = 0, 0.0
+        self._implausible: list[str] = []
 
     def include(self, row: Cells) -> None:
         verdict, severe = spread_verdict(row), severity(row)
@@ -326,7 +337,14 @@ class _OverRecords:
         self.shares.append(share_overturned(row))
         self._rotations.append(_rotation(row))
         self._drifts.append(_drift(row))
-        self._uplifted += verdict.kind is not VerdictKind.NO_UPLIFT
+        if verdict.kind is not VerdictKind.NO_UPLIFT:
+            self._uplifted += 1
+            self._drifts_of_uplifted.append(_drift(row))
+        if peak := peak_words(row):
+            self._implausible.append(f"{row['record_id']}, {peak}")
+        if verdict.share_ends > 0.0:
+            self._model_ends += 1
+            self._largest_share_ends = max(self._largest_share_ends, verdict.share_ends)
         self._nominal = self._nominal and verdict.is_nominal
         if severe < self._severity:
             self._worst, self._severity = row, severe
@@ -358,12 +376,16 @@ class _OverRecords:
             **dict.fromkeys(("left_out", "left_out_words")),  # filled for all structures at once
             **interval,
             "uplifted": self._uplifted,
+            "uplifted_u_max_50_m": over_records(self._drifts_of_uplifted)[1],
+            "model_ends": self._model_ends,
+            "largest_share_model_ends": self._largest_share_ends,
             **{
                 band_column(column, quantile): value
                 for column, values in bands.items()
                 for quantile, value in zip(QUANTILES, over_records(values), strict=True)
             },
             **self._smallest_margins(),
+            "implausible": "; ".join(self._implausible[:_MOST_NAMED]),
             "worst_record": worst.get("record") or worst["record_id"],
             "nominal": self._nominal,
         }
@@ -460,6 +482,43 @@ def summary_title(rows: Sequence[Cells], what: str = "records") -> str:
     computed = max((int(row["records"]) for row in rows), default=0)
     left_out = max((int(row.get("left_out") or 0) for row in rows), default=0)
     return f"Over {computed} of {computed + left_out} {what}" if left_out else f"Over all {what}"
+
+
+#: Largest number of notes on a summary.
+_MOST_NOTES: Final = 10
+
+
+def summary_notes(rows: Sequence[Cells]) -> list[str]:
+    """Return what a median of all records hides: no uplift under many, and models that end.
+
+    Examples
+    --------
+    >>> row = {"structure": "bent", "records": 6, "uplifted": 2, "uplifted_u_max_50_m": 0.031,
+    ...        "model_ends": 1, "largest_share_model_ends": 0.98}
+    >>> summary_notes([row])[0]
+    'bent uplifts under 2 of 6 records, with a median drift of 3.1 cm; the others count as 0 cm.'
+    >>> summary_notes([row])[1]
+    'bent: the model ends under 1 of 6 records, for up to 98 %. Verdicts hold up to that event.'
+    """
+    notes = []
+    for row in rows:
+        name, records = row["structure"], int(row["records"])
+        uplifted = int(row["uplifted"])
+        if 0 < uplifted < records and row.get("uplifted_u_max_50_m"):
+            drift = 100.0 * number(row["uplifted_u_max_50_m"])
+            words = "where it overturns" if math.isinf(drift) else f"of {drift:.1f} cm"
+            notes.append(
+                f"{name} uplifts under {uplifted} of {records} records, with a median drift {words}"
+                "; the others count as 0 cm."
+            )
+        if ends := int(row.get("model_ends") or 0):
+            share = 100.0 * number(row["largest_share_model_ends"])
+            notes.append(
+                f"{name}: the model ends under {ends} of {records} records, for up to {share:.0f} "
+                "%. Verdicts hold up to that event."
+            )
+    more = len(notes) - _MOST_NOTES
+    return [*notes[:_MOST_NOTES], *([f"{more} more notes."] if more > 0 else [])]
 
 
 def summary_legend(rows: Sequence[Cells]) -> str:
