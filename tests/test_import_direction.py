@@ -26,7 +26,7 @@ FLOORS = (
     {"signals"},
     {"outcome"},
     {"ingest", "fetch", "components", "matching", "rocking", "risk"},
-    {"oscillators", "selection", "web"},
+    {"oscillators", "selection", "web", "wobbling"},
     {"results"},
     {"figures", "report", "paper"},
     {"stages"},

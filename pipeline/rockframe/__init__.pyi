@@ -137,3 +137,7 @@ from .study.structures import read_structures as read_structures
 from .wavelets.family import RICKERS as RICKERS
 from .wavelets.family import WAVELETS as WAVELETS
 from .wavelets.pulse import Pulse as Pulse
+from .wobbling import PairAcceleration as PairAcceleration
+from .wobbling import WobblingResponse as WobblingResponse
+from .wobbling import wobble as wobble
+from .wobbling import wobbling_ensemble as wobbling_ensemble

@@ -1,0 +1,6 @@
+"""Columns with circular ends, shaken in both horizontal directions: they tilt and roll (wobble)."""
+
+from rockframe.wobbling.ensemble import wobbling_ensemble as wobbling_ensemble
+from rockframe.wobbling.motion import PairAcceleration as PairAcceleration
+from rockframe.wobbling.response import WobblingResponse as WobblingResponse
+from rockframe.wobbling.response import wobble as wobble

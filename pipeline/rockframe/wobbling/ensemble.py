@@ -1,0 +1,166 @@
+"""Responses of plausible structures with round columns to both directions of a ground motion."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.components import HorizontalPair
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.options.respond import Ensemble
+from rockframe.rocking.assessments import Bands, EnsembleResponse
+from rockframe.rocking.margins.ensemble import quantiles
+from rockframe.rocking.margins.members import (
+    draws,
+    hypercube,
+    members,
+    powers_within,
+    rank_correlations,
+    ranks,
+    require_members,
+)
+from rockframe.rocking.verdict import Verdict
+from rockframe.wobbling import kernel
+from rockframe.wobbling.motion import PairAcceleration, as_pair
+from rockframe.wobbling.response import (
+    constants,
+    integrated,
+    require_no_flight,
+    require_round,
+)
+
+Float = NDArray[np.float64]
+
+
+def wobbling_ensemble(
+    frame: RockingFrame,
+    motion: PairAcceleration | HorizontalPair,
+    ensemble: Ensemble | None = None,
+    *,
+    contact_shortening: tuple[float, float] = (1e-5, 1e-3),
+) -> EnsembleResponse:
+    """Compute the responses of an ensemble of round columns to both directions of a motion.
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The frame as stated, as for `wobble`.
+    motion : PairAcceleration or HorizontalPair
+        The ground motion.
+    ensemble : Ensemble, optional
+        Number of members, spreads and seed; the draws of height, width, loss of an impact and
+        amplitude are those of the planar ensemble. The corner is not varied, and the orientation
+        need not be: turning both components changes no peak.
+    contact_shortening : (float, float)
+        Least and largest shortening of the contact under the weight [m]; its logarithm is drawn
+        uniformly. Default: chosen, because only the order of magnitude is known.
+
+    Returns
+    -------
+    EnsembleResponse
+        Numbers of members, bands of theta/alpha, u (the largest length of the vector) and v, and
+        rank correlations. Bands of velocities and forces at the joints are NaN: not computed.
+
+    Raises
+    ------
+    ParameterError
+        As `wobble`; if the ensemble has no members, or a member cannot rock.
+
+    Examples
+    --------
+    >>> from rockframe import Pulse, inertia_ratio_of
+    >>> inertia = inertia_ratio_of("circular", 7.5, 1.8)
+    >>> column = RockingFrame(height=7.5, width=1.8, inertia_ratio=inertia)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=3.2, T_p=1.5)
+    >>> across = Pulse(wavelet="symmetric_ricker", a_p=2.5, T_p=1.5, time=0.4)
+    >>> found = wobbling_ensemble(column, PairAcceleration.from_pulses(pulse, across))
+    >>> found.overturned, [round(ratio, 2) for ratio in found.bands.peak_rotation_ratio]
+    (0, [0.28, 0.29, 0.29])
+    """
+    chosen = ensemble or Ensemble()
+    require_members(chosen)
+    require_round(frame)
+    ground = as_pair(motion)
+    shortening = shortenings(chosen, *contact_shortening)
+    scales = draws(chosen)[:, 3]
+    require_no_flight(ground, float(scales.max()))
+    family = members(chosen, frame)
+    verdicts, summaries = integrated(
+        ground,
+        [
+            constants(
+                member,
+                contact_shortening=softness,
+                scale=scale,
+            )
+            for member, softness, scale in zip(
+                family, shortening.tolist(), scales.tolist(), strict=True
+            )
+        ],
+    )
+    peaks = np.where(verdicts == Verdict.OVERTURNS, math.inf, summaries[:, kernel.PEAK])
+    ratios = peaks / [member.slenderness for member in family]
+    correlations = rank_correlations(ratios, chosen)
+    correlations["contact_shortening"] = _rank_correlation(ratios, shortening)
+    return EnsembleResponse(
+        members=chosen.members,
+        uplifted=int((verdicts != Verdict.NO_UPLIFT).sum()),
+        overturned=int((verdicts == Verdict.OVERTURNS).sum()),
+        model_ends=None,
+        bands=_bands(family, peaks, ratios),
+        rank_correlations=correlations,
+    )
+
+
+@lru_cache(maxsize=16)
+def shortenings(ensemble: Ensemble, least: float, most: float) -> Float:
+    """Return the shortening of the contact of each member [m].
+
+    They are stratified, and the same for all motions and structures.
+
+    Raises
+    ------
+    ParameterError
+        If the limits are not positive and finite, or not in increasing order.
+
+    Examples
+    --------
+    >>> drawn = shortenings(Ensemble(), 1e-5, 1e-3)
+    >>> round(float(np.sqrt(drawn.min() * drawn.max())), 5)
+    0.0001
+    """
+    if not 0.0 < least <= most < math.inf:
+        raise ParameterError(
+            f"Invalid limits of contact_shortening {least!r} and {most!r} m. Must be positive, and "
+            "in increasing order."
+        )
+    rng = np.random.default_rng([ensemble.seed, 3])  # not the draws of the structures
+    drawn = hypercube(rng, ensemble.members, 1)[:, 0]
+    middle, factor = math.sqrt(least * most), math.sqrt(most / least)
+    found: Float = middle * powers_within(factor, drawn)
+    found.flags.writeable = False  # the cache returns this array again
+    return found
+
+
+def _bands(family: tuple[RockingFrame, ...], peaks: Float, ratios: Float) -> Bands:
+    """Return the bands of peaks [rad] of members; those of members that overturn are infinite."""
+    standing = np.isfinite(peaks)
+    u, v = np.full((2, peaks.size), math.inf)
+    for k in np.flatnonzero(standing).tolist():
+        beam = family[k].beam
+        u[k] = beam.shift(peaks[k])
+        v[k] = beam.lift(min(peaks[k], beam.angle))
+    ratio, across, lift = (tuple(quantiles(each).tolist()) for each in (ratios, u, v))
+    unknown = (math.nan, math.nan, math.nan)
+    return Bands(ratio, across, lift, unknown, unknown, unknown, unknown, unknown)
+
+
+def _rank_correlation(one: Float, other: Float) -> float:
+    """Return Spearman's rank correlation; NaN if all values of one are equal."""
+    if np.ptp(ranks(one)) == 0.0 or np.ptp(ranks(other)) == 0.0:
+        return math.nan
+    return float(np.corrcoef(ranks(one), ranks(other))[0, 1])

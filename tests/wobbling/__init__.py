@@ -1,0 +1,1 @@
+"""Round columns shaken in both horizontal directions."""
