@@ -6,7 +6,7 @@ from .components import pair_horizontals as pair_horizontals
 from .components import rotate as rotate
 from .components import rotd as rotd
 from .components import rotd_spectral_acceleration as rotd_spectral_acceleration
-from .engines.engine import DaskScheduler as DaskScheduler
+from .engines.dask import DaskScheduler as DaskScheduler
 from .engines.engine import Engine as Engine
 from .engines.engine import OneProcess as OneProcess
 from .engines.engine import ProcessPool as ProcessPool

@@ -13,7 +13,8 @@ from tests.engines.clusters import distributed, local_cluster
 from tests.engines.test_engines import DIES, once
 from tests.screening import site, stored
 
-from rockframe.engines.engine import DaskScheduler, OneProcess, ProcessPool, map_tasks
+from rockframe.engines.dask import DaskScheduler
+from rockframe.engines.engine import OneProcess, ProcessPool, map_tasks
 from rockframe.errors import EngineError, InputError
 from rockframe.options.respond import ScreenOptions
 from rockframe.provenance import sha256_of

@@ -15,14 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rockframe.engines.choice import choose_engine
+from rockframe.engines.dask import DaskScheduler, _require_listening
 from rockframe.engines.engine import (
-    DaskScheduler,
     Engine,
     OneProcess,
     ProcessPool,
     SharedWork,
-    _require_listening,
-    choose_engine,
     map_tasks,
 )
 from rockframe.engines.pool import WorkerPool

@@ -10,7 +10,8 @@ from rockframe.cli.main import main
 from rockframe.engines.engine import ProcessPool
 
 
-def at_once(options: argparse.Namespace) -> ProcessPool:  # noqa: ARG001 -- as the command calls it
+# the arguments of `chosen_engine`, which it replaces
+def at_once(options: argparse.Namespace, *, shares_folder: bool = True) -> ProcessPool:  # noqa: ARG001
     return ProcessPool(2, patience=0.0)
 
 

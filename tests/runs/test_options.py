@@ -9,7 +9,8 @@ import pytest
 from tests.runs.small import STUDY, make_study
 
 from rockframe.cli.main import main
-from rockframe.engines.engine import DaskScheduler, Engine, OneProcess, ProcessPool
+from rockframe.engines.dask import DaskScheduler
+from rockframe.engines.engine import Engine, OneProcess, ProcessPool
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions, ScreenOptions

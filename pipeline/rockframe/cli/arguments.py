@@ -167,12 +167,12 @@ def chosen_structures(options: argparse.Namespace) -> Path:
     return options.structures or SHIPPED_STRUCTURES
 
 
-def chosen_engine(options: argparse.Namespace) -> Engine:
+def chosen_engine(options: argparse.Namespace, *, shares_folder: bool = True) -> Engine:
     """Return the stated engine, which computes tasks."""
-    from rockframe.engines.engine import choose_engine
+    from rockframe.engines.choice import choose_engine
 
     execution = chosen(options, ExecutionOptions)
-    return choose_engine(execution.workers, execution.scheduler)
+    return choose_engine(execution.workers, execution.scheduler, shares_folder=shares_folder)
 
 
 def reading_workers(options: argparse.Namespace) -> int | None:

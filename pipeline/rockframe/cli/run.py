@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -83,14 +82,7 @@ def _engine(options: argparse.Namespace) -> Engine | None:
     """Return the stated engine; None leaves the choice to the run, which may have nothing to do."""
     if chosen(options, ExecutionOptions) == ExecutionOptions() and not options.no_shared_folder:
         return None
-    from rockframe.engines.engine import DaskScheduler  # with nothing to do it is not needed
-
-    engine = arguments.chosen_engine(options)
-    if not options.no_shared_folder:
-        return engine
-    if not isinstance(engine, DaskScheduler):
-        raise ParameterError("--no-shared-folder without --scheduler. State both, or neither.")
-    return replace(engine, shares_folder=False)
+    return arguments.chosen_engine(options, shares_folder=not options.no_shared_folder)
 
 
 def _write_plan(plan: Plan, options: argparse.Namespace) -> None:
@@ -207,19 +199,17 @@ def add_step(parser: argparse.ArgumentParser) -> None:
 
 def run_step(options: argparse.Namespace) -> int:
     """Perform the step. Return 1 if records were rejected."""
-    from rockframe.engines.engine import DaskScheduler
     from rockframe.runs.performing import Work, perform
     from rockframe.runs.state import read_plan
 
     engine = arguments.chosen_engine(options)
-    cluster = engine if isinstance(engine, DaskScheduler) else None
     plan = read_plan(options.folder)
     steps = {step.name: step for step in plan.steps}
     require_known("step", options.name, steps)
     step = steps[options.name]
     workers = chosen(options, ExecutionOptions).workers
     folder, key = options.folder.resolve(), plan.keys[step.name]
-    status = perform(Work(step, folder, workers, key, cluster=cluster))
+    status = perform(Work(step, folder, workers, key, given=engine))
     if options.json:
         console.show_json(
             {"step": step.name, "outputs": list(step.outputs), "rejected": bool(status)}

@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
@@ -212,20 +211,15 @@ def _helped(*, drawing: bool = False) -> Iterator[tuple[bool, Engine]]:
 
     Yields True if the kernel is not compiled, and the engine that draws.
     """
-    from rockframe.engines.engine import OneProcess, SharedWork, cores
-    from rockframe.engines.pool import WorkerPool
+    from rockframe.engines.engine import cores, helped
     from rockframe.rocking.kernels import lanes
 
-    cached = cast("Any", lanes.integrate_lanes).cached()
-    if cores() == 1:
-        yield not cached, OneProcess()
-        return
-    with WorkerPool(1) as pool:
-        if not cached:
-            tell_of_compiling()
-            pool.submit(_compile_kernel)
-        ready = pool.submit(_prepare_drawing) if drawing else Future[None]()
-        yield not cached, SharedWork(pool, ready)
+    first_run = not cast("Any", lanes.integrate_lanes).cached()
+    if first_run and cores() > 1:
+        tell_of_compiling()
+    compiling, to_draw = [_compile_kernel] * first_run, [_prepare_drawing] * drawing
+    with helped([*compiling, *to_draw]) as engine:
+        yield first_run, engine
 
 
 def _prepare_drawing() -> None:

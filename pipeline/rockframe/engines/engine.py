@@ -1,33 +1,23 @@
-"""Engines, which compute tasks in this process, a pool or on a Dask cluster; and threads.
-
-All of them give the same results, bit for bit. Dask needs the extra ``dask``.
-"""
+"""The rules of engines, which compute tasks; engines in this process and in a pool; and threads."""
 
 from __future__ import annotations
 
-import math
 import os
-import socket
 import threading
-from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Sequence, Sized
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
-from itertools import count, islice
-from time import monotonic, perf_counter
-from typing import TYPE_CHECKING, Any, Final, TypeVar
-from urllib.parse import urlsplit
+from itertools import count
+from time import perf_counter
+from typing import Any, ClassVar, Final, Protocol, TypeVar
 
 from rockframe.engines.pool import ATTEMPTS, WorkerDiedError, WorkerPool, awaited
 from rockframe.engines.watch import watched
 from rockframe.errors import EngineError, ParameterError
 from rockframe.interruption import check
-from rockframe.provenance import source_code_hash
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -179,18 +169,88 @@ def _of_worker(future: Future[Result], number: int) -> Result:
         ) from None
 
 
-class Engine(ABC):
-    """Base class of `OneProcess`, `ProcessPool`, `SharedWork` and `DaskScheduler`."""
+@dataclass(frozen=True)
+class Resources:
+    """The workers of an engine, as far as a run has to know them.
 
-    @abstractmethod
-    def map(
-        self, function: Callable[[Task], Result], tasks: Iterable[Task]
-    ) -> Generator[Result, None, None]:
-        """Yield the results of a function in the order of the tasks."""
+    Parameters
+    ----------
+    shares_folder : bool
+        True if the workers can read and write the folder of a run.
+    local : bool
+        True if the workers are processes that the engine itself starts on this machine, of one
+        thread each.
+    workers : int, optional
+        Number of these processes; by default one for each core.
+
+    Examples
+    --------
+    >>> resources_of(ProcessPool(4)).workers
+    4
+    """
+
+    shares_folder: bool = True
+    local: bool = False
+    workers: int | None = None
+
+
+class Engine(Protocol):
+    """Anything with `map`: the engines of this module, the executors of `concurrent.futures`, or
+    one of your own, which needs no base class.
+
+    Stages, runs and commands know an engine only by the following rules.
+
+    1. ``map(function, tasks)`` calls the function once on each task. The order and the place of the
+       calls are free. If a worker is lost, its task may be repeated.
+    2. It returns an iterable of the results in the order of the tasks.
+    3. A result is what the function returns, bit for bit. An array is not rounded, and its type
+       remains.
+    4. `tasks` is an iterable of any length, also 0, and may be an iterator without a length. It is
+       read in the thread that called `map` or reads the results, because it may read netCDF files.
+       An engine that reads all tasks at once, as `concurrent.futures` does, holds all in memory.
+    5. The function is a top-level function, or a `functools.partial` of one. Function, tasks and
+       results can be pickled. The function opens no netCDF file and changes no global state, so
+       that threads may call it. (A step of a run is a task too: it opens its files in a process of
+       its own.)
+    6. If the function raises a `RockframeError`, reading its result raises an equal error. Other
+       errors end the command with their traceback. If the engine itself fails, it raises an
+       `EngineError` that tells the user what to do.
+    7. If the results are no longer read, the engine begins no further tasks as soon as it can.
+    8. `map` may be called again, after its results were read to the end or not.
+    9. An engine may have `resources`, a `Resources`. Without them, its workers are taken to share
+       the folder of the run, so each step of a run is one task. If the folder is not shared, the
+       run reads and writes all files itself, and the tasks of each step that computes go to the
+       engine. If the workers are local, batches of records are tasks; other steps are performed by
+       the run, and their tasks go to the engine.
+
+    There is no rule for large values that all tasks share, because no task needs one: what a task
+    needs is in the task.
+
+    Examples
+    --------
+    >>> with ThreadPoolExecutor(2) as executor:
+    ...     list(map_tasks(abs, [-1.0, 2.0], engine=executor))
+    [1.0, 2.0]
+    """
+
+    def map(self, function: Callable[[Task], Result], tasks: Iterable[Task], /) -> Iterable[Result]:
+        """Return the results of a function in the order of the tasks."""
+
+
+def resources_of(engine: Engine) -> Resources:
+    """Return the resources that an engine states, or those of an engine that states none.
+
+    Examples
+    --------
+    >>> resources_of(ThreadPoolExecutor(2))
+    Resources(shares_folder=True, local=False, workers=None)
+    """
+    resources: Resources = getattr(engine, "resources", Resources())
+    return resources
 
 
 @dataclass(frozen=True)
-class OneProcess(Engine):
+class OneProcess:
     """The current process.
 
     Examples
@@ -198,6 +258,8 @@ class OneProcess(Engine):
     >>> list(OneProcess().map(abs, [-1.0, 2.0]))
     [1.0, 2.0]
     """
+
+    resources: ClassVar[Resources] = Resources(local=True, workers=1)
 
     def map(
         self, function: Callable[[Task], Result], tasks: Iterable[Task]
@@ -209,7 +271,7 @@ class OneProcess(Engine):
 
 
 @dataclass(frozen=True)
-class ProcessPool(Engine):
+class ProcessPool:
     """Worker processes of one thread each, started only if there is enough work.
 
     If a worker is killed, another worker repeats its task. The workers end with this process.
@@ -240,6 +302,11 @@ class ProcessPool(Engine):
         if self.workers is not None and self.workers < 1:
             raise ParameterError(f"Invalid number of workers {self.workers}. Must be 1 or more.")
 
+    @property
+    def resources(self) -> Resources:
+        """Processes of this machine."""
+        return Resources(local=True, workers=self.workers)
+
     def map(
         self, function: Callable[[Task], Result], tasks: Iterable[Task]
     ) -> Generator[Result, None, None]:
@@ -267,7 +334,7 @@ class ProcessPool(Engine):
 
 
 @dataclass(frozen=True)
-class SharedWork(Engine):
+class SharedWork:
     """One worker that was started before there were tasks, and this process, which computes too.
 
     Parameters
@@ -286,6 +353,7 @@ class SharedWork(Engine):
 
     pool: WorkerPool
     ready: Future[Any]
+    resources: ClassVar[Resources] = Resources(local=True, workers=2)
 
     def map(
         self, function: Callable[[Task], Result], tasks: Iterable[Task]
@@ -306,12 +374,39 @@ class SharedWork(Engine):
             yield _of_worker(future, next(numbers))
 
 
+@contextmanager
+def helped(calls: Sequence[Callable[[], object]]) -> Iterator[Engine]:
+    """Start a worker that makes calls, such as to compile, while this process goes on.
+
+    Yields an engine of both, in which the worker helps once the last call has ended; on a single
+    core, the engine of this process alone, without the calls.
+
+    Parameters
+    ----------
+    calls : sequence of callable
+        Top-level functions, called in this order.
+
+    Examples
+    --------
+    >>> with helped([cores]) as engine:
+    ...     list(engine.map(abs, [-1.0, 2.0]))
+    [1.0, 2.0]
+    """
+    if cores() == 1 or not calls:
+        yield OneProcess()
+        return
+    with WorkerPool(1) as pool:
+        *_, last = [pool.submit(call) for call in calls]
+        yield SharedWork(pool, last)
+
+
 def map_tasks(
     function: Callable[[Task], Result], tasks: Iterable[Task], *, engine: Engine | None = None
 ) -> Generator[Result, None, None]:
     """Call a function on each task, and yield its results in the order of the tasks.
 
-    Only a few tasks and results are kept at a time, so memory does not grow with their number.
+    The engines of this package keep only a few tasks and results at a time, so memory does not grow
+    with their number.
 
     Parameters
     ----------
@@ -321,7 +416,7 @@ def map_tasks(
     tasks : iterable
         Tasks of about 0.1 to 1 s each. For a list, the engine knows how much work is left.
     engine : Engine, optional
-        By default a `ProcessPool`.
+        Anything with `map` that keeps the rules of `Engine`; by default a `ProcessPool`.
 
     Raises
     ------
@@ -336,210 +431,8 @@ def map_tasks(
     [1.0, 2.0]
     """
     total = len(tasks) if isinstance(tasks, Sized) else None
-    yield from watched((ProcessPool() if engine is None else engine).map(function, tasks), total)
-
-
-#: Longest wait for a scheduler to answer, and to have a worker, when work begins [s].
-_PATIENCE: Final = 5.0
-#: Interval at which the client checks, while it waits, that the scheduler has workers [s].
-_PAUSE: Final = 1.0
-#: Tasks that the cluster holds at a time, for each of its threads.
-_AHEAD: Final = 2
-#: Time that a group of tasks should take [s], because each group costs the scheduler a few
-#: milliseconds; and the largest number of tasks in a group.
-_WORK: Final = 1.0
-_MOST: Final = 64
-_MUST_BE: Final = "Must be the address of a running Dask scheduler, tcp://HOST:PORT."
-
-
-@dataclass(frozen=True)
-class DaskScheduler(Engine):
-    """The workers of a Dask scheduler, which get several short tasks at a time.
-
-    Parameters
-    ----------
-    address : str
-        The address that ``dask scheduler`` prints: ``tcp://10.0.0.1:8786``.
-    patience : float
-        Longest time without any worker, once work has begun [s]: a cluster may replace its workers.
-    shares_folder : bool
-        True if the workers can read and write the folder of a run. If not, a run performs its steps
-        in its own process, and only their tasks on the cluster.
-
-    Raises
-    ------
-    EngineError
-        From `map`: if Dask is not installed, the address does not answer, the cluster has no
-        workers or loses all of them, or a worker runs another version of this package.
-
-    Examples
-    --------
-    >>> DaskScheduler("tcp://10.0.0.1:8786").address
-    'tcp://10.0.0.1:8786'
-    """
-
-    address: str
-    patience: float = 30.0
-    shares_folder: bool = True
-
-    def map(
-        self, function: Callable[[Task], Result], tasks: Iterable[Task]
-    ) -> Generator[Result, None, None]:
-        """Yield the results of a function in the order of the tasks."""
-        with _connected(self.address) as client:
-            ahead = _AHEAD * _threads(client, self.address)
-            # with pure=True Dask would hash every task, to share results of equal tasks
-            submit = partial(client.submit, _timed, function, pure=False)
-            groups, number = _Groups(tasks), 1
-            for future in in_order(submit, groups, ahead):
-                groups.seconds, results = self._result(client, number, future)
-                number += len(results)
-                yield from results
-
-    def _result(self, client: Client, number: int, future: Any) -> Any:
-        from concurrent.futures import CancelledError
-
-        from distributed import KilledWorker
-
-        try:
-            self._wait(client, future)
-            return future.result()
-        except KilledWorker as error:
-            raise EngineError(
-                f"task {number}: its worker at {self.address} died repeatedly ({error}). "
-                "Check the memory of the workers."
-            ) from None
-        except CancelledError:
-            raise self._lost() from None
-
-    def _wait(self, client: Client, future: Any) -> None:
-        """Wait for a result while there are workers; without workers Dask would wait for ever."""
-        seen = monotonic()
-        while not future.done():
+    results = (ProcessPool() if engine is None else engine).map(function, tasks)
+    with closing(watched(iter(results), total)) as awaited_results:
+        for result in awaited_results:
             check()
-            try:
-                future.exception(timeout=_PAUSE)
-            except TimeoutError:
-                if self._has_workers(client):
-                    seen = monotonic()
-                elif monotonic() - seen > self.patience:
-                    raise EngineError(
-                        f"scheduler {self.address} has had no workers for {self.patience:g} s. "
-                        "Start workers and repeat the command."
-                    ) from None
-
-    def _has_workers(self, client: Client) -> bool:
-        try:
-            return bool(client.nthreads())
-        except OSError:
-            raise self._lost() from None
-
-    def _lost(self) -> EngineError:
-        return EngineError(f"{self.address}: lost the connection to the scheduler before the end.")
-
-
-class _Groups:
-    """Tasks in groups, of which each takes about `_WORK` in a worker.
-
-    ``seconds`` is the time of the latest task [s], unknown at first.
-    """
-
-    def __init__(self, tasks: Iterable[Any]) -> None:
-        self._rest = iter(tasks)
-        self.seconds = math.inf
-
-    def __iter__(self) -> Generator[tuple[tuple[Any, ...]], None, None]:
-        while group := tuple(islice(self._rest, self._size)):
-            yield (group,)
-
-    @property
-    def _size(self) -> int:
-        return max(1, math.ceil(min(_WORK / max(self.seconds, 1e-9), _MOST)))
-
-
-def _timed(function: Callable[[Any], Any], group: Sequence[Any]) -> tuple[float, list[Any]]:
-    """Return the time of a task [s], and the results of the group."""
-    begin = perf_counter()
-    results = [function(task) for task in group]
-    return (perf_counter() - begin) / len(group), results
-
-
-def _connected(address: str) -> Client:
-    try:
-        from distributed import Client
-    except ImportError:
-        raise EngineError(
-            "Dask is not installed. Install it with: pip install 'rockframe[dask]'."
-        ) from None
-    _require_listening(address)
-    try:
-        return Client(address, timeout=_PATIENCE, set_as_default=False)
-    # another kind of server may answer: its first bytes would be read as a length
-    except (OSError, ValueError, MemoryError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise EngineError(f"Invalid scheduler {address!r}: {reason}. {_MUST_BE}") from None
-
-
-def _require_listening(address: str) -> None:
-    """Reject an address without a server at once; Dask would retry for seconds."""
-    try:
-        parts = urlsplit(address)
-        host, port = parts.hostname, parts.port
-    except ValueError as error:
-        raise EngineError(f"Invalid scheduler {address!r}: {error}. {_MUST_BE}") from None
-    if parts.scheme not in ("tcp", "tls") or not host or not port:
-        raise EngineError(f"Invalid scheduler {address!r}. {_MUST_BE}")
-    try:
-        socket.create_connection((host, port), timeout=_PATIENCE).close()
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise EngineError(f"Invalid scheduler {address!r}: {reason}. {_MUST_BE}") from None
-
-
-def _threads(client: Client, address: str) -> int:
-    """Return the number of threads of all workers; refuse workers of another version."""
-    try:
-        client.wait_for_workers(1, timeout=_PATIENCE)
-    except TimeoutError:
-        raise EngineError(f"scheduler {address} has no workers. Start at least one.") from None
-    for worker, found in client.run(_code_of_worker).items():
-        if found != source_code_hash():
-            raise EngineError(
-                f"Dask worker {worker} runs another version of rockframe. Install the same "
-                "version on all workers, for the same results."
-            )
-    threads: int = sum(client.nthreads().values())
-    return max(1, threads)
-
-
-def _code_of_worker() -> str:
-    return source_code_hash()
-
-
-def choose_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
-    """Return the engine for the options of a command.
-
-    Parameters
-    ----------
-    workers : int, optional
-        Number of processes; 1 uses only this process; by default one for each core.
-    scheduler : str, optional
-        Address of a Dask scheduler to use instead of processes.
-
-    Raises
-    ------
-    ParameterError
-        If `workers` is not positive, or both are given.
-
-    Examples
-    --------
-    >>> choose_engine(1)
-    OneProcess()
-    >>> choose_engine(4).workers
-    4
-    """
-    if scheduler is not None:
-        if workers is not None:
-            raise ParameterError("--workers and --scheduler both given. State only one of them.")
-        return DaskScheduler(scheduler)
-    return OneProcess() if workers == 1 else ProcessPool(workers)
+            yield result

@@ -32,15 +32,13 @@ def telling(tell: Callable[[str], None]) -> Iterator[None]:
         _TELL.remove(tell)
 
 
-def watched(
-    results: Generator[Result, None, None], total: int | None
-) -> Generator[Result, None, None]:
+def watched(results: Iterator[Result], total: int | None) -> Generator[Result, None, None]:
     """Yield the results of batches, and report those that take long while they are awaited.
 
     Parameters
     ----------
-    results : generator
-        The results, in the order of the batches.
+    results : iterator
+        The results, in the order of the batches; closed at the end, if it can be closed.
     total : int, optional
         Number of batches, if it is known.
 
@@ -49,11 +47,11 @@ def watched(
     >>> list(watched((abs(one) for one in (-1, 2)), 2))
     [1, 2]
     """
-    if not _TELL:
-        yield from results
-        return
     spent: list[float] = []
     try:
+        if not _TELL:
+            yield from results
+            return
         for number in count(1):
             name = f"batch {number}" + (f" of {total}" if total else "")
             began = monotonic()
@@ -64,7 +62,8 @@ def watched(
             spent.append(monotonic() - began)
             yield cast("Result", result)
     finally:
-        results.close()
+        if isinstance(results, Generator):
+            results.close()
 
 
 @contextmanager

@@ -11,15 +11,8 @@ from typing import Any, Final
 
 import xarray as xr
 
-from rockframe.engines.engine import (
-    DaskScheduler,
-    Engine,
-    OneProcess,
-    ProcessPool,
-    choose_engine,
-    map_tasks,
-    serve,
-)
+from rockframe.engines.choice import choose_engine
+from rockframe.engines.engine import Engine, map_tasks, resources_of, serve
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import check
 from rockframe.options import STAGES, STRUCTURES, Stage, loaded
@@ -46,9 +39,10 @@ class Work:
     """A step, with the folder and the processes to use.
 
     Outputs are written into `into`, by default the folder of the run. `workers` is the largest
-    number of processes of a step that computes in a pool of its own, by default one for each core;
-    `key` is the hash of everything that the step depends on. `elsewhere` has inputs that are not in
-    the folder, by name. `cluster` computes the batches of the step, if it is stated.
+    number of processes that read files, draw, or compute without a given engine, by default one for
+    each core; `key` is the hash of everything that the step depends on. `elsewhere` has inputs that
+    are not in the folder, by name. `given` is the engine of the run, if the step is performed
+    outside it.
     """
 
     step: Step
@@ -57,7 +51,7 @@ class Work:
     key: str = ""
     into: Path | None = None
     elsewhere: Mapping[str, Path] = field(default_factory=dict)
-    cluster: DaskScheduler | None = None
+    given: Engine | None = None
 
     @property
     def inputs(self) -> list[Path]:
@@ -76,8 +70,10 @@ class Work:
 
     @property
     def engine(self) -> Engine:
-        """The engine of the step; a step of one batch computes in one process."""
-        return self.cluster or choose_engine(self.workers if self.step.workers else 1)
+        """The engine of the step's tasks; on this machine, one batch is computed in one process."""
+        if self.given is None or (resources_of(self.given).local and not self.step.workers):
+            return choose_engine(self.workers if self.step.workers else 1)
+        return self.given
 
 
 def perform(work: Work) -> int:
@@ -119,8 +115,8 @@ def _perform_there(work: Work) -> int:
 def perform_apart(work: Work) -> int:
     """Perform a step in a separate process, which ends when the calling process ends.
 
-    A Dask worker may run several steps in threads. If the worker is killed, another worker repeats
-    its steps, so the first attempt must end with the worker.
+    The worker of an engine may run several steps in threads. If the worker is killed, another
+    worker repeats its steps, so the first attempt must end with the worker.
     """
     [status] = serve(perform, [work], workers=1)
     return status
@@ -144,12 +140,12 @@ def perform_all(
     folder : Path
         The folder of the run.
     engine : Engine, optional
-        Performs independent steps in parallel; by default a process pool.
+        Gets the steps or their tasks, as rule 9 of `Engine` says; by default a process pool.
     on_step : callable
         Called with the name of each finished step, its number, and the number of all steps.
     """
     try:
-        _perform(plan, todo, folder, engine, on_step)
+        _perform(plan, todo, folder, choose_engine() if engine is None else engine, on_step)
     except BaseException:
         remove_partials(plan, folder)  # workers that ended with this run left partial files
         raise
@@ -159,38 +155,39 @@ def _perform(
     plan: Plan,
     todo: Sequence[Step],
     folder: Path,
-    engine: Engine | None,
+    engine: Engine,
     on_step: Callable[..., None],
 ) -> None:
     done = 0
-    on_cluster = isinstance(engine, DaskScheduler) and engine.shares_folder
-    # a Dask worker may run several steps in threads
-    how = perform_apart if on_cluster else perform
-    for tasks in _parallel_work(plan, todo, folder, engine):
-        alone = len(tasks) == 1 and not on_cluster  # one step needs no pool
-        where = OneProcess() if alone else engine
+    for works, how, where in _parallel_work(plan, todo, folder, engine):
         check()
-        for task, _ in zip(tasks, map_tasks(how, tasks, engine=where), strict=True):
+        for work, _ in zip(works, map_tasks(how, works, engine=where), strict=True):
             done += 1
-            on_step(task.step.name, done, len(todo))
+            on_step(work.step.name, done, len(todo))
         remove_partials(plan, folder)  # killed workers left partial files
 
 
 def _parallel_work(
-    plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine | None
-) -> Iterator[list[Work]]:
-    """Yield groups of independent tasks; a step with its own pool is a group by itself."""
-    workers = engine.workers if isinstance(engine, ProcessPool) else None
-    if isinstance(engine, OneProcess):
-        workers = 1
+    plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine
+) -> Iterator[tuple[list[Work], Callable[[Work], int], Engine]]:
+    """Yield groups of independent work, the function that performs it, and the engine that calls
+    the function.
+    """
+    here, resources = choose_engine(1), resources_of(engine)
     for wave in waves(plan.steps):
-        tasks = [Work(step, folder, workers, plan.keys[step.name]) for step in wave if step in todo]
-        if isinstance(engine, DaskScheduler):
-            here = ([replace(task, cluster=engine)] for task in tasks)
-            yield from [tasks] if engine.shares_folder else here
+        works = [
+            Work(step, folder, resources.workers, plan.keys[step.name])
+            for step in wave
+            if step in todo
+        ]
+        if resources.shares_folder and not resources.local:
+            yield works, perform_apart, engine
             continue
-        yield [task for task in tasks if not task.step.workers]
-        yield from ([task] for task in tasks if task.step.workers)
+        batches = [work for work in works if resources.local and not work.step.workers]
+        if len(batches) > 1:  # one step needs no worker
+            yield batches, perform, engine
+            works = [work for work in works if work.step.workers]
+        yield from (([replace(work, given=engine)], perform, here) for work in works)
 
 
 @dataclass(frozen=True)

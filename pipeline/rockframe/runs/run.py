@@ -65,7 +65,8 @@ def run_plan(
     folder : Path
         The folder of the run; created if it is missing.
     engine : Engine, optional
-        Performs independent steps in parallel; by default a process pool.
+        Anything with `map`: an engine, or an executor of `concurrent.futures`. It gets the steps or
+        their tasks, as rule 9 of `Engine` says; by default a process pool.
     replace : bool
         Remove the run of another study from the folder.
     on_fault : callable, optional
