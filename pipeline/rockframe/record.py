@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from hashlib import sha256
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.notebook import Shown
-from rockframe.units import GRAVITY
+from rockframe.units import GRAVITY, acceleration_factor, plain_units
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -291,6 +291,65 @@ class Record(Shown):
             attrs={"units": "m s-2", "long_name": "ground acceleration", **known},
         )
 
+    @classmethod
+    def from_trace(cls, trace: Any, *, units: str = "m/s2", **fields: Any) -> Record:
+        """Return the record of an obspy trace of acceleration.
+
+        Parameters
+        ----------
+        trace : obspy.Trace
+            Samples without gaps. The third letter of a SEED channel code states the direction:
+            Z is upwards, N and E are the azimuths 0 and 90; other letters and numbers state none.
+        units : str
+            Unit of the samples: g, gal, cm/s2, mm/s2 or m/s2.
+        **fields
+            Other parameters of `Record`, such as ``azimuth``, in place of those from the trace.
+
+        Raises
+        ------
+        ParameterError
+            If the trace has a gap, the unit is unknown, or the record is invalid.
+
+        Examples
+        --------
+        >>> from obspy import Trace
+        >>> header = {"network": "CI", "station": "CCC", "channel": "HNE", "delta": 0.01}
+        >>> record = Record.from_trace(Trace(np.array([0.0, 0.1, 0.0]), header), units="g")
+        >>> record.record_id, record.azimuth, round(record.pga, 3)
+        ('CI.CCC..HNE', 90.0, 0.981)
+        """
+        stats = trace.stats
+        if np.ma.is_masked(trace.data):
+            raise ParameterError(
+                f"Invalid trace {trace.id!r}: it has a gap. Must be without gaps: split it."
+            )
+        factor = acceleration_factor(plain_units(units))
+        orientation, azimuth = _seed_direction(str(stats.channel))
+        found: dict[str, Any] = {
+            "record_id": trace.id.lstrip("._-") or "trace",
+            "acceleration": factor * np.asarray(trace.data, dtype=np.float64),
+            "time_step": float(stats.delta),
+            "component": str(stats.channel),
+            "orientation": orientation,
+            "azimuth": azimuth,
+            "station": str(stats.station),
+            "network": str(stats.network),
+            "start_time": str(stats.starttime) if stats.starttime.timestamp else "",
+        }
+        return cls(**found | fields)
+
+    @classmethod
+    def from_stream(cls, stream: Iterable[Any], *, units: str = "m/s2") -> list[Record]:
+        """Return a record for each trace of an obspy stream, see `from_trace`.
+
+        Examples
+        --------
+        >>> from obspy import Stream, Trace
+        >>> Record.from_stream(Stream([Trace(np.ones(3), {"station": "CCC"})]))[0].station
+        'CCC'
+        """
+        return [cls.from_trace(trace, units=units) for trace in stream]
+
     @property
     def pga(self) -> float:
         """Peak ground acceleration: the largest absolute sample [m s-2]."""
@@ -313,6 +372,15 @@ class Record(Shown):
         """SHA-256 of time step and samples; identifies the input of a computation."""
         step = np.array([self.time_step], dtype="<f8")
         return sha256(step.tobytes() + self.acceleration.astype("<f8").tobytes()).hexdigest()
+
+
+def _seed_direction(channel: str) -> tuple[Orientation, float]:
+    """Return the direction that the third letter of a SEED channel code states."""
+    letter = channel[2:] if len(channel) == 3 else ""
+    if letter == "Z":
+        return Orientation.VERTICAL, math.nan
+    azimuth = {"N": 0.0, "E": 90.0}.get(letter, math.nan)
+    return Orientation.UNSTATED if math.isnan(azimuth) else Orientation.HORIZONTAL, azimuth
 
 
 def within_length(name: str, longest: int = LONGEST_ID) -> str:
