@@ -20,7 +20,7 @@ FLOORS = (
         "parts",
         "compiled",
     },
-    {"frame", "rivals", "wavelets", "engines", "rocking.kernels"},
+    {"frame", "quantities", "rivals", "wavelets", "engines", "rocking.kernels"},
     {"options"},
     {"record", "study"},
     {"signals"},

@@ -43,7 +43,7 @@ def row(number: int, **changed: Any) -> Row:
         "epicentral_distance_km": paper.epicentral_distance_km, "pga_g": paper.pga_g,
         "pgv_m_s": paper.pgv_m_s, "a_p_g": paper.a_p_g, "T_p_s": paper.T_p_s,
         "wavelet": "symmetric_ricker", "match_index": 0.8, "L_p_m": 1.0, "at_period_bound": False,
-        "structure": "bridge-bent", "peak_rotation_ratio": 0.3, "u_max_m": 0.4, "v_max_m": 0.04,
+        "structure": "bridge-bent", "peak_rotation_ratio": 0.3, "peak_u_m": 0.4, "peak_v_m": 0.04,
         "impacts": 9, "verdict": "safe", "uplift_time_s": 1.0, "overturning_time_s": math.nan,
         "record_id": f"r{number}", "source_file": f"{paper.files[0]}.AT2",
     }  # fmt: skip
@@ -236,7 +236,7 @@ def test_the_wavelet_of_mavroeidis_and_papageorgiou_is_compared_too() -> None:
 
 
 def test_a_bridge_that_turns_further_differs() -> None:
-    found = {c.name: c for c in record_claims([row(4, peak_rotation_ratio=0.366, v_max_m=0.079)])}
+    found = {c.name: c for c in record_claims([row(4, peak_rotation_ratio=0.366, peak_v_m=0.079)])}
     assert found["bridge-rotation"].finding is Finding.DIFFERS
     assert "0.366" in found["bridge-rotation"].ours
     assert found["bridge-lift"].finding is Finding.DIFFERS

@@ -39,9 +39,6 @@ TABLE_FORMATS: Final = MappingProxyType(
     {"csv": ".csv", "xlsx": ".xlsx", "markdown": ".md", "latex": ".tex", "parquet": ".parquet"}
 )
 
-#: Quantities of a table of records by structures: share that overturns, drift, rotation, margin.
-MATRIX_QUANTITIES: Final = ("share", "u", "rotation", "margin")
-
 
 def decimal(text: str) -> float:
     """Return the finite number in a text.
@@ -291,8 +288,8 @@ class Column:
 
         Examples
         --------
-        >>> column = Column("u [cm]>", "u_max_m", ".1f", 100.0)
-        >>> [column.cell(row) for row in ({"u_max_m": 0.135}, {"u_max_m": ""}, {})]
+        >>> column = Column("u [cm]>", "peak_u_m", ".1f", 100.0)
+        >>> [column.cell(row) for row in ({"peak_u_m": 0.135}, {"peak_u_m": ""}, {})]
         ['13.5', '–', '']
         """
         value = row.get(self.key) if self.rule is None else self.rule(row, self.key)

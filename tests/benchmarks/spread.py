@@ -24,7 +24,6 @@ from rockframe.options.respond import Ensemble
 from rockframe.results.records import open_records
 from rockframe.results.versions import Uncertain, VersionSources
 from rockframe.rocking import (
-    BANDS,
     EnsembleResponse,
     GroundAcceleration,
     MemberPeaks,
@@ -116,12 +115,11 @@ def print_coverage(
         f"interval of the share holds: {_percent(held[:, between])} of 100, {between.sum()} pairs "
         "of which 5 to 95 % overturn"
     )
-    for name in BANDS:
-        expected = quantiles(getattr(many, name))[stand]
+    for name in many.peaks:
+        expected = quantiles(many.peaks[name])[stand]
         if np.isfinite(expected).all():
             apart = [
-                np.abs(quantiles(getattr(one, name))[stand] / expected - 1.0) <= CLOSE
-                for one in some
+                np.abs(quantiles(one.peaks[name])[stand] / expected - 1.0) <= CLOSE for one in some
             ]
             print(
                 f"band of {name} within 10 %: {_percent(apart)} of 100 values, {stand.sum()} pairs "

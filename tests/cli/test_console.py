@@ -106,14 +106,14 @@ def test_80_columns_have_verdict_drift_margin_and_the_worst_record(
     members: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    ensemble = {"share_overturned": 0.84, "share_overturned_low": 0.75, "u_max_16_m": 0.115,
-                "share_overturned_high": 0.91, "share_uplifted": 1.0, "u_max_50_m": 0.132,
-                "u_max_84_m": math.inf, "peak_rotation_ratio_16": 0.073,
+    ensemble = {"share_overturned": 0.84, "share_overturned_low": 0.75, "peak_u_16_m": 0.115,
+                "share_overturned_high": 0.91, "share_uplifted": 1.0, "peak_u_50_m": 0.132,
+                "peak_u_84_m": math.inf, "peak_rotation_ratio_16": 0.073,
                 "peak_rotation_ratio_50": 0.083, "peak_rotation_ratio_84": math.inf,
                 "robust_scale_10": 0.66, "largest_robust_scale": 10.0}  # fmt: skip
     rows = [
         {"record": name, "record_id": name, "structure": "slender-column", "verdict": "stands",
-         "peak_rotation_ratio": 0.123, "u_max_m": 0.195, "v_max_m": 0.0125,
+         "peak_rotation_ratio": 0.123, "peak_u_m": 0.195, "peak_v_m": 0.0125,
          "critical_scale": 0.67, "largest_scale": 10.0, **(ensemble if members else {})}
         for name in ("CCC/090", "CCC/360")
     ]  # fmt: skip

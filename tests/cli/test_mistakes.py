@@ -414,7 +414,7 @@ def test_help_states_the_unit_of_a_velocity_not_that_of_its_last_letter(
 ) -> None:
     with pytest.raises(SystemExit):
         run("screen", "--help")
-    assert "--limit-impact-velocity-m-s M/S" in capsys.readouterr().out
+    assert "--limit-peak-impact-velocity-m-s M/S" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

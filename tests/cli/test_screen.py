@@ -44,7 +44,7 @@ def test_a_hazard_curve_that_ends_early_is_noted(
     words += ["--structure", "slender-frame", "--scales", "0.5:2:6", "--hazard", str(hazard)]
     assert main(words) == 0
     note = re.search(
-        r"(\d+) % is from intensities above 0\.3 g, the last point of the hazard curve\.",
+        r"(\d+) % of it is from intensities above 0\.3 g, the last point of the hazard curve\.",
         capsys.readouterr().out,
     )
     part = read_screening(tmp_path / "s.nc").sel(limit_state="overturning")

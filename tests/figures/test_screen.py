@@ -117,11 +117,11 @@ def test_the_same_screening_gives_the_same_picture(
 def states(screening: xr.Dataset) -> xr.Dataset:
     """The slender structure with limit states that equal, and that precede, overturning."""
     one = screening.sel(structure="slender")
-    weaker = one.assign_coords(limit_state=["u_0.1m"])
+    weaker = one.assign_coords(limit_state=["peak_u_0.1m"])
     for name in ("fragility_median", "fragility_intensity"):
         weaker[name] = one[name] if name.endswith("intensity") else 0.5 * one[name]
-    weaker["fragility"] = 0.5 + 0.5 * one["fragility"].assign_coords(limit_state=["u_0.1m"])
-    same = one.assign_coords(limit_state=["u_0.2m"])
+    weaker["fragility"] = 0.5 + 0.5 * one["fragility"].assign_coords(limit_state=["peak_u_0.1m"])
+    same = one.assign_coords(limit_state=["peak_u_0.2m"])
     return xr.concat([one, weaker, same], dim="limit_state", data_vars="minimal")
 
 

@@ -34,7 +34,7 @@ HERE = Path(__file__).parent
 #: of an ensemble.
 TOLERANCES: Final = {
     **dict.fromkeys(("theta", "theta_low", "theta_high", ":u", ":v"), 1e-3),
-    **dict.fromkeys(("peak_rotation_ratio", "peak_u", "peak_v", "u_max_m", "v_max_m"), 1e-4),
+    **dict.fromkeys(("peak_rotation_ratio", "peak_u", "peak_v", "peak_u_m", "peak_v_m"), 1e-4),
     **dict.fromkeys(("surrogate_error", "overturning_time", "overturning_time_s"), 1e-4),
     # noise is drawn and searched in single precision
     **dict.fromkeys(("surrogate_median", "surrogate_high"), 1e-6),

@@ -60,7 +60,7 @@ spectrum --records records.nc --column-period-s 4 --slenderness-degree 14 --outp
 table records.nc pulses.nc response.nc --output table.csv
 draw spectrum.nc --output drawn
 figure 5 --output figure.png
-paper --claim eq-43 --output paper
+paper --claim eq-43
 init mine
 run small.toml --output run --plan
 run small.toml --output run

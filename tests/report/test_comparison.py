@@ -23,8 +23,8 @@ def test_each_design_has_a_mark_in_each_panel(rows: Any) -> None:
     content = comparison_content(rows, {}, most=2)
     titles = [panel.title for panel in content["panels"]]
     assert titles[:4] == [
-        *("drift [cm]", "residual drift [cm]"),
-        *("base shear over the weight", "base shear [kN]"),
+        *("u [cm]", "residual u [cm]"),
+        *("base shear [W]", "base shear [kN]"),
     ]
     assert {len(panel.marks) for panel in content["panels"]} == {2}
     drift = content["panels"][0]
@@ -39,7 +39,7 @@ def test_each_design_has_a_mark_in_each_panel(rows: Any) -> None:
 
 
 def test_a_design_that_overturns_has_an_open_bar_and_a_long_name_is_cut(rows: Any) -> None:
-    fallen = [{**one, "structure": 30 * "x", "u_max_50_m": u} for one, u in
+    fallen = [{**one, "structure": 30 * "x", "peak_u_50_m": u} for one, u in
               zip(rows[:3], (0.1, 0.2, math.inf), strict=True)]  # fmt: skip
     mark = comparison_content([*rows, *fallen], {})["panels"][0].marks[-1]
     assert (mark.high, mark.far, mark.text) == (None, None, "overturns")

@@ -29,7 +29,7 @@ def test_curves_are_the_probabilities(screen: Screen, tmp_path: Path) -> None:
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
     design = DesignOptions(dimension="height", range=(2.0, 30.0), steps=4)
-    asked = {"hazard": hazard, "design": design, "limit_u_m": (0.1,)}
+    asked = {"hazard": hazard, "design": design, "limit_peak_u_m": (0.1,)}
     found = screen(site(6), scales=np.geomspace(0.5, 3.0, 8), **asked)
     content = screening_content(found)
     states: list[tuple[str, list[Plot]]] = dict(content["fragility"])["slender"]

@@ -57,7 +57,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     design = ("--design-dimension", "height", "--design-range", "2", "4", "--design-steps", "2")
     members = ("--scenario-members", "2", "--histories", "all")
     wanted = ("--scales", "1", "2", "--hazard", home / "hazard.csv", *design, *members)
-    run("screen", records, *pulses, *structures, *wanted, *few, "--output", home / "screen.nc")
+    run("screen", records, *pulses, *structures, *wanted, "--output", home / "screen.nc")
     run("compare", records, *structures, "--output", home / "compare.nc")
     frame = ("--slenderness-deg", "14", "--mass-ratio", "0")
     pulse_of = ("--wavelet", "symmetric_ricker", "--frequency-ratio", "3", "--max-amplitude", "4")

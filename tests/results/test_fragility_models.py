@@ -36,7 +36,7 @@ from rockframe.risk import Outcome
 from rockframe.stages.screen import screen_stage
 
 #: Limit states of the stout frame that are fitted.
-STATES = ("overturning", "rotation_ratio_0.25")
+STATES = ("overturning", "peak_rotation_ratio_0.25")
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +46,8 @@ def screen(tmp_path_factory: pytest.TempPathFactory) -> Path:
         scales=tuple(np.geomspace(0.5, 3.0, 5)),
         margins="none",
         spectral_periods_s=(1.0,),
-        limit_rotation_ratio=(0.25, 0.5),
-        limit_u_m=(0.1,),
+        limit_peak_rotation_ratio=(0.25, 0.5),
+        limit_peak_u_m=(0.1,),
         scenario_members=1,
     )
     hazard = folder / "hazard.csv"
@@ -79,7 +79,7 @@ def test_the_rules_of_nrml(screening: xr.Dataset) -> None:
     """A function for each taxonomy: levels rise, and each limit state has a probability at each."""
     text = as_nrml(fragility_model(screening, stated(taxonomy=("CR/LFM+CIP",))))
     assert '<nrml xmlns="http://openquake.org/xmlns/nrml/0.5">' in text
-    assert "<limitStates>rotation_ratio_0_25 overturning</limitStates>" in text
+    assert "<limitStates>peak_rotation_ratio_0_25 overturning</limitStates>" in text
     assert re.findall(r'<fragilityFunction id="([^"]*)" format="(\w+)">', text) == [
         ("CR/LFM+CIP", "discrete")
     ]
@@ -87,7 +87,7 @@ def test_the_rules_of_nrml(screening: xr.Dataset) -> None:
     poes = dict(re.findall(r'<poes ls="([^"]*)">([^<]*)</poes>', text))
     assert imt == "PGA"
     assert (np.diff(numbers(levels)) > 0.0).all()
-    assert list(poes) == ["rotation_ratio_0_25", "overturning"]
+    assert list(poes) == ["peak_rotation_ratio_0_25", "overturning"]
     for values in map(numbers, poes.values()):
         assert len(values) == len(numbers(levels)) == 40
         assert (np.diff(values) >= 0.0).all()
@@ -151,7 +151,7 @@ def test_each_structure_has_its_taxonomy(screening: xr.Dataset) -> None:
         ({"measure": "pgd"}, "measure 'pgd'"),
         ({"structure": "tall"}, "structure 'tall'"),
         ({"limit_state": ("falling",)}, "limit state 'falling'"),
-        ({"limit_state": None}, r"limit states of 2 quantities \(rotation_ratio, u\)"),
+        ({"limit_state": None}, r"limit states of 2 quantities \(peak_rotation_ratio, peak_u\)"),
         ({"structure": "slender"}, r"No curve of 'slender', .*Choose others with --structure"),
         ({"structure": None, "limit_state": ("overturning",), "taxonomy": ("A",)}, "STRUCTURE=TAX"),
         ({"taxonomy": ("a#b",)}, r"Invalid taxonomy 'a#b'\. Must be at most 100 ASCII characters"),
@@ -172,10 +172,12 @@ def test_the_command_writes_three_files(
     words = ("--structure", "stout", "--limit-state", *STATES, "--output", str(tmp_path / "f.xml"))
     assert main(["export", str(screen), *words]) == 0
     first = capsys.readouterr().out.splitlines()[0]
-    assert re.fullmatch(r"stout: PGA from \S+ to \S+, 40 levels; rotation_ratio_0_25, \w+", first)
+    assert re.fullmatch(
+        r"stout: PGA from \S+ to \S+, 40 levels; peak_rotation_ratio_0_25, \w+", first
+    )
     with (tmp_path / "f-curves.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
-    assert list(rows[0]) == ["taxonomy", "imt", "iml", "rotation_ratio_0_25", "overturning"]
+    assert list(rows[0]) == ["taxonomy", "imt", "iml", "peak_rotation_ratio_0_25", "overturning"]
     assert len(rows) == 40
     assert (tmp_path / "f-pelicun.csv").exists()
 
@@ -211,7 +213,7 @@ def test_a_curve_that_is_not_determined_is_exported_on_request_with_a_note(
     assert f"stout, {note}" in capsys.readouterr().out
     for name in ("f.xml", "f-curves.csv", "f-pelicun.csv"):
         assert note in (tmp_path / name).read_text(encoding="utf-8"), name
-    assert "rotation_ratio_0_25: not" not in (tmp_path / "f.xml").read_text(encoding="utf-8")
+    assert "peak_rotation_ratio_0_25: not" not in (tmp_path / "f.xml").read_text(encoding="utf-8")
 
 
 def test_a_curve_that_is_not_determined_is_said_to_be_so(undetermined: Path) -> None:

@@ -18,14 +18,14 @@ from rockframe.rocking import SpreadVerdict, Verdict
 def test_drifts_of_records_without_uplift_do_not_hide_the_others() -> None:
     """Four weak motions make the median 0; the other two have drifts of 3 and 5 cm."""
     rows = [
-        {"structure": "bent", "record_id": f"r{k}", "verdict": verdict, "u_max_m": drift}
+        {"structure": "bent", "record_id": f"r{k}", "verdict": verdict, "peak_u_m": drift}
         for k, (verdict, drift) in enumerate(
             [("no_uplift", 0.0)] * 4 + [("stands", 0.03), ("stands", 0.05)]
         )
     ]
     (row,) = summary_rows(rows)
-    assert (row["u_max_50_m"], row["uplifted"]) == (0.0, 2)
-    assert 0.03 <= row["uplifted_u_max_50_m"] <= 0.05
+    assert (row["peak_u_50_m"], row["uplifted"]) == (0.0, 2)
+    assert 0.03 <= row["uplifted_peak_u_50_m"] <= 0.05
     (note,) = summary_notes([row])
     assert note.startswith("bent uplifts under 2 of 6 records, with a median drift of ")
     assert summary_notes(summary_rows(rows[4:])) == []

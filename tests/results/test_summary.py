@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rockframe.cells import MATRIX_QUANTITIES
 from rockframe.cli.console import show_summary
 from rockframe.cli.stages.respond import show_responses
 from rockframe.results.tables.rows import response_columns
@@ -35,7 +34,7 @@ def nominal(
         "structure": structure,
         "verdict": verdict,
         "peak_rotation_ratio": 5.0 * u,
-        "u_max_m": u,
+        "peak_u_m": u,
     }
 
 
@@ -45,7 +44,7 @@ def response(name: str, share: float, drift: float, structure: str = "bent") -> 
         **nominal(name, "stands", 9.9, structure),
         "share_overturned": share,
         "share_uplifted": 1.0,
-        "u_max_50_m": drift,
+        "peak_u_50_m": drift,
         "peak_rotation_ratio_50": 2.0 * drift,
         "robust_scale_10": 2.0 - share,
         "largest_robust_scale": 10.0,
@@ -62,8 +61,8 @@ def test_shares_are_averaged_and_medians_are_ranked_over_the_records(rows: Any) 
     assert row["records"] == 5
     assert row["share_overturned"] == sum(SHARES) / 5
     # 16 % of four steps between five values is 0.64 of the first step, 84 % is 0.36 of the last
-    assert row["u_max_16_m"] == pytest.approx(0.05 + 0.64 * (0.1 - 0.05))
-    assert (row["u_max_50_m"], row["u_max_84_m"]) == (0.2, math.inf)
+    assert row["peak_u_16_m"] == pytest.approx(0.05 + 0.64 * (0.1 - 0.05))
+    assert (row["peak_u_50_m"], row["peak_u_84_m"]) == (0.2, math.inf)
     assert row["peak_rotation_ratio_50"] == 0.4
     assert row["robust_scale_10"] == 1.0
     assert row["worst_record"] == "r3"
@@ -74,8 +73,8 @@ def test_without_an_ensemble_a_record_that_overturns_is_infinite() -> None:
     """Its peak only describes the fall, so a small one must not count."""
     found = [nominal("a", "overturns", 0.01), nominal("b", "no_uplift", 0.0), nominal("c")]
     (row,) = summary_rows(found)
-    assert (row["u_max_50_m"], row["share_overturned"]) == (0.1, 1 / 3)
-    assert row["u_max_84_m"] == math.inf
+    assert (row["peak_u_50_m"], row["share_overturned"]) == (0.1, 1 / 3)
+    assert row["peak_u_84_m"] == math.inf
     assert (row["uplifted"], row["worst_record"], row["nominal"]) == (2, "a", True)
 
 
@@ -113,25 +112,31 @@ def test_a_critical_scale_that_was_not_found_is_a_bound() -> None:
 
 def test_each_pair_is_in_a_matrix_once(rows: Any) -> None:
     pairs = [row | {"structure": name} for row in rows for name in ("bent", "pier")]
-    for quantity in MATRIX_QUANTITIES:
+    for quantity in MATRICES:
         matrix = matrix_rows(pairs, quantity)
         assert [row["record_id"] for row in matrix] == [f"r{k}" for k in range(5)]
         column = MATRICES[quantity].column(rows[0])
         assert {*matrix[0]} == {"record_id", f"bent {column}", f"pier {column}"}
-    drifts = [row["bent u_max_50_m"] for row in matrix_rows(pairs, "u")]
+    drifts = [row["bent peak_u_50_m"] for row in matrix_rows(pairs, "peak_u")]
     np.testing.assert_array_equal(drifts, DRIFTS)
-    heads = [one.head for one in matrix_columns(matrix_rows(pairs, "u"), "u")]
+    heads = [one.head for one in matrix_columns(matrix_rows(pairs, "peak_u"), "peak_u")]
     assert heads == ["Record", "bent>", "pier>"]
 
 
 def test_a_matrix_without_an_ensemble_has_other_columns() -> None:
-    (row,) = matrix_rows([nominal("a", "overturns"), nominal("a", "stands", 0.2, "pier")], "u")
-    assert row == {"record_id": "a", "bent u_max_m": math.inf, "pier u_max_m": 0.2}
+    (row,) = matrix_rows([nominal("a", "overturns"), nominal("a", "stands", 0.2, "pier")], "peak_u")
+    assert row == {"record_id": "a", "bent peak_u_m": math.inf, "pier peak_u_m": 0.2}
 
 
 def test_a_quantity_without_values_has_no_matrix() -> None:
     rows = [nominal("a"), nominal("b")]
-    kinds = ["summary", "matrix share", "matrix u", "matrix rotation", "responses"]
+    kinds = [
+        "summary",
+        "matrix share_overturned",
+        "matrix peak_rotation_ratio",
+        "matrix peak_u",
+        "responses",
+    ]
     assert list(tables_of(rows, summary_rows(rows), "responses")) == kinds
     margins = [{**row, "critical_scale": 1.5} for row in rows]
     assert "matrix margin" in tables_of(margins, summary_rows(rows), "responses")

@@ -18,8 +18,8 @@ from rockframe.results.tables.workbook import head_with_unit, name_of_head, writ
 openpyxl = pytest.importorskip("openpyxl", reason="needs the extra tables")
 
 ROWS: list[dict[str, Any]] = [
-    {"record_id": "=a", "u_max_m": 0.125, "pga_g": math.inf, "share_overturned": 0.25, "n": 3},
-    {"record_id": "b\x07", "u_max_m": 12.0, "pga_g": math.nan, "share_overturned": 0.0, "n": 12},
+    {"record_id": "=a", "peak_u_m": 0.125, "pga_g": math.inf, "share_overturned": 0.25, "n": 3},
+    {"record_id": "b\x07", "peak_u_m": 12.0, "pga_g": math.nan, "share_overturned": 0.0, "n": 12},
 ]
 
 
@@ -48,7 +48,7 @@ def test_sheets_are_the_tables_of_csv(records: Path, tmp_path: Path) -> None:
     for table_format in ("xlsx", "csv"):
         assert run(*asked, "--format", table_format) == 0
     book = openpyxl.load_workbook(tmp_path / "r.xlsx")
-    matrices = ["matrix share", "matrix u", "matrix rotation"]
+    matrices = ["matrix share_overturned", "matrix peak_rotation_ratio", "matrix peak_u"]
     assert book.sheetnames == ["summary", *matrices, "responses", "forces", "scales", "parameters"]
     for sheet in book:
         name = "r" if sheet.title == "responses" else f"r-{sheet.title.replace(' ', '-')}"
@@ -67,7 +67,7 @@ def test_a_header_has_units_and_numbers_have_formats(tmp_path: Path) -> None:
     path = tmp_path / "t.xlsx"
     assert write_workbook(path, {"rows": ROWS}) == 2
     sheet = openpyxl.load_workbook(path)["rows"]
-    heads = ["record_id", "u_max [m]", "pga [g]", "share_overturned", "n"]
+    heads = ["record_id", "peak_u [m]", "pga [g]", "share_overturned", "n"]
     assert [cell.value for cell in sheet[1]] == heads
     assert all(cell.font.bold for cell in sheet[1])
     assert [cell.number_format for cell in sheet[2]][1:] == ["0.000", "General", "0.0%", "General"]
@@ -106,7 +106,7 @@ def test_the_same_rows_give_the_same_bytes(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize(
-    "name", ["u_max_50_m", "pgv_m_s", "a_p_g", "T_p_s", "sa_0.5s_g", "p_value"]
+    "name", ["peak_u_50_m", "pgv_m_s", "a_p_g", "T_p_s", "sa_0.5s_g", "p_value"]
 )
 def test_headings_name_their_columns(name: str) -> None:
     assert name_of_head(head_with_unit(name)) == name
@@ -144,12 +144,12 @@ def test_a_screening_prints_motions_by_structures(
     structures.write_text(STRUCTURE)
     asked = ("screen", records, "--structures", structures, "--margins", "none", "--scales", "1")
     capsys.readouterr()
-    assert run(*asked, "--output", tmp_path / "s.nc", "--matrix", "u") == 0
+    assert run(*asked, "--output", tmp_path / "s.nc", "--matrix", "peak_u") == 0
     assert "Responses at scale 1 (nominal): u [cm]" in capsys.readouterr().out
-    assert run(*asked, "--output", tmp_path / "s.nc", "--matrix", "share", "--json") == 0
+    assert run(*asked, "--output", tmp_path / "s.nc", "--matrix", "share_overturned", "--json") == 0
     said = json.loads(capsys.readouterr().out)
     row = {"record_id": "shake", "portico share_overturned": said["overall"][0]["share_overturned"]}
-    assert said["matrices"] == {"share": [row]}
+    assert said["matrices"] == {"share_overturned": [row]}
 
 
 def test_every_stage_that_prints_rows_writes_a_table(records: Path, tmp_path: Path) -> None:

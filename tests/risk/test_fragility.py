@@ -16,8 +16,9 @@ from scipy.special import stdtrit
 from scipy.stats import bernoulli, logistic, norm
 
 from rockframe.errors import ParameterError
+from rockframe.quantities import LIMITED, QUANTITIES
 from rockframe.risk import Outcome, better_measure, compared_motions, fit_fragility
-from rockframe.risk.fragility import QUANTITIES, Curve, LimitState
+from rockframe.risk.fragility import Curve, LimitState
 
 Float = NDArray[np.float64]
 SCALES = np.geomspace(0.5, 4.0, 7)
@@ -383,9 +384,9 @@ def test_a_fragility_without_range_draws_no_curve() -> None:
     assert axes.get_ylabel() == "probability"
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("quantity", [one.name for one in LIMITED])
 def test_the_name_of_a_limit_state_has_all_of_it(quantity: str) -> None:
     state = LimitState(quantity, 0.25)
     assert LimitState.named(state.name) == state
-    assert state.words.startswith(QUANTITIES[quantity][1])
+    assert state.words.startswith(QUANTITIES[quantity].symbol)
     assert (f"{state.words}|".endswith("0.25|")) == quantity.endswith("ratio")

@@ -81,7 +81,8 @@ def test_an_outcome_without_a_curve_is_that_of_the_members(shares: list[float]) 
     assert fit.outcome is pairs.outcome
     x = np.array([0.5, 1.5, 9.0])
     if fit.outcome is not Outcome.FITTED:
-        assert_allclose(np.array(fit.band(x)), np.array(pairs.band(x)))
+        # both fits end where a step no longer raises the likelihood, not at the same last digits
+        assert_allclose(np.array(fit.band(x)), np.array(pairs.band(x)), rtol=1e-6, atol=1e-12)
 
 
 def test_more_members_do_not_narrow_the_bands() -> None:

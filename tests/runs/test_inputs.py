@@ -203,7 +203,7 @@ _ISOLATED = "isolated]\nstrength_ratio = 0.05\nperiod_s = 3.0\n"
         (f"[compare.{_ISOLATED}", r"compare\]: Frame 'slender-column' is a column without a beam"),
         ("[compare]\n", r"compare\]: No bridge to compare with 'bridge-bent'"),
         ("[screen]\nstructure = 'bent'\n", r"screen\]: Invalid structure 'bent'\. Must be one of"),
-        ("[screen]\nlimit_gap_ratio = [1.0]\n", r"screen\]: Missing gap_m of abutments"),
+        ("[screen]\nlimit_peak_gap_ratio = [1.0]\n", r"screen\]: Missing gap_m of abutments"),
         (
             "[screen]\nstructure = 'bridge-bent'\npooled = true\n",
             r"screen\]: pooled needs at least",

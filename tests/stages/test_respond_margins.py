@@ -176,7 +176,7 @@ def test_shipped_structures_are_those_of_the_test() -> None:
     assert (bent.height, bent.width, bent.mass_ratio) == (9.6, 1.6, 4.0)
 
 
-BANDS = ("peak_rotation_ratio", "peak_u", "peak_v", "impact_velocity", "friction_demand")
+BANDS = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity", "friction_demand")
 
 
 def test_shares_and_bands_are_in_the_file_and_the_table(
@@ -195,9 +195,9 @@ def test_shares_and_bands_are_in_the_file_and_the_table(
                 assert float(stored[f"share_overturned{end}"]) == share
                 assert row[f"share_overturned{end}"] == share
             assert float(stored["share_uplifted"]) == one.share_uplifted
-            for name in (*BANDS, "base_shear"):
+            for name in (*BANDS, "peak_base_shear"):
                 assert_array_equal(stored[f"{name}_band"], getattr(one.bands, name))
-            columns = [row[f"u_max_{quantile}_m"] for quantile in (16, 50, 84)]
+            columns = [row[f"peak_u_{quantile}_m"] for quantile in (16, 50, 84)]
             assert_array_equal(columns, one.bands.peak_u)
             assert np.isnan(stored["share_model_ends"]), "no limit is stated"
     near, fallen, weak = found

@@ -96,7 +96,7 @@ def test_each_row_is_the_response_to_the_scaled_motion(
         assert row["share_overturned"] == spread.share_overturned
         band = [row[f"peak_rotation_ratio_{part}"] for part in (16, 50, 84)]
         assert_allclose(band, spread.bands.peak_rotation_ratio, rtol=1e-12)
-        assert_allclose(row["u_max_84_m"], spread.bands.peak_u[2], rtol=1e-12)
+        assert_allclose(row["peak_u_84_m"], spread.bands.peak_u[2], rtol=1e-12)
 
 
 def test_versions_of_a_record_are_scaled_with_it(bundled_records: Path, tmp_path: Path) -> None:

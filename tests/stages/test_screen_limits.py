@@ -38,17 +38,17 @@ from rockframe.units import GRAVITY
 Screen = Callable[..., xr.Dataset]
 SCALES = np.geomspace(0.25, 3.0, 8)
 LIMITS = {
-    "limit_rotation_ratio": (0.25, 0.5),
-    "limit_u_m": (0.1,),
-    "limit_v_m": (0.005,),
-    "limit_impact_velocity_m_s": (0.15,),
+    "limit_peak_rotation_ratio": (0.25, 0.5),
+    "limit_peak_u_m": (0.1,),
+    "limit_peak_v_m": (0.005,),
+    "limit_peak_impact_velocity_m_s": (0.15,),
 }
 
 
 @pytest.fixture(scope="module")
 def names() -> list[str]:
-    others = ["u_0.1m", "v_0.005m", "impact_velocity_0.15m_s"]
-    return ["overturning", "rotation_ratio_0.25", "rotation_ratio_0.5", *others]
+    others = ["peak_u_0.1m", "peak_v_0.005m", "peak_impact_velocity_0.15m_s"]
+    return ["overturning", "peak_rotation_ratio_0.25", "peak_rotation_ratio_0.5", *others]
 
 
 def test_each_limit_has_the_fragility_of_its_peaks(screen: Screen, names: list[str]) -> None:
@@ -58,11 +58,11 @@ def test_each_limit_has_the_fragility_of_its_peaks(screen: Screen, names: list[s
     one = found.sel(structure="slender")
     peaks = {
         "overturning": one["peak_rotation_ratio"] > np.inf,
-        "rotation_ratio_0.25": one["peak_rotation_ratio"] >= 0.25,
-        "rotation_ratio_0.5": one["peak_rotation_ratio"] >= 0.5,
-        "u_0.1m": one["peak_u"] >= 0.1,
-        "v_0.005m": one["peak_v"] >= 0.005,
-        "impact_velocity_0.15m_s": one["peak_impact_velocity"] >= 0.15,
+        "peak_rotation_ratio_0.25": one["peak_rotation_ratio"] >= 0.25,
+        "peak_rotation_ratio_0.5": one["peak_rotation_ratio"] >= 0.5,
+        "peak_u_0.1m": one["peak_u"] >= 0.1,
+        "peak_v_0.005m": one["peak_v"] >= 0.005,
+        "peak_impact_velocity_0.15m_s": one["peak_impact_velocity"] >= 0.15,
     }
     for name, exceeded in peaks.items():
         reached = (exceeded | (one["verdict"] == 2)).values
@@ -84,7 +84,7 @@ def test_tendons_yield_and_gaps_close() -> None:
         part = (found.verdict[i], found.peak_rotation[i], found.impact_velocity[i])
         peaks, fell = peaks_of_frames([column, tied], *part), found.verdict[i] == 2
         reached = [
-            LimitState(f"{what}_ratio", 1.0).reached(peaks, fell) for what in ("tendon", "gap")
+            LimitState(f"peak_{what}_ratio", 1.0).reached(peaks, fell) for what in ("tendon", "gap")
         ]
         assert all((limit[0] == fell[0]).all() for limit in reached)
         response = respond(tied, record)
@@ -113,7 +113,7 @@ def test_a_tendon_that_loses_prestress_never_exceeds_its_yield_force() -> None:
         force = response.restraint.peak_tendon_force
         assert_allclose(ratios[-1][-1], force / tendon.yield_force, rtol=1e-9)
     stands = np.zeros(np.shape(ratios), dtype=np.bool_)
-    reached = LimitState("tendon_ratio", 1.0).reached(
+    reached = LimitState("peak_tendon_ratio", 1.0).reached(
         {"peak_tendon_ratio": np.array(ratios)}, stands
     )
     assert {*reached.ravel().tolist()} == {True, False}
@@ -136,7 +136,7 @@ def test_each_limit_has_a_rate_and_its_parts(screen: Screen, tmp_path: Path) -> 
 def test_design_for_a_drift(screen: Screen) -> None:
     """A candidate with the width of the structure has the structure's share below the limit."""
     design = DesignOptions(
-        dimension="width", range=(0.45, 0.9), quantity="u", limit=0.1, steps=2, share=0.5
+        dimension="width", range=(0.45, 0.9), quantity="peak_u", limit=0.1, steps=2, share=0.5
     )
     found = screen(site(6), design=design)
     one = found.sel(structure="slender", scale=1.0)
@@ -148,7 +148,7 @@ def test_design_for_a_drift(screen: Screen) -> None:
 def test_design_for_an_impact_velocity(screen: Screen) -> None:
     """As for the drift; the impact velocities are those of the responses."""
     design = DesignOptions(
-        dimension="width", range=(0.45, 0.9), quantity="impact_velocity", limit=0.1, steps=2
+        dimension="width", range=(0.45, 0.9), quantity="peak_impact_velocity", limit=0.1, steps=2
     )
     records = site(6)
     found = screen(records, design=design)
@@ -273,7 +273,7 @@ def test_a_file_of_openquake_as_delivered(screen: Screen) -> None:
             {"hazard": "h.csv", "hazard_site": (1.0, 2.0), "hazard_site_id": "a"},
             "hazard_site and hazard_site_id both stated",
         ),
-        ({"limit_u_m": (0.0,)}, "limit_u_m with 0. Must be above 0"),
+        ({"limit_peak_u_m": (0.0,)}, "limit_peak_u_m with 0. Must be above 0"),
     ],
 )
 def test_options_that_cannot_be(options: dict[str, object], message: str) -> None:
@@ -283,11 +283,11 @@ def test_options_that_cannot_be(options: dict[str, object], message: str) -> Non
 
 def test_limits_of_restraints_need_restraints(screen: Screen) -> None:
     with pytest.raises(ParameterError, match=r"Missing gap_m of abutments. Must be stated for lim"):
-        screen(site(2), limit_gap_ratio=(1.0,))
+        screen(site(2), limit_peak_gap_ratio=(1.0,))
     with pytest.raises(
         ParameterError, match=r"Missing yield_stress_pa of tendons. Must be stated for"
     ):
-        screen(site(2), limit_tendon_ratio=(1.0,))
+        screen(site(2), limit_peak_tendon_ratio=(1.0,))
 
 
 @pytest.mark.filterwarnings("error")
@@ -296,7 +296,7 @@ def test_a_structure_without_a_gap_has_no_fragility_of_it(tmp_path: Path) -> Non
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
     text = f"{STRUCTURES}[structure.abutment]\ngap_m = 0.05\n"
-    options = {"scales": [0.5, 1.0, 2.0], "hazard": hazard, "limit_gap_ratio": [1.0]}
+    options = {"scales": [0.5, 1.0, 2.0], "hazard": hazard, "limit_peak_gap_ratio": [1.0]}
     screen_stage(
         stored(site(6), tmp_path),
         tmp_path / "screen.nc",
@@ -304,12 +304,14 @@ def test_a_structure_without_a_gap_has_no_fragility_of_it(tmp_path: Path) -> Non
         structures_path=structures(tmp_path, text),
     )
     found = read_screening(tmp_path / "screen.nc")
-    without = found.sel(structure="stout", limit_state="gap_ratio_1")
+    without = found.sel(structure="stout", limit_state="peak_gap_ratio_1")
     for name in ("fragility", "fragility_high", "bin_share", "annual_rate", "annual_rate_high"):
         assert without[name].isnull().all(), name
     assert found["annual_rate_high"].sel(structure="slender").notnull().all()
     for row in screen_summary(found):
-        expected = {"overturning"} | ({"gap_ratio_1"} if row["structure"] == "slender" else set())
+        expected = {"overturning"} | (
+            {"peak_gap_ratio_1"} if row["structure"] == "slender" else set()
+        )
         for part in ("fragility", "rates"):
             assert {one["limit_state"] for one in row[part]} == expected
     assert "gap" not in draw_fragility(found.sel(structure="stout")).caption
@@ -317,7 +319,7 @@ def test_a_structure_without_a_gap_has_no_fragility_of_it(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("quantity", "key"), [("tendon_ratio", "yield_stress_pa"), ("gap_ratio", "gap_m")]
+    ("quantity", "key"), [("peak_tendon_ratio", "yield_stress_pa"), ("peak_gap_ratio", "gap_m")]
 )
 def test_a_design_for_a_restraint_needs_it_in_every_structure(
     screen: Screen, quantity: str, key: str
@@ -329,7 +331,7 @@ def test_a_design_for_a_restraint_needs_it_in_every_structure(
 
 
 def test_words_of_an_outcome_name_the_limit() -> None:
-    limit = LimitState.named("u_0.1m")
+    limit = LimitState.named("peak_u_0.1m")
     assert Outcome.NONE_OVERTURN.sentence_of(limit.words).startswith("no motion reaches u ≥ 0.1 m")
     assert Outcome.NONE_OVERTURN.sentence.startswith("no motion overturns it")
 
@@ -339,7 +341,7 @@ def test_structures_share_the_memory_of_their_shares() -> None:
     arrays = [np.zeros((3, 2, 4)), np.ones((3, 2, 4))]
     frames = [RockingFrame(height=9.6, width=1.6), RockingFrame(height=6.0, width=0.8)]
     request = SimpleNamespace(frames=frames)
-    limits = [OVERTURNING, LimitState("u", 0.2)]
+    limits = [OVERTURNING, LimitState("peak_u", 0.2)]
     run = SimpleNamespace(limits=limits, request=request, shares=lambda n: arrays[n].copy())
     first, second = _reached(cast("Any", run))
     for one, other, array in zip(first, second, arrays, strict=True):

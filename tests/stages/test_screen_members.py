@@ -16,12 +16,12 @@ from rockframe.engines.engine import OneProcess, ProcessPool
 from rockframe.errors import ParameterError
 from rockframe.figures.fragility import draw_fragility, draw_peak_distribution
 from rockframe.options.respond import (
-    QUANTILES,
     DesignOptions,
     Ensemble,
     RespondOptions,
     ScreenOptions,
 )
+from rockframe.quantities import QUANTILES
 from rockframe.record import Record
 from rockframe.report.page import screening_content
 from rockframe.results.reading import opened
@@ -69,7 +69,7 @@ def responses_one_by_one(
 def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a screening of four members a scenario, and two further limits."""
     folder = tmp_path_factory.mktemp("four")
-    limits = {"limit_u_m": (0.1,), "limit_rotation_ratio": (0.5,)}
+    limits = {"limit_peak_u_m": (0.1,), "limit_peak_rotation_ratio": (0.5,)}
     options = ScreenOptions(margins="none", scales=SCALES, scenario_members=4, **limits)
     records, frames = stored(site(6), folder), structures(folder)
     screen_stage(records, folder / "screen.nc", options, structures_path=frames)
@@ -89,7 +89,11 @@ def test_shares_and_bands_are_those_of_single_responses(four: xr.Dataset, home: 
     alone = responses_one_by_one(site(6), home, ensemble)
     fell, ratio, u = alone["fell"], alone["peak_rotation_ratio"], alone["peak_u"]
     shares = [fell, fell | (ratio >= 0.5), fell | (u >= 0.1)]
-    assert four["limit_state"].values.tolist() == ["overturning", "rotation_ratio_0.5", "u_0.1m"]
+    assert four["limit_state"].values.tolist() == [
+        "overturning",
+        "peak_rotation_ratio_0.5",
+        "peak_u_0.1m",
+    ]
     for place, reached in enumerate(shares):
         assert_array_equal(four["share_reached"][..., place], reached.mean(axis=3))
         assert 0.0 < reached.mean() < 1.0
@@ -106,7 +110,7 @@ def test_shares_and_bands_are_those_of_single_responses(four: xr.Dataset, home: 
 
 def test_a_larger_limit_is_reached_by_fewer_members(screen: Screen) -> None:
     """A member that overturns reaches each limit, and one that reaches 0.5 has reached 0.25."""
-    found = screen(site(6), scenario_members=4, limit_rotation_ratio=(0.25, 0.5))
+    found = screen(site(6), scenario_members=4, limit_peak_rotation_ratio=(0.25, 0.5))
     overturns, quarter, half = (found["share_reached"][..., k].values for k in range(3))
     assert (overturns <= half).all()
     assert (half <= quarter).all()
@@ -115,7 +119,7 @@ def test_a_larger_limit_is_reached_by_fewer_members(screen: Screen) -> None:
 
 def test_nominal_results_are_those_without_members(screen: Screen, four: xr.Dataset) -> None:
     """The stated structure responds beside the members; it is not one of them."""
-    plain = screen(site(6), limit_u_m=(0.1,), limit_rotation_ratio=(0.5,))
+    plain = screen(site(6), limit_peak_u_m=(0.1,), limit_peak_rotation_ratio=(0.5,))
     for name in ("verdict", "peak_rotation_ratio", "peak_u", "peak_v", "verdict_count"):
         assert_array_equal(four[name], plain[name])
     assert "share_reached" not in plain
@@ -124,7 +128,7 @@ def test_nominal_results_are_those_without_members(screen: Screen, four: xr.Data
 
 def test_members_without_spread_are_the_stated_structure(screen: Screen) -> None:
     """All shares are 0 or 1, and all quantiles the nominal peak; the statistics follow."""
-    asked = {"limit_u_m": (0.1,), "scales": np.geomspace(0.5, 3.0, 6)}
+    asked = {"limit_peak_u_m": (0.1,), "scales": np.geomspace(0.5, 3.0, 6)}
     asked |= {"design": DesignOptions(dimension="height", range=(2.0, 30.0), steps=4)}
     plain = screen(site(8), **asked)
     found = screen(site(8), scenario_members=3, ensemble=NO_SPREAD, **asked)
@@ -185,7 +189,7 @@ def test_results_over_all_motions_pool_the_members(four: xr.Dataset, home: Path)
             row["share_overturned_low"] <= row["share_overturned"] <= row["share_overturned_high"]
         )
         expected = np.sort(u[:, k].ravel())[12:11:-1].item()  # the median of 24 is below the 13th
-        assert np.sort(u[:, k].ravel())[11] <= row["u_max_50_m"] <= expected + 1e-12
+        assert np.sort(u[:, k].ravel())[11] <= row["peak_u_50_m"] <= expected + 1e-12
 
 
 @pytest.mark.parametrize("statistic", ["share", "quantile_84"])
@@ -196,15 +200,15 @@ def test_a_design_has_the_shares_and_quantiles_of_its_members(
     design = DesignOptions(
         dimension="width",
         range=(0.45, 0.9),
-        quantity="u",
+        quantity="peak_u",
         limit=0.1,
         steps=4,
         statistic=statistic,
-        share=0.7,
+        **({"share": 0.7} if statistic == "share" else {}),
     )
-    found = screen(site(6), design=design, scenario_members=4, limit_u_m=(0.1,))
+    found = screen(site(6), design=design, scenario_members=4, limit_peak_u_m=(0.1,))
     one = found.sel(structure="slender")
-    below = 1.0 - float(one["share_reached"].sel(scale=1.0, limit_state="u_0.1m").mean())
+    below = 1.0 - float(one["share_reached"].sel(scale=1.0, limit_state="peak_u_0.1m").mean())
     assert_allclose(float(one["design_share"][0]), below)
     assert float(one["design_quantile_84"][0]) == float(one["overall_peak_u_band"][2])
     met = one["design_share"] >= 0.7 if statistic == "share" else one["design_quantile_84"] < 0.1
@@ -264,11 +268,11 @@ def test_batches_of_other_members_are_not_taken(
 
 def test_tables_have_the_shares_and_quantiles(four: xr.Dataset, home: Path) -> None:
     rows = list(scenario_rows(four))
-    for name, limit in (("overturned", "overturning"), ("u_0.1m", "u_0.1m")):
+    for name, limit in (("overturned", "overturning"), ("peak_u_0.1m", "peak_u_0.1m")):
         shares = four["share_reached"].sel(limit_state=limit).values.ravel()
         assert_array_equal([row[f"share_{name}"] for row in rows], shares)
     assert_array_equal(
-        [row["u_max_84_m"] for row in rows], four["peak_u_band"][..., 2].values.ravel()
+        [row["peak_u_84_m"] for row in rows], four["peak_u_band"][..., 2].values.ravel()
     )
     for row in screen_rows(four):
         share = row["share_overturned"]
@@ -309,10 +313,12 @@ def test_a_structure_without_a_gap_has_no_share_of_it(tmp_path: Path) -> None:
     screen_stage(
         stored(site(4), tmp_path),
         tmp_path / "screen.nc",
-        ScreenOptions(margins="none", scenario_members=3, limit_gap_ratio=[1.0]),
+        ScreenOptions(margins="none", scenario_members=3, limit_peak_gap_ratio=[1.0]),
         structures_path=structures(tmp_path, text),
     )
-    share = read_screening(tmp_path / "screen.nc")["share_reached"].sel(limit_state="gap_ratio_1")
+    share = read_screening(tmp_path / "screen.nc")["share_reached"].sel(
+        limit_state="peak_gap_ratio_1"
+    )
     assert share.sel(structure="stout").isnull().all()
     assert 0.0 < float(share.sel(structure="slender").mean(skipna=False)) < 1.0
 
@@ -388,15 +394,20 @@ def test_members_are_shaken_by_the_versions_of_a_record(
     ingest_stage([bundled_records / "Ridgecrest2019-CCC.V1"], records, workers=0)
     ensemble = Ensemble(members=16, orientation_degree=3.0)
     frames = structures(tmp_path)
-    asked = {"margins": "none", "ensemble": ensemble}
     screened = tmp_path / "screen.nc"
     screen_stage(
         records,
         screened,
-        ScreenOptions(scales=[1.0], scenario_members=16, **asked),
+        ScreenOptions(
+            scales=[1.0],
+            scenario_members=16,
+            margins="none",
+            ensemble=Ensemble(orientation_degree=3.0),
+        ),
         structures_path=frames,
     )
-    respond_stage(records, tmp_path / "r.nc", RespondOptions(**asked), structures_path=frames)
+    options = RespondOptions(margins="none", ensemble=ensemble)
+    respond_stage(records, tmp_path / "r.nc", options, structures_path=frames)
     found = read_screening(screened)
     with opened(tmp_path / "r.nc", "response") as file:
         alone = file[["share_overturned", "share_uplifted", "peak_rotation_ratio_band"]].load()
@@ -412,7 +423,7 @@ def test_members_are_shaken_by_the_versions_of_a_record(
             scales=[1.0],
             scenario_members=16,
             margins="none",
-            ensemble=ensemble.replaced(corner=1.0, orientation_degree=0.0),
+            ensemble=Ensemble(corner=1.0),
         ),
         structures_path=frames,
     )

@@ -89,8 +89,8 @@ def screened(tmp_path_factory: pytest.TempPathFactory) -> Path:
             scales=SCALES,
             margins="none",
             pooled=True,
-            limit_rotation_ratio=(0.3,),
-            limit_u_m=(0.1,),
+            limit_peak_rotation_ratio=(0.3,),
+            limit_peak_u_m=(0.1,),
         ),
         structures_path=structures(folder, STRUCTURES + MORE),
     )
@@ -101,7 +101,7 @@ def test_the_pooled_fit_is_that_of_the_stacked_scenarios(screened: Path) -> None
     found = read_screening(screened)
     free = ["stout", "slender", "copy"]
     assert found["pooled"].values.tolist() == [1, 1, 1, 0]
-    assert found["pooled_limit_state"].values.tolist() == ["overturning", "rotation_ratio_0.3"]
+    assert found["pooled_limit_state"].values.tolist() == ["overturning", "peak_rotation_ratio_0.3"]
     fell = found["verdict"].sel(structure=free) == 2
     stacked = np.concatenate([fell.sel(structure=name).values for name in free])
     uplift = found["uplift_acceleration"].sel(structure=free).values[:, None]

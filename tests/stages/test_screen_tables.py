@@ -56,7 +56,7 @@ def test_no_column_is_left_out(tmp_path: Path) -> None:
         "event station azimuth_degree magnitude epicentral_distance_km vs30_m_s pga_g pgv_m_s "
         "a_p_g T_p_s L_p_m mean_rank height_m width_m mass_ratio slenderness_deg verdict_words"
     )
-    pair = "record_id structure scale verdict peak_rotation_ratio u_max_m v_max_m demand_rank"
+    pair = "record_id structure scale verdict peak_rotation_ratio peak_u_m peak_v_m demand_rank"
     assert list(next(screen_rows(screening))) == [*pair.split(), *motion.split()]
     fit = (
         "structure limit_state measure unit outcome median median_low median_high lowest highest "
@@ -109,7 +109,7 @@ def test_tables_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.Monkey
     hazard = tmp_path / "hazard.csv"
     hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
     design = DesignOptions(dimension="height", range=(2.0, 30.0), steps=4)
-    done = screened(tmp_path, hazard=hazard, design=design, limit_u_m=(0.1,))
+    done = screened(tmp_path, hazard=hazard, design=design, limit_peak_u_m=(0.1,))
     found = read_screening(tmp_path / "screen.nc")
     assert [path.name for path in done.tables.values()] == [
         *("screen.csv", "scenarios.csv", "fragility.csv", "rates.csv", "design.csv")
@@ -119,7 +119,7 @@ def test_tables_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.Monkey
     fallen = [row["verdict"] == "overturns" for row in scenarios]
     assert fallen == (found["verdict"].values.ravel() == 2).tolist()
     rates = rows_of(tmp_path / "rates.csv")
-    assert [row["limit_state"] for row in rates[:2]] == ["overturning", "u_0.1m"]
+    assert [row["limit_state"] for row in rates[:2]] == ["overturning", "peak_u_0.1m"]
     for row, rate in zip(rates, found["annual_rate"].values.ravel(), strict=True):
         period = math.nan if row["return_period_years"] == "" else float(row["return_period_years"])
         assert_allclose(period, 1.0 / rate)

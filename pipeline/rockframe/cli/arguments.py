@@ -9,13 +9,14 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cells import MATRIX_QUANTITIES, TABLE_FORMATS
+from rockframe.cells import TABLE_FORMATS
 from rockframe.cli.console import show_rejections
 from rockframe.cli.options import Once, add_options, chosen, file_to_write, flag, path
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import ExecutionOptions, ReadingOptions
 from rockframe.provenance import scratch_folder
+from rockframe.quantities import MATRICES
 
 if TYPE_CHECKING:
     from rockframe.engines.engine import Engine
@@ -126,12 +127,12 @@ def add_matrix(parser: argparse.ArgumentParser) -> None:
     """Add ``--matrix``."""
     parser.add_argument(
         "--matrix",
-        choices=MATRIX_QUANTITIES,
+        choices=MATRICES,
         nargs="+",
         default=(),
         metavar="QUANTITY",
-        help="print records by structures in one quantity, instead of a row for each pair: share "
-        "(that overturns), u (drift), rotation (theta/alpha) or margin",
+        help="print records by structures in one quantity, instead of a row for each pair: "
+        f"{', '.join(MATRICES)}",
     )
 
 

@@ -11,13 +11,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.cells import decimal
+from rockframe.cells import DASH, decimal
 from rockframe.errors import ParameterError, require_known
 from rockframe.frame import RockingFrame, unusual
 from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import Ensemble
 from rockframe.parts import inertia_ratio_of
+from rockframe.quantities import PEAKS, Quantity
 from rockframe.record import Record
 from rockframe.results.versions import Uncertain
 from rockframe.rocking import (
@@ -203,8 +204,8 @@ class Answer:
         numbers = {
             name: getattr(response, name)
             for name in (
-                *("peak_rotation_ratio", "peak_u", "peak_v", "uplift_time", "overturning_time"),
-                *("impacts",),
+                *(one.name for one in PEAKS),
+                *("uplift_time", "overturning_time", "impacts"),
             )
         } | {
             name: getattr(frame, name)
@@ -221,6 +222,7 @@ class Answer:
             "words": f"nominally {stated.words}",
             "unusual": unusual(frame.height, frame.mass_ratio, frame.slenderness),
             **known,
+            "peaks": [[f"nominal {one.symbol}", self._peak(one)] for one in PEAKS],
             "pulse_words": None if self.pulse is None else _words(self.pulse),
             "pga": float(np.abs(self.ground.acceleration()).max()),
             "step": self.ground.time_step,
@@ -228,6 +230,14 @@ class Answer:
             "samples": int(response.time.size),
             "drawn": int(self.places.size),
         }
+
+    def _peak(self, quantity: Quantity) -> str:
+        """Return a peak with its unit; a dash if the structure overturns."""
+        if self.response.verdict is Verdict.OVERTURNS:
+            return DASH
+        return (
+            f"{quantity.text(getattr(self.response, quantity.name))} {quantity.shown_unit}".rstrip()
+        )
 
     def table(self) -> str:
         """Return all samples as CSV, in s, m/s2, rad and m; cells are empty after overturning."""

@@ -392,7 +392,7 @@ def draw_moment_rotation(
 #: Forces of each panel, with their labels.
 _PANELS: Final = {
     "horizontal force": {
-        "base_shear": "base shear",
+        "peak_base_shear": "base shear",
         "base_joint_horizontal": "base joint",
         "base_key_force": "base key",
         "top_joint_horizontal": "top joint",
@@ -403,8 +403,8 @@ _PANELS: Final = {
         "base_joint_vertical_least": "base, least",
         "top_joint_vertical": "top, largest",
         "top_joint_vertical_least": "top, least",
-        "tendon_force": "tendon",
-        "dissipater_force": "dissipaters",
+        "peak_tendon_force": "tendon",
+        "peak_dissipater_force": "dissipaters",
     },
     "impulse": {
         "base_impulse_horizontal": "base, horizontal",

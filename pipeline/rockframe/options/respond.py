@@ -31,6 +31,7 @@ from rockframe.options.model import (
     value_error,
     warn_beyond_turn,
 )
+from rockframe.quantities import LIMITED
 
 
 def _enough(members: int) -> int:
@@ -40,8 +41,6 @@ def _enough(members: int) -> int:
     return members
 
 
-#: Quantiles of the members' peaks that are stored and printed [1].
-QUANTILES: Final = (0.16, 0.50, 0.84)
 #: Least number of members of an ensemble.
 LEAST_MEMBERS: Final = 16
 #: Largest number of members in each scenario of a screening.
@@ -165,8 +164,13 @@ class DesignOptions(Options):
     range: Annotated[tuple[Finite, Finite], Field(strict=False, examples=[(4.0, 12.0)])]
     """Range that is searched, in m for height and width."""
     quantity: Literal[
-        "rotation_ratio", "u", "v", "impact_velocity", "tendon_ratio", "gap_ratio"
-    ] = "rotation_ratio"
+        "peak_rotation_ratio",
+        "peak_u",
+        "peak_v",
+        "peak_impact_velocity",
+        "peak_tendon_ratio",
+        "peak_gap_ratio",
+    ] = "peak_rotation_ratio"
     """Limited quantity: theta/alpha, the drift u, the lift v, the impact velocity, the force of a
     tendon over its yield force, or the drift over the gap at the abutment."""
     limit: Positive = 0.5
@@ -261,18 +265,22 @@ class ScreenOptions(Options):
     """Further measures of intensity: cav (the cumulative absolute velocity), arias_intensity,
     housner_intensity, and RotD50 and RotD100 of both horizontals, pga_rotd50, pga_rotd100,
     pgv_rotd50, pgv_rotd100, and sa_rotd50 and sa_rotd100 at spectral_periods_s."""
-    limit_rotation_ratio: Annotated[PositiveNumbers | None, Field(examples=[(0.25, 0.5)])] = None
+    limit_peak_rotation_ratio: Annotated[PositiveNumbers | None, Field(examples=[(0.25, 0.5)])] = (
+        None
+    )
     """Limits of theta/alpha: damage states that get fragilities and rates in addition to
     overturning."""
-    limit_u_m: Annotated[PositiveNumbers | None, Field(examples=[(0.2,)])] = None
+    limit_peak_u_m: Annotated[PositiveNumbers | None, Field(examples=[(0.2,)])] = None
     """Limits of the drift u, such as the width of a seat or a joint [m]."""
-    limit_v_m: Annotated[PositiveNumbers | None, Field(examples=[(0.05,)])] = None
+    limit_peak_v_m: Annotated[PositiveNumbers | None, Field(examples=[(0.05,)])] = None
     """Limits of the lift v [m]."""
-    limit_impact_velocity_m_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5,)])] = None
+    limit_peak_impact_velocity_m_s: Annotated[PositiveNumbers | None, Field(examples=[(0.5,)])] = (
+        None
+    )
     """Limits of the velocity 2 b |theta'| at which the base of a column hits the ground [m/s]."""
-    limit_tendon_ratio: Annotated[PositiveNumbers | None, Field(examples=[(1.0,)])] = None
+    limit_peak_tendon_ratio: Annotated[PositiveNumbers | None, Field(examples=[(1.0,)])] = None
     """Limits of the force of a tendon over its yield force: at 1 it yields."""
-    limit_gap_ratio: Annotated[PositiveNumbers | None, Field(examples=[(1.0,)])] = None
+    limit_peak_gap_ratio: Annotated[PositiveNumbers | None, Field(examples=[(1.0,)])] = None
     """Limits of the drift over the gap at the abutment: at 1 the gap closes."""
     fragility_curve: Literal["lognormal", "logistic"] = "lognormal"
     """Form of the fragility curves: lognormal, or logistic over the logarithm of the intensity. The
@@ -348,14 +356,7 @@ class ScreenOptions(Options):
 
     def limits(self) -> tuple[tuple[str, float], ...]:
         """Return the stated limits of the response as pairs of quantity and value [SI]."""
-        stated = {
-            "rotation_ratio": self.limit_rotation_ratio,
-            "u": self.limit_u_m,
-            "v": self.limit_v_m,
-            "impact_velocity": self.limit_impact_velocity_m_s,
-            "tendon_ratio": self.limit_tendon_ratio,
-            "gap_ratio": self.limit_gap_ratio,
-        }
+        stated = {one.name: getattr(self, f"limit_{one.column()}") for one in LIMITED}
         return tuple((name, value) for name, values in stated.items() for value in values or ())
 
     def pulse_filters(self) -> dict[str, object]:
@@ -428,7 +429,7 @@ class ExportOptions(Options):
     """Intensity measure: pga, pgv, or a spectral acceleration of the screening such as sa_1s."""
     structure: Annotated[str | None, Field(examples=["bridge-bent"])] = None
     """Only the structure of this name."""
-    limit_state: Annotated[Texts | None, Field(examples=[("u_0.2m", "overturning")])] = None
+    limit_state: Annotated[Texts | None, Field(examples=[("peak_u_0.2m", "overturning")])] = None
     """Limit states, as the screening names them; by default all, which must be of one quantity."""
     taxonomy: Annotated[Texts | None, Field(examples=[("bridge-bent=CR/LFM",)])] = None
     """Taxonomy of each structure, as STRUCTURE=TAXONOMY, or the taxonomy alone for a single

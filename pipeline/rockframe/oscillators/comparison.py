@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import QUANTILES, BridgeEnsemble
+from rockframe.options.respond import BridgeEnsemble
 from rockframe.oscillators.response import OscillatorResponse, respond_oscillator
 from rockframe.record import Record
 from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
-from rockframe.rocking.assessments import BANDS, Bands, EnsembleResponse
+from rockframe.rocking.assessments import Band, Bands, EnsembleResponse
 from rockframe.rocking.contact import with_contact
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.ensemble import ensemble_responses, quantiles
@@ -308,21 +308,25 @@ def _ensemble(
     fallen = np.array([math.isinf(one.peak_u) for one in found])
     limited = rivals.frame.abutment is not None or isinstance(model, FixedFrame)
     bands = {
-        key: tuple(quantiles(np.where(fallen, np.inf, [getattr(one, of) for one in found])))
-        for key, of in _OF_COMPARED.items()
+        name: _band(np.where(fallen, np.inf, [getattr(one, name) for one in found]))
+        for name in _OF_COMPARED
     }
-    nothing = dict.fromkeys(BANDS, (math.nan,) * len(QUANTILES))
     return EnsembleResponse(
         members=ensemble.members,
         uplifted=None,
         overturned=int(fallen.sum()),
         model_ends=sum(one.validity is not Validity.HOLDS for one in found) if limited else None,
-        bands=Bands(**nothing | bands),
+        bands=Bands(bands),
     )
 
 
-#: Bands of bridges that do not rock, with the attributes of `Compared`.
-_OF_COMPARED: Final = {"peak_u": "peak_u", "peak_v": "peak_v", "base_shear": "peak_base_shear"}
+def _band(peaks: Float) -> Band:
+    low, middle, high = quantiles(peaks).tolist()
+    return low, middle, high
+
+
+#: Quantities with bands of bridges that do not rock.
+_OF_COMPARED: Final = ("peak_u", "peak_v", "peak_base_shear")
 
 
 def _rocking(

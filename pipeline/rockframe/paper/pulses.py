@@ -328,10 +328,10 @@ def statements(rows: Sequence[Row]) -> list[str]:
 def _of_bridge(own: Sequence[Row]) -> list[Claim]:
     """Return the claims about the largest rotation, the drifts and the largest lift."""
     turned = max(own, key=lambda row: row["peak_rotation_ratio"])
-    lifted = max(own, key=lambda row: row["v_max_m"])
-    drifts = sorted(100.0 * row["u_max_m"] for row in own)
+    lifted = max(own, key=lambda row: row["peak_v_m"])
+    drifts = sorted(100.0 * row["peak_u_m"] for row in own)
     of = f"{len(own)} of the paper's {len(paper_records())} records are here with its PGA and PGV"
-    ratio, lift = turned["peak_rotation_ratio"], 100.0 * lifted["v_max_m"]
+    ratio, lift = turned["peak_rotation_ratio"], 100.0 * lifted["peak_v_m"]
     least, most = drifts[0], drifts[-1]
     found = (
         ("rotation", "θ/α of the bridge under all six records", "< 0.33",

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
+from rockframe.quantities import Quantity
 from rockframe.results.tables.designs import (
     BEST,
     COMPARISON,
@@ -133,13 +135,17 @@ def _panels(designs: Sequence[Row]) -> list[Panel]:
     ]
     found = []
     for one in DESIGN_QUANTITIES:
-        keys = [one.column(what) for what in ("50", "50", "84", "worst")]
+        keys = [one.column(part) for part in (0.5, 0.5, 0.84, "worst")]
         if any(not math.isnan(row[keys[2]]) for row in designs):
-            found.append(_panel(one.words, named, one.cell, *keys))
+            found.append(_panel(one.heading, named, partial(_outcome, one), *keys))
     return [*found, *shares]
 
 
 _ENDS: Final = ("", "_low", "_high")
+
+
+def _outcome(quantity: Quantity, row: Row, key: str) -> str:
+    return quantity.outcome(row[key])
 
 
 def _percent(row: Row, key: str) -> str:

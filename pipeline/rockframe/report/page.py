@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.cells import Column, write_table
 from rockframe.frame import unusual
 from rockframe.provenance import source_code_hash
+from rockframe.quantities import PEAKS
 from rockframe.results.run import MOST_ENTRIES, Ground, History, Run, concern, rank
 from rockframe.results.schema import KINDS, RESPONSE
 from rockframe.results.schema.response import FORCES
@@ -86,7 +87,7 @@ _NOT_SHOWN: Final = frozenset(
     ["row_size", "history", "passport", "source_sha256", "samples_sha256", *FORCES]
 )
 #: Values that are not shown for structures that overturn, because they only describe the fall.
-_OF_THE_FALL: Final = frozenset(["peak_rotation_ratio", "peak_u", "peak_v"])
+_OF_THE_FALL: Final = frozenset(one.name for one in PEAKS)
 
 
 def encode(values: ArrayLike) -> str:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import QUANTILES
 from rockframe.oscillators.comparison import Compared
+from rockframe.quantities import QUANTILES, QUANTITIES
 from rockframe.results.reading import opened, positions
 from rockframe.results.schema import RESPONSE
 from rockframe.results.schema.response import (
@@ -418,8 +418,8 @@ def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str,
 
 _COMPARED_HISTORIES: Final = ("u", "v", "base_shear")
 _COLUMNS: Final = columns_of(
-    "record_id structure model u_max_m=peak_u v_max_m=peak_v residual_u_m=residual_u",
-    "peak_rotation_ratio ductility base_shear=peak_base_shear tendon_n=peak_tendon_force",
+    "record_id structure model peak_u_m=peak_u peak_v_m=peak_v residual_u_m=residual_u",
+    "peak_rotation_ratio ductility peak_base_shear peak_tendon_force_n=peak_tendon_force",
     "friction_demand validity valid_until_s=valid_until gap_closed_time_s=gap_closed_time",
     "closing_velocity_m_s=closing_velocity weight",
     *SHARES,
@@ -508,7 +508,8 @@ def comparison_rows(comparison: Path | xr.Dataset) -> list[Row]:
 def _in_kilonewtons(row: Row) -> Row:
     """Return a row with its base shear in kN too; NaN where the weight is not known."""
     weight = row.pop("weight")
-    names = ("base_shear", *(f"base_shear_{100 * one:.0f}" for one in QUANTILES))
+    shear = QUANTITIES["peak_base_shear"]
+    names = (shear.column(), *shear.band_columns)
     found = {f"{name}_kn": kilonewtons(row[name], weight) for name in names}
     return row | {"weight_kn": kilonewtons(1.0, weight)} | found
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import InputError, ParameterError
 from rockframe.provenance import key_of, whole_file
+from rockframe.quantities import OF_SCENARIO
 from rockframe.results.reading import opened, positions
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import SCREEN_NC
@@ -45,7 +46,7 @@ KeptHistory = tuple[tuple[int, int, int], Response]
 
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
-_PEAKS: Final = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity")
+_PEAKS: Final = tuple(one.name for one in OF_SCENARIO)
 #: Variables that are written motion by motion, and those that need an ensemble.
 _NOMINAL: Final = ("verdict", *_PEAKS)
 _OF_MEMBERS: Final = tuple(one.name for one in SCREEN_NC.variables if one.group == "members")

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.cells import TABLE_FORMATS, in_digits
-from rockframe.options.respond import QUANTILES
+from rockframe.quantities import IN_MATRICES, OF_SCENARIO, PEAKS
 from rockframe.record import SiteType
 from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN
@@ -27,7 +27,6 @@ from rockframe.results.tables.entries import (
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.tables.summary import (
     SUMMARY_COLUMNS,
-    band_column,
     left_out_reasons,
     summary_rows,
     tables_of,
@@ -43,16 +42,14 @@ Rows = Iterator[dict[str, Any]]
 _MOTIONS: Final = 1024
 #: Columns of a row with their variables; margins only if the file has them.
 _OF_PAIR: Final = columns_of(
-    "record_id structure scale=reference_scale verdict peak_rotation_ratio u_max_m=peak_u",
-    "v_max_m=peak_v demand_rank",
+    "record_id structure scale=reference_scale verdict",
+    *(f"{one.column()}={one.name}" for one in PEAKS),
+    "demand_rank",
 )
 _MARGINS: Final = ("critical_scale", "safe_islands", *ROBUST)
-#: Peaks of an ensemble: variable, and column with the quantile in the place of the star.
-_BANDS: Final = {
-    "peak_rotation_ratio_band": "peak_rotation_ratio_*",
-    "peak_u_band": "u_max_*_m",
-    "peak_v_band": "v_max_*_m",
-    "peak_impact_velocity_band": "impact_velocity_*_m_s",
+#: Columns of the bands of scenarios, with their variables.
+_OF_BANDS: Final = {
+    column: variable for one in OF_SCENARIO for column, variable in one.band_columns.items()
 }
 _OF_MOTION: Final = columns_of(
     "event station azimuth_degree=azimuth magnitude epicentral_distance_km=epicentral_distance",
@@ -109,10 +106,7 @@ def _of_members(screening: xr.Dataset) -> dict[str, str]:
     return {
         **shares,
         "share_uplifted": "share_uplifted",
-    } | {
-        column.replace("*", f"{100 * quantile:.0f}"): f"{name}.{place}"
-        for name, column in _BANDS.items()
-        for place, quantile in enumerate(QUANTILES)
+        **_OF_BANDS,
     }
 
 
@@ -196,9 +190,9 @@ def overall_rows(screening: xr.Dataset) -> Rows:
     ends = ("", "_low", "_high")
     shares = (f"share_overturned{end}=overall_share_overturned{end}" for end in ends)
     peaks = (
-        f"{band_column(column, quantile)}=overall_{name}_band.{place}"
-        for column, name in (("peak_rotation_ratio", "peak_rotation_ratio"), ("u_max_m", "peak_u"))
-        for place, quantile in enumerate(QUANTILES)
+        f"{column}=overall_{variable}"
+        for one in IN_MATRICES
+        for column, variable in one.band_columns.items()
     )
     pooled = rows_along(at_reference, "structure", columns_of(*shares, *peaks))
     rows = summary_rows(screen_rows(screening), left_out=left_out_reasons(screening.attrs))
@@ -275,7 +269,7 @@ def title_of_states(state: Sequence[LimitState]) -> str:
 
     Examples
     --------
-    >>> title_of_states([LimitState("", 0.0), LimitState("u", 0.2)])
+    >>> title_of_states([LimitState("", 0.0), LimitState("peak_u", 0.2)])
     'overturning; u ≥ 0.2 m has the same curves'
     """
     first, *others = (limit.words for limit in state)
@@ -519,8 +513,9 @@ def design_rows(screening: xr.Dataset) -> Rows:
 def _of_scenario(screening: xr.Dataset) -> dict[str, str]:
     """Return the columns of the table of scenarios, with their variables."""
     columns = columns_of(
-        "record_id structure scale verdict peak_rotation_ratio u_max_m=peak_u v_max_m=peak_v",
-        "impact_velocity_m_s=peak_impact_velocity pga_g=pga pgv_m_s=pgv",
+        "record_id structure scale verdict",
+        *(f"{one.column()}={one.name}" for one in OF_SCENARIO),
+        "pga_g=pga pgv_m_s=pgv",
     )
     return columns | _of_members(screening)
 

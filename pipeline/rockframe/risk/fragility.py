@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
@@ -15,24 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
+from rockframe.quantities import LIMITED, QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
 Float = NDArray[np.float64]
-
-#: Variable, symbol and unit of the quantities that can be limited.
-QUANTITIES: Final = MappingProxyType(
-    {
-        "rotation_ratio": ("peak_rotation_ratio", "θ/α", ""),
-        "u": ("peak_u", "u", "m"),
-        "v": ("peak_v", "v", "m"),
-        "impact_velocity": ("peak_impact_velocity", "impact velocity", "m/s"),
-        "tendon_ratio": ("peak_tendon_ratio", "tendon / yield force", ""),
-        "gap_ratio": ("peak_gap_ratio", "u / gap", ""),
-    }
-)
 
 
 @dataclass(frozen=True)
@@ -42,14 +30,14 @@ class LimitState:
     Parameters
     ----------
     quantity : str
-        One of `QUANTITIES`, or empty for overturning.
+        One of `quantities.LIMITED`, or empty for overturning.
     value : float
         The limit, in SI units.
 
     Examples
     --------
-    >>> LimitState("u", 0.2).name, LimitState("u", 0.2).words, OVERTURNING.name
-    ('u_0.2m', 'u ≥ 0.2 m', 'overturning')
+    >>> LimitState("peak_u", 0.2).name, LimitState("peak_u", 0.2).words, OVERTURNING.name
+    ('peak_u_0.2m', 'u ≥ 0.2 m', 'overturning')
     """
 
     quantity: str
@@ -60,15 +48,15 @@ class LimitState:
         """Name in datasets and tables."""
         if not self.quantity:
             return "overturning"
-        return f"{self.quantity}_{self.value:g}{QUANTITIES[self.quantity][2]}".replace("/", "_")
+        return f"{self.quantity}_{self.value:g}{QUANTITIES[self.quantity].suffix.removeprefix('_')}"
 
     @property
     def words(self) -> str:
         """Name in figures."""
         if not self.quantity:
             return self.name
-        _, symbol, unit = QUANTITIES[self.quantity]
-        return f"{symbol} ≥ {self.value:g} {unit}".rstrip()
+        quantity = QUANTITIES[self.quantity]
+        return f"{quantity.symbol} ≥ {self.value:g} {quantity.si_unit}".rstrip()
 
     @classmethod
     def named(cls, name: str) -> LimitState:
@@ -76,10 +64,10 @@ class LimitState:
 
         Examples
         --------
-        >>> LimitState.named("rotation_ratio_0.5")
-        LimitState(quantity='rotation_ratio', value=0.5)
+        >>> LimitState.named("peak_rotation_ratio_0.5")
+        LimitState(quantity='peak_rotation_ratio', value=0.5)
         """
-        for quantity in QUANTITIES:
+        for quantity in (one.name for one in LIMITED):
             if name.startswith(f"{quantity}_"):
                 return cls(quantity, float(name.removeprefix(f"{quantity}_").rstrip("m_s")))
         return OVERTURNING
@@ -92,13 +80,13 @@ class LimitState:
         Parameters
         ----------
         peaks : mapping of str to array
-            The variables named in `QUANTITIES`, for each scenario.
+            The quantities of `quantities.LIMITED` by name, for each scenario.
         overturned : array of bool
             True for scenarios that overturn.
         """
         if not self.quantity:
             return overturned
-        return np.asarray(overturned | (peaks[QUANTITIES[self.quantity][0]] >= self.value))
+        return np.asarray(overturned | (peaks[self.quantity] >= self.value))
 
 
 #: The limit state of overturning, which is always included.
@@ -235,9 +223,9 @@ def peaks_of_frames(
 
 def limited_in(frame: RockingFrame, quantity: str) -> bool:
     """Return True if a frame has a quantity: some need a tendon that yields, or a gap."""
-    if quantity == "tendon_ratio":
+    if quantity == "peak_tendon_ratio":
         return frame.tendon is not None and frame.tendon.yield_force < math.inf
-    return quantity != "gap_ratio" or frame.abutment is not None
+    return quantity != "peak_gap_ratio" or frame.abutment is not None
 
 
 #: Distribution of the logarithm of the intensity at overturning: normal or logistic.

@@ -1,6 +1,5 @@
 """Rocking response of frames: ground motions, responses, joint forces, margins and spectra."""
 
-from .assessments import BANDS as BANDS
 from .assessments import Bands as Bands
 from .assessments import ContactDemand as ContactDemand
 from .assessments import EnsembleResponse as EnsembleResponse

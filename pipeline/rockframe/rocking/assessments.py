@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import lru_cache
 from math import exp, lgamma
 from typing import TYPE_CHECKING, Final, Generic, TypeAlias, TypeVar
 
 from rockframe.notebook import Shown
+from rockframe.quantities import BANDED, QUANTITIES
 from rockframe.record import Part
 from rockframe.rocking.verdict import ModelEnd, Strip, strip_of
 
@@ -127,36 +128,42 @@ _HALVINGS: Final = 50
 Band: TypeAlias = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class Bands:
-    """Bands of the peaks of an ensemble.
+class Bands(Mapping[str, Band]):
+    """Bands of the peaks of an ensemble: those of `quantities.BANDED`, by name or as attributes.
 
     Parameters
     ----------
-    peak_rotation_ratio, peak_u, peak_v, impact_velocity : tuple of float
-        Largest |theta| / slenderness [1], largest |u| and v [m], and largest velocity at which the
-        base of a column hits the ground [m s-1].
-    friction_demand : tuple of float
-        Largest coefficient of friction that base and top joints need, also in impacts [1].
-    base_shear : tuple of float
-        Largest force of the ground on the structure, including that of tendons, over the weight of
-        columns and beam [1].
-    tendon_force, dissipater_force : tuple of float
-        Largest force of a tendon, and of the dissipaters across one joint [N]; NaN without them.
+    bands : mapping of str to tuple of float
+        Bands by the names of the quantities, in the units of files. Quantities that are left out
+        are NaN: the structure does not have them, such as the force of a tendon.
+
+    Examples
+    --------
+    >>> bands = Bands({"peak_u": (0.1, 0.2, 0.4)})
+    >>> bands["peak_u"][1], bands.peak_u[2], bands.friction_demand[0]
+    (0.2, 0.4, nan)
     """
 
-    peak_rotation_ratio: Band
-    peak_u: Band
-    peak_v: Band
-    impact_velocity: Band
-    friction_demand: Band
-    base_shear: Band
-    tendon_force: Band
-    dissipater_force: Band
+    def __init__(self, bands: Mapping[str, Band]) -> None:
+        unknown = (math.nan, math.nan, math.nan)
+        self._bands = {one.name: bands.get(one.name, unknown) for one in BANDED}
 
+    def __getitem__(self, name: str) -> Band:
+        return self._bands[name]
 
-#: Names of the peaks that have bands.
-BANDS: Final = tuple(field.name for field in fields(Bands))
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._bands)
+
+    def __len__(self) -> int:
+        return len(self._bands)
+
+    def __getattr__(self, name: str) -> Band:
+        if name.startswith("_") or name not in self._bands:
+            raise AttributeError(name)
+        return self._bands[name]
+
+    def __repr__(self) -> str:
+        return f"Bands({self._bands})"
 
 
 @dataclass(frozen=True)
@@ -198,11 +205,11 @@ class EnsembleResponse:
         )
         stated = {f"of {self.members} plausible structures": f"{self.overturned} overturn"}
         stated["share that overturns, 90 % interval"] = f"{share:.0f} % ({low:.0f} to {high:.0f})"
-        for label, band, form, factor in (
-            ("θ/α, 16 50 84 %", self.bands.peak_rotation_ratio, ".3f", 1.0),
-            ("u, 16 50 84 % [cm]", self.bands.peak_u, ".1f", 100.0),
-        ):
-            known = [f"{factor * one:{form}}" for one in band if math.isfinite(one)]
+        for name in ("peak_rotation_ratio", "peak_u"):
+            quantity, band = QUANTITIES[name], self.bands[name]
+            known = [quantity.text(one) for one in band if math.isfinite(one)]
+            unit = f" [{quantity.shown_unit}]" if quantity.shown_unit else ""
+            label = f"{quantity.symbol}, 16 50 84 %{unit}"
             stated[label] = " ".join([*known, *["overturns"] * (len(known) < len(band))])
         return stated
 

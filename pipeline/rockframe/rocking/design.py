@@ -46,7 +46,7 @@ class Design:
     steps : int
         Number of evenly spaced values, including both ends.
     quantity : str
-        A quantity of `rockframe.risk.fragility`: ``rotation_ratio``, ``u`` and so on.
+        A quantity of `quantities.LIMITED`: ``peak_rotation_ratio``, ``peak_u`` and so on.
 
     Raises
     ------
@@ -66,7 +66,7 @@ class Design:
     statistic: Statistic = "share"
     share: float = 0.9
     steps: int = 41
-    quantity: str = "rotation_ratio"
+    quantity: str = "peak_rotation_ratio"
 
     def __post_init__(self) -> None:
         stated = {field.name: getattr(self, field.name) for field in fields(self)}

@@ -18,6 +18,7 @@ from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
+from rockframe.quantities import PEAKS
 from rockframe.record import Orientation, Part, Record
 from rockframe.results.pulses import (
     best_pulses,
@@ -427,9 +428,7 @@ def _at_scales(
                 "structure": frame.name,
                 "scale": float(scale),
                 "verdict": nominal.verdict.name.lower(),
-                "peak_rotation_ratio": nominal.peak_rotation_ratio,
-                "u_max_m": nominal.peak_u,
-                "v_max_m": nominal.peak_v,
+                **{one.column(): getattr(nominal, one.name) for one in PEAKS},
                 "overturning_time_s": nominal.overturning_time,
                 **(ensemble_cells(spread[j][k]) if spread else {}),
             }

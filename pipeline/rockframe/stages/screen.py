@@ -14,9 +14,10 @@ from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.ingest import Filters
-from rockframe.options.respond import QUANTILES, ScreenOptions
+from rockframe.options.respond import ScreenOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
+from rockframe.quantities import QUANTILES, QUANTITIES
 from rockframe.record import SiteType
 from rockframe.results.pulses import RecordMetadata, read_metadata
 from rockframe.results.records import open_records
@@ -52,7 +53,7 @@ from rockframe.risk import (
     read_hazard,
     shares_at_most,
 )
-from rockframe.risk.fragility import QUANTITIES, Curve, limited_in
+from rockframe.risk.fragility import Curve, limited_in
 from rockframe.rocking import Design, Verdict, quantiles
 from rockframe.stages.common import NamedFigure, Progress, Written, silent, unseen
 from rockframe.stages.respond import choose_structures, made_structures
@@ -336,7 +337,7 @@ def _pooled_values(
 
 def _is_pooled(limit: LimitState) -> bool:
     """Return True for overturning and limits of theta/alpha, which do not depend on the size."""
-    return limit.quantity in ("", "rotation_ratio")
+    return limit.quantity in ("", "peak_rotation_ratio")
 
 
 def _rates(curve: HazardCurve, fits: Sequence[Sequence[Mapping[str, Fragility]]]) -> dict[str, Any]:
@@ -371,7 +372,7 @@ def _design_units(design: Design) -> dict[str, str]:
     """Return the units of the variables of a design that allow two units."""
     two = (one for one in SCREEN_NC.variables if one.also_units == "1")
     ratio = design.dimension == "mass_ratio"
-    of_quantity = QUANTITIES[design.quantity][2].replace("/s", " s-1") or "1"
+    of_quantity = QUANTITIES[design.quantity].units
     limit = dict.fromkeys(("design_limit", "design_quantile_84"), of_quantity)
     return {one.name: one.also_units if ratio else one.units for one in two} | limit
 

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import invalid
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import QUANTILES, ScreenOptions
+from rockframe.options.respond import ScreenOptions
+from rockframe.quantities import OF_SCENARIO, QUANTILES
 from rockframe.results.screen import Batches, KeptHistory
 from rockframe.risk import OVERTURNING, LimitState
-from rockframe.risk.fragility import QUANTITIES, limited_in, peaks_of_frames
+from rockframe.risk.fragility import limited_in, peaks_of_frames
 from rockframe.rocking import (
     PEAKS,
     Design,
@@ -43,14 +44,12 @@ Float = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
 _Named = tuple[str, Callable[[], ScreeningTask]]
 
-#: Peaks of a scenario that get the quantiles of the members.
-_BANDS: Final = ("peak_rotation_ratio", "peak_u", "peak_v", "peak_impact_velocity")
 #: Peaks of which the values of all members at the reference scale are kept.
-_KEPT: Final = _BANDS[:2]
+_KEPT: Final = ("peak_rotation_ratio", "peak_u")
 #: Quantities of restraints, each with the key that it needs and the owner of the key.
 _RESTRAINED: Final = (
-    ("tendon_ratio", "yield_stress_pa", "tendons"),
-    ("gap_ratio", "gap_m", "abutments"),
+    ("peak_tendon_ratio", "yield_stress_pa", "tendons"),
+    ("peak_gap_ratio", "gap_m", "abutments"),
 )
 #: Approximate number of responses per batch, of some 0.1 s each; an interruption loses no more.
 _RESPONSES: Final = 2048
@@ -228,7 +227,7 @@ class ScreeningRun:
         frame = self.request.frames[k]
         has = [limited_in(frame, limit.quantity) for limit in self.limits]
         share = self.reached[:, i, k].T / self.members
-        bands = {f"{name}_band": quantiles(_standing(found, name).T) for name in _BANDS}
+        bands = {one.band: quantiles(_standing(found, one.name).T) for one in OF_SCENARIO}
         uplifted = (found["verdict"] != Verdict.NO_UPLIFT).mean(axis=0)
         reached = np.where(has, share, np.nan)
         return {"share_reached": reached, "share_uplifted": uplifted, **bands}
@@ -304,7 +303,7 @@ class ScreeningRun:
         fell = found["verdict"] == Verdict.OVERTURNS
         shape = (len(frames), -1)
         reached = LimitState(design.quantity, design.limit).reached(found, fell).reshape(shape)
-        demand = _standing(found, QUANTITIES[design.quantity][0]).reshape(shape)
+        demand = _standing(found, design.quantity).reshape(shape)
         return (~reached).mean(axis=1), quantiles(demand)[:, 2]
 
     def _peaks(self, kind: str) -> Iterator[tuple[NDArray[Any], ...]]:

@@ -154,9 +154,8 @@ def _bands(family: tuple[RockingFrame, ...], peaks: Float, ratios: Float) -> Ban
         beam = family[k].beam
         u[k] = beam.shift(peaks[k])
         v[k] = beam.lift(min(peaks[k], beam.angle))
-    ratio, across, lift = (tuple(quantiles(each).tolist()) for each in (ratios, u, v))
-    unknown = (math.nan, math.nan, math.nan)
-    return Bands(ratio, across, lift, unknown, unknown, unknown, unknown, unknown)
+    known = {"peak_rotation_ratio": ratios, "peak_u": u, "peak_v": v}
+    return Bands({name: tuple(quantiles(each).tolist()) for name, each in known.items()})
 
 
 def _rank_correlation(one: Float, other: Float) -> float:

@@ -29,9 +29,7 @@ function words(motion) {
   at("verdict-line").className = `verdict-line ${motion.tone}`;
   list(at("pair-facts"), [
     ...Object.entries(bands ?? {}),
-    ["nominal θ/α", fell ? "–" : number(motion.peak, 1, 4, "")],
-    ["nominal u", fell ? "–" : number(motion.peak_u, 100, 2, "cm")],
-    ["nominal v", fell ? "–" : number(motion.peak_v, 100, 2, "cm")],
+    ...motion.peaks,
     ["first uplift", number(motion.uplift_time, 1, 3, "s")],
     ["impacts", String(motion.impacts)],
     ["peak ground acceleration", number(motion.pga, 1 / motion.gravity, 3, "g")],

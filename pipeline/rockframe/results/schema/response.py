@@ -10,10 +10,11 @@ import numpy as np
 
 from rockframe.matching.record_pulses import PulseVerdict
 from rockframe.oscillators.comparison import RIVALS, Validity
+from rockframe.quantities import BANDED, LIMITED, PEAKS, QUANTITIES, Quantity
+from rockframe.quantities import FORCES as FORCES_OF_RESPONSE
 from rockframe.results.schema.declare import FileKind, Variable, optional
 from rockframe.results.schema.records import RECORDS_NC
 from rockframe.risk import FURTHER, MEASURES, POOLED, Outcome
-from rockframe.risk.fragility import QUANTITIES
 from rockframe.rocking import DIMENSIONS
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
 from rockframe.rocking.margins.first_overturning import EDGE_TOLERANCE
@@ -138,11 +139,14 @@ def histories(along: str) -> tuple[Variable, ...]:
 
 def peaks(along: str, source: str = "") -> tuple[Variable, ...]:
     """Declare the largest rotation and displacements of scenarios."""
-    return (
-        Variable("peak_rotation_ratio", along, float, "1", "largest |theta| / slenderness, free rocking after the record included", source),
-        Variable("peak_u", along, float, "m", "largest |u|, at the same rotation", source),
-        Variable("peak_v", along, float, "m", "largest v", source),
-    )
+    comment = "free rocking after the record included"
+    return tuple(of_quantity(one, along, source, comment) for one in PEAKS)
+
+
+def of_quantity(quantity: Quantity, along: str, source: str = "", comment: str = "") -> Variable:
+    """Declare the variable of a quantity; `comment` follows that of the quantity."""
+    comments = "; ".join(filter(None, (quantity.comment, comment)))
+    return Variable(quantity.name, along, float, quantity.units, quantity.long_name, source, comment=comments)
 
 
 #: Envelopes of the histories of an ensemble.
@@ -168,61 +172,37 @@ ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
 _OVERTURNED_MEMBER: Final = "infinite where a quantile falls on a member that overturns"
 
 
-def _band(along: str, name: str, units: str, long_name: str, comment: str = "") -> Variable:
-    """Declare the 16, 50 and 84 % quantiles of a peak of the ensemble."""
-    return Variable(f"{name}_band", f"{along} quantile", float, units, f"{long_name}, of an ensemble of plausible structures", f"ensemble.bands.{name}", comment=f"{_OVERTURNED_MEMBER}; {comment}" if comment else _OVERTURNED_MEMBER)
+def band(quantity: Quantity, along: str, source: str = "ensemble.bands") -> Variable:
+    """Declare the 16, 50 and 84 % quantiles of a quantity of the ensemble."""
+    comment = "; ".join(filter(None, (_OVERTURNED_MEMBER, quantity.comment)))
+    long_name = f"{quantity.long_name}, of an ensemble of plausible structures"
+    holder = f"{source}.{quantity.name}" if source else ""
+    return Variable(quantity.band, f"{along} quantile", float, quantity.units, long_name, holder, comment=comment)
 
 
-#: Largest forces at the joints: name, unit, description and comment.
-_AT_SAMPLES: Final = "at the samples; the mean of all columns"
-_NO_BEAM: Final = "NaN without a beam"
-_FORCES: Final = (
-    ("peak_base_shear", "1", "largest base shear, the horizontal force of the ground,", f"through contact and tendons; {_AT_SAMPLES}, without the impulses of impacts"),
-    *(
-        force
-        for place, joint, more in (("base", "the joint at the base", ""), ("top", "the joint under the beam", f"; {_NO_BEAM}"))
-        for force in (
-            (f"{place}_joint_horizontal", "1", f"largest horizontal force in {joint}", f"{_AT_SAMPLES}{more}"),
-            (f"{place}_joint_vertical", "1", f"largest vertical force in {joint}", f"{_AT_SAMPLES}{more}"),
-            (f"{place}_joint_vertical_least", "1", f"least vertical force in {joint}", f"if it is not positive, the joint would lift off; {_AT_SAMPLES}{more}"),
-            (f"{place}_key_force", "1", f"force of a shear key in {joint}", f"largest horizontal force less friction_coefficient times the vertical force of the same instant; where no coefficient is stated, nothing is subtracted{more}"),
-            (f"{place}_impulse_horizontal", "s", f"horizontal impulse in {joint} of the strongest impact", f"0 without impacts{more}"),
-            (f"{place}_impulse_vertical", "s", f"vertical impulse in {joint} of the strongest impact", f"0 without impacts{more}"),
-        )
-    ),
-)
-_OF_WEIGHT: Final = "over the weight of a column with its share of the beam"
+#: Quantities that need the whole history, which only `--forces` computes; the base shear is one of the bands of peaks, too.
+_OF_JOINTS: Final = tuple(one for one in FORCES_OF_RESPONSE if one.of_joints)
 OF_FORCES: Final = optional("forces", *(
-    Variable(name, "record structure", float, units, f"{words} {_OF_WEIGHT}", "forces", comment=f"{comment}; NaN where the structure overturns")
-    for name, units, words, comment in _FORCES
+    of_quantity(one, "record structure", "forces", "NaN where the structure overturns")
+    for one in (QUANTITIES["peak_base_shear"], *_OF_JOINTS)
 ))
 FORCES: Final = tuple(one.name for one in OF_FORCES)
 #: Bands of these forces; that of the base shear is among the bands of peaks.
-OF_FORCE_BANDS: Final = optional("bands of forces", *(
-    replace(_band("record structure", name, units, f"{words} {_OF_WEIGHT}", comment), source=f"force_bands.{name}")
-    for name, units, words, comment in _FORCES
-    if name != "peak_base_shear"
-))
+OF_FORCE_BANDS: Final = optional("bands of forces", *(band(one, "record structure", "force_bands") for one in _OF_JOINTS))
 
 
 def of_ensemble(along: str) -> tuple[Variable, ...]:
     """Declare the response of an ensemble to the motion itself."""
-    return optional("ensemble",
+    shares = optional("ensemble",
         Variable("quantile", "quantile", float, "1", "quantile of the members of the ensemble", valid="finite"),
         Variable("share_overturned", along, float, "1", "share of an ensemble of plausible structures that overturn or collapse", "ensemble", comment="under the motion itself, with amplitudes as uncertain as stated in parameters; the number of members is there too"),
         Variable("share_overturned_low", along, float, "1", "lower limit of the 90 % interval of share_overturned", "ensemble", comment="of Clopper and Pearson"),
         Variable("share_overturned_high", along, float, "1", "upper limit of the 90 % interval of share_overturned", "ensemble", comment="of Clopper and Pearson"),
         Variable("share_uplifted", along, float, "1", "share of the ensemble that uplifts", "ensemble"),
         Variable("share_model_ends", along, float, "1", "share of the ensemble for which the model ends", "ensemble", comment="the gap of an abutment closes, the allowed lift is exceeded, or a tendon yields that is modelled as elastic; members that overturn included; NaN without such a limit"),
-        _band(along, "peak_rotation_ratio", "1", "largest |theta| / slenderness"),
-        _band(along, "peak_u", "m", "largest |u|"),
-        _band(along, "peak_v", "m", "largest v"),
-        _band(along, "impact_velocity", "m s-1", "largest velocity at which the base of a column hits the ground"),
-        _band(along, "friction_demand", "1", "largest coefficient of friction that base and top joints need", "at the samples, and in impacts"),
-        _band(along, "base_shear", "1", "largest force of the ground over the weight of columns and beam", "at the samples, without the impulses of impacts"),
-        _band(along, "tendon_force", "N", "largest force of a tendon", "NaN without tendons"),
-        _band(along, "dissipater_force", "N", "largest force of the dissipaters across one joint", "NaN without dissipaters"),
     )
+    # each in a group of its own, so that files of earlier versions may lack a later quantity
+    return (*shares, *(one for quantity in BANDED for one in optional(quantity.band, band(quantity, along))))
 
 
 #: Demands on the joints.
@@ -238,7 +218,7 @@ CONTACT: Final = tuple(one.name for one in OF_CONTACT)
 
 #: Forces and yielding of tendons and dissipaters.
 OF_RESTRAINT: Final = optional("restraint",
-    Variable("peak_tendon_force", "record structure", float, "N", "largest force of a tendon", "restraint", comment="NaN without tendons"),
+    of_quantity(QUANTITIES["peak_tendon_force"], "record structure", "restraint"),
     Variable("tendon_force_left", "record structure", float, "N", "force of a tendon when the structure is at rest again", "restraint", comment="less than the prestress after yielding; NaN without tendons"),
     Variable("tendon_yield_time", "record structure", float, "s", "time at which a tendon first reaches its yield force", "restraint.tendon_yields", comment="NaN if never"),
     Variable("dissipater_yield_time", "record structure", float, "s", "time at which the dissipaters first yield", "restraint.dissipater_yields", comment="NaN if never"),
@@ -299,7 +279,7 @@ RESPONSE_NC: Final = FileKind(
         *OF_CONTACT,
         *OF_RESTRAINT,
         *optional("dissipater force",
-            Variable("peak_dissipater_force", "record structure", float, "N", "largest force of the dissipaters across one joint", "restraint", comment="NaN without dissipaters"),
+            of_quantity(QUANTITIES["peak_dissipater_force"], "record structure", "restraint"),
         ),
         *OF_PARTS,
         *OF_ABUTMENT,
@@ -348,14 +328,14 @@ COMPARE_NC: Final = FileKind(
         Variable("base_shear", _HISTORY, float, "1", "force of the ground on the bridge over the weight of deck and columns", comment="to the right; NaN after overturning or collapse", attrs={"coordinates": "time"}),
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
         Variable("row_size", "record", np.int64, "1", "number of samples of the record", attrs={"sample_dimension": "obs"}),
-        Variable("peak_u", _EACH, float, "m", "largest drift of the deck", "compared", comment="infinite if the bridge overturns or collapses"),
-        Variable("peak_v", _EACH, float, "m", "largest lift of the deck", "compared", comment="infinite if the bridge overturns or collapses"),
+        of_quantity(QUANTITIES["peak_u"], _EACH, "compared", "infinite if the bridge overturns or collapses"),
+        of_quantity(QUANTITIES["peak_v"], _EACH, "compared", "infinite if the bridge overturns or collapses"),
         Variable("residual_u", _EACH, float, "m", "residual drift, after the motion has decayed", "compared", comment="infinite if the bridge overturns or collapses"),
-        Variable("peak_base_shear", _EACH, float, "1", "largest base shear over the weight of deck and columns", "compared", comment="at the samples; without the impulses of impacts"),
-        Variable("peak_rotation_ratio", _EACH, float, "1", "largest |theta| / slenderness", "compared", comment=_ROCKING),
+        of_quantity(QUANTITIES["peak_base_shear"], _EACH, "compared"),
+        of_quantity(QUANTITIES["peak_rotation_ratio"], _EACH, "compared", _ROCKING),
         Variable("ductility", _EACH, float, "1", "largest drift over the yield drift", "compared", comment="NaN for rocking bridges and for models that do not yield"),
-        Variable("peak_tendon_force", _EACH, float, "N", "largest force of a tendon", "compared", comment="NaN without tendons"),
-        Variable("friction_demand", _EACH, float, "1", "coefficient of friction that the joints need", "compared", comment=_ROCKING),
+        of_quantity(QUANTITIES["peak_tendon_force"], _EACH, "compared"),
+        of_quantity(QUANTITIES["friction_demand"], _EACH, "compared", _ROCKING),
         Variable("validity", _EACH, Validity, "1", "first reason why the model is no longer valid", "compared"),
         Variable("valid_until", _EACH, float, "s", "time at which the model is no longer valid", "compared", comment="NaN if the model stays valid, or if its validity ends after the record or between two samples"),
         Variable("gap_closed_time", _EACH, float, "s", "time at which the deck first closes the gap of an abutment", "compared", comment="NaN if the gap never closes, or if no gap is stated"),
@@ -435,7 +415,7 @@ _NUMBERS: Final = (
 #: Peaks of the stated structure in each scenario.
 _PEAKS_OF_SCENARIO: Final = (
     *peaks("record structure scale"),
-    Variable("peak_impact_velocity", "record structure scale", float, "m s-1", "largest velocity at which the lifted corner of a column's base meets the ground, 2 b |theta'|", comment="free rocking after the record included; until overturning; 0 without an impact"),
+    of_quantity(QUANTITIES["peak_impact_velocity"], "record structure scale", comment="free rocking after the record included; until overturning; 0 without an impact"),
 )
 #: Further measures of intensity, each a group of its own.
 _FURTHER: Final = tuple(replace(RECORDS_NC[name], source="", group=name) for name in FURTHER)
@@ -495,7 +475,7 @@ SCREEN_NC: Final = FileKind(
         *optional("members",
             Variable("share_reached", "record structure scale limit_state", float, "1", "share of an ensemble of plausible structures that reaches the limit state", comment="that of overturning first. The number of members is in members, their spreads are in parameters; the stated structure is not one of them. NaN without the restraint of the limit state"),
             Variable("share_uplifted", "record structure scale", float, "1", "share of this ensemble that uplifts"),
-            *(Variable(f"{one.name}_band", f"{one.along} quantile", float, one.units, f"{one.long_name}, of an ensemble of plausible structures", comment=_OVERTURNED_MEMBER) for one in _PEAKS_OF_SCENARIO),
+            *(band(QUANTITIES[one.name], one.along, "") for one in _PEAKS_OF_SCENARIO),
         ),
         *optional("histories", *histories("obs")),
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
@@ -561,7 +541,7 @@ SCREEN_NC: Final = FileKind(
         ),
         *optional("design",
             Variable("design_dimension", "", str, "1", "dimension that is searched", choices=tuple(DIMENSIONS)),
-            Variable("design_quantity", "", str, "1", "limited quantity", choices=tuple(QUANTITIES)),
+            Variable("design_quantity", "", str, "1", "limited quantity", choices=tuple(one.name for one in LIMITED)),
             Variable("design_limit", "", float, "1", "limit of the quantity", also_units="m or m s-1"),
             Variable("design_required_share", "", float, "1", "share of motions and members that must stay below the limit"),
             Variable("design_value", "design_step", float, "m", "values that were tried", also_units="1"),

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
 from rockframe.cells import DASH, Cells, Column, in_digits, number
+from rockframe.quantities import QUANTITIES, Quantity
 from rockframe.results.tables.rows import Row, band_words, share_words
 from rockframe.results.tables.summary import mean_shares_of, over_records
-from rockframe.rocking.verdict import Verdict
 
 
 def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
@@ -30,111 +30,52 @@ def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
     return words + (f"; ends in {100.0 * share:.0f} %" if share > 0.0 else "")
 
 
+def _column(name: str) -> Column:
+    """Return the column of a quantity."""
+    one = QUANTITIES[name]
+    return Column(f"{one.heading}>", one.column(), one.form, one.factor, priority=one.priority)
+
+
 #: Columns of a comparison table, in the terminal and on the page.
 COMPARISON: Final = (
     Column("record", "record_id"),
     Column("structure", "structure", priority=0),
     Column("bridge", "model", priority=0),
-    Column("u_max [cm]>", "u_max_m", ".1f", 100.0),
-    Column("16 50 84 %>", "u_max_*_m", rule=band_words, priority=3),
+    _column("peak_u"),
+    Column("16 50 84 %>", QUANTITIES["peak_u"].column("*"), rule=band_words, priority=3),
     Column("overturn>", "share_overturned", rule=share_words),
-    Column("v_max [cm]>", "v_max_m", ".2f", 100.0, priority=4),
-    Column("left [cm]>", "residual_u_m", ".1f", 100.0, priority=2),
-    Column("shear / W>", "base_shear", ".3f", priority=2),
-    Column("tendon [MN]>", "tendon_n", ".2f", 1e-6, priority=3),
-    Column("friction>", "friction_demand", ".2f", priority=3),
+    *map(_column, ("peak_v", "residual_u", "peak_base_shear", "peak_tendon_force")),
+    _column("friction_demand"),
     Column("model", "validity", rule=validity_words, priority=0),
 )
 
 
-@dataclass(frozen=True)
-class DesignQuantity:
-    """A quantity by which designs are compared; the less, the better.
-
-    Parameters
-    ----------
-    name, unit : str
-        Beginning and end of the names of its columns, such as ``u_max`` and ``_m``.
-    head, words : str
-        Heading of a narrow column, and name in words, both with the printed unit.
-    median : str
-        Column of the median of the ensemble in a row of `comparison_rows`; empty without one.
-    nominal : str
-        Column of the value of the bridge as given.
-    form : str
-        Format of numbers.
-    factor : float
-        Conversion to the printed unit.
-    stored : float
-        Conversion from the columns `median` and `nominal` to those of the design.
-    """
-
-    name: str
-    unit: str
-    head: str
-    words: str
-    median: str
-    nominal: str
-    form: str
-    factor: float = 1.0
-    stored: float = 1.0
-
-    def column(self, what: str) -> str:
-        """Return the column of the 50 or 84 % quantile or of the worst record."""
-        return f"{self.name}_{what}{self.unit}"
-
-    def of_record(self, row: Cells) -> float:
-        """Return the median of the ensemble, or the nominal value; infinite if that overturns.
-
-        A quantity without a median is infinite too if the median of the ensemble overturns.
-        """
-        ensemble = math.isfinite(number(row.get("share_overturned")))
-        if ensemble and self.median:
-            return self.stored * number(row[self.median])
-        nominal = number(row[self.nominal])
-        if ensemble and not math.isnan(nominal) and number(row["u_max_50_m"]) == math.inf:
-            return math.inf
-        return self.stored * nominal
-
-    def cell(self, row: Cells, key: str) -> str:
-        """Return the text of a value of the quantity."""
-        value = number(row.get(key))
-        if value == math.inf:
-            return Verdict.OVERTURNS.label
-        return in_digits(self.factor * value, self.form)
-
-
+_SHEAR: Final = QUANTITIES["peak_base_shear"]
+#: Quantities by which designs are compared; the less, the better.
 DESIGN_QUANTITIES: Final = (
-    DesignQuantity(
-        *("u_max", "_m", "drift [cm]", "drift [cm]", "u_max_50_m", "u_max_m", ".1f"), factor=100.0
-    ),
-    DesignQuantity(
-        *("residual_u", "_m", "left [cm]", "residual drift [cm]", "", "residual_u_m", ".1f"),
-        factor=100.0,
-    ),
-    DesignQuantity(
-        *("base_shear", "", "shear / W", "base shear over the weight"),
-        *("base_shear_50", "base_shear", ".3f"),
-    ),
-    DesignQuantity(
-        *("base_shear", "_kn", "shear [kN]", "base shear [kN]"),
-        *("base_shear_50_kn", "base_shear_kn", ".0f"),
-    ),
-    DesignQuantity(
-        *("tendon", "_kn", "tendon [kN]", "tendon force [kN]"),
-        *("tendon_force_50_n", "tendon_n", ".0f"),
-        stored=1e-3,
-    ),
-    DesignQuantity(
-        *("dissipater", "_kn", "dissipater [kN]", "dissipater force [kN]"),
-        *("dissipater_force_50_n", "dissipater_force_50_n", ".0f"),
-        stored=1e-3,
-    ),
-    DesignQuantity(
-        *("friction_demand", "", "friction", "friction that the joints need"),
-        *("friction_demand_50", "friction_demand", ".2f"),
-    ),
+    QUANTITIES["peak_u"],
+    QUANTITIES["residual_u"],
+    _SHEAR,
+    replace(_SHEAR, units="kN", shown_unit="kN", form=".0f"),
+    QUANTITIES["peak_tendon_force"],
+    QUANTITIES["peak_dissipater_force"],
+    QUANTITIES["friction_demand"],
 )
+
+
+def _of_record(quantity: Quantity, row: Cells) -> float:
+    """Return the median of the ensemble, or the nominal value; infinite if that overturns.
+
+    A quantity without a median is infinite too if the median of the ensemble overturns.
+    """
+    ensemble = math.isfinite(number(row.get("share_overturned")))
+    if ensemble and quantity.banded:
+        return number(row.get(quantity.column(0.5)))
+    nominal = number(row.get(quantity.column()))
+    overturns = ensemble and number(row["peak_u_50_m"]) == math.inf
+    return math.inf if overturns and not math.isnan(nominal) else nominal
+
+
 _SHARES: Final = {"share_overturned": "overturn [%]", "share_model_ends": "model ends in [%]"}
 #: First columns of the designs and of the best of them, by which earlier ones are recognised.
 DESIGN_COLUMNS: Final = ("structure", "design", "records")
@@ -166,9 +107,9 @@ def design_rows(
     --------
     >>> from collections import defaultdict
     >>> rows = [defaultdict(lambda: math.nan, structure="bent", model="free", record_id=name,
-    ...                     validity="holds", u_max_m=u) for name, u in (("a", 0.1), ("b", 0.3))]
+    ...                     validity="holds", peak_u_m=u) for name, u in (("a", 0.1), ("b", 0.3))]
     >>> (row,) = design_rows(rows)
-    >>> row["design"], row["u_max_50_m"], row["u_max_worst_m"], row["u_max_record"]
+    >>> row["design"], row["peak_u_50_m"], row["peak_u_worst_m"], row["peak_u_record"]
     ('free', 0.2, 0.3, 'b')
     """
     of_each: dict[tuple[str, str], list[Cells]] = {}
@@ -187,13 +128,13 @@ def _design(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
     found |= mean_shares_of([shares], (row["record_id"] for row in rows), recordings)[0]
     found["share_model_ends"] = float(np.mean(ends))
     for one in DESIGN_QUANTITIES:
-        values = np.array([one.of_record(row) for row in rows])
+        values = np.array([_of_record(one, row) for row in rows])
         known = np.flatnonzero(~np.isnan(values))
         worst = int(known[np.argmax(values[known])]) if known.size else -1
         _, middle, high = over_records(values[known])
         found |= {
-            one.column("50"): middle,
-            one.column("84"): high,
+            one.column(0.5): middle,
+            one.column(0.84): high,
             one.column("worst"): float(values[worst]) if known.size else math.nan,
             f"{one.name}_record": rows[worst]["record_id"] if known.size else "",
         }
@@ -201,7 +142,7 @@ def _design(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
 
 
 def _fell(row: Cells) -> bool:
-    return number(row["u_max_m"]) == math.inf
+    return number(row["peak_u_m"]) == math.inf
 
 
 def _share(row: Cells, key: str, nominal: bool) -> float:
@@ -239,7 +180,7 @@ def best_rows(designs: Sequence[Row]) -> list[Row]:
         model ends, the largest of equal ones.
     """
     several = len({row["structure"] for row in designs}) > 1
-    ranked = dict(_SHARES) | {one.column("84"): one.words for one in DESIGN_QUANTITIES}
+    ranked = dict(_SHARES) | {one.column(0.84): one.heading for one in DESIGN_QUANTITIES}
     found = []
     for key, words in ranked.items():
         known = [row for row in designs if not math.isnan(row[key])]
@@ -268,8 +209,8 @@ def _names(row: Cells, key: str) -> str:
 
 def _best_value(row: Cells, key: str) -> str:
     for one in DESIGN_QUANTITIES:
-        if one.column("84") == row["quantity"]:
-            return one.cell(row, key)
+        if one.column(0.84) == row["quantity"]:
+            return one.outcome(number(row[key]))
     return in_digits(100.0 * number(row[key]), ".0f")
 
 
@@ -297,7 +238,7 @@ DESIGN_LEGEND: Final = (
 def _spread(row: Cells, key: str) -> str:
     """Return 50 %, 84 % and worst value of a quantity."""
     (one,) = (one for one in DESIGN_QUANTITIES if one.column("*") == key)
-    words = [one.cell(row, one.column(what)) for what in ("50", "84", "worst")]
+    words = [one.outcome(number(row.get(one.column(part)))) for part in (0.5, 0.84, "worst")]
     return DASH if words == [DASH] * 3 else " ".join(words)
 
 
@@ -306,18 +247,15 @@ def design_columns(designs: Sequence[Row]) -> list[Column]:
     known = [
         one
         for one in DESIGN_QUANTITIES
-        if any(not math.isnan(row[one.column("84")]) for row in designs)
+        if any(not math.isnan(row[one.column(0.84)]) for row in designs)
     ]
     quantities = [
         Column(
-            f"{one.head}\n50 84 % worst>",
-            one.column("*"),
-            rule=_spread,
-            priority=1 if one.name == "u_max" else 3,
+            f"{one.heading}\n50 84 % worst>", one.column("*"), rule=_spread, priority=one.priority
         )
         for one in known
     ]
-    quantities.insert(1, Column("worst record", "u_max_record", wraps=True, priority=2))
+    quantities.insert(1, Column("worst record", "peak_u_record", wraps=True, priority=2))
     return [
         Column("Structure", "structure", once=True),
         Column("design", "design", priority=0),

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import repeat
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import xarray as xr
 
 from rockframe.cells import Column, in_digits, number
-from rockframe.options.respond import QUANTILES
+from rockframe.quantities import FORCES, QUANTILES, Quantity
 from rockframe.results.reading import only_record
 from rockframe.results.tables.rows import Row, rows_along
 
@@ -59,78 +58,23 @@ def kilonewtons(over_weight: float, weight: float) -> float:
     return over_weight * weight / 1000.0
 
 
-@dataclass(frozen=True)
-class Force:
-    """A force or impulse of a table.
+def _has(force: Quantity, row: Row) -> bool:
+    """Return True if the structure of a row has the joint or the restraint of a force."""
+    if force.kind == "tie":
+        return not math.isnan(row[force.name])
+    return not force.name.startswith("top") or row["mass_ratio"] > 0.0
 
-    Parameters
-    ----------
-    name : str
-        Name in rows and columns.
-    words : str
-        Name in printed tables.
-    variable, band : str
-        Variables of response.nc.
-    kind : {"force", "impulse", "tie"}
-        A force over the weight [1], an impulse over the weight [s], or a force [N].
+
+def _in_kilonewtons(force: Quantity, row: Row, end: str) -> float:
+    """Return the value, or the quantile with this end of its name, in kN or kN s.
+
+    It is NaN if the weight is not known.
     """
-
-    name: str
-    words: str
-    variable: str
-    band: str
-    kind: Literal["force", "impulse", "tie"] = "force"
-
-    def is_of(self, row: Row) -> bool:
-        """Return True if the structure of a row has the joint or the restraint of the force."""
-        if self.kind == "tie":
-            return not math.isnan(row[self.name])
-        return not self.name.startswith("top") or row["mass_ratio"] > 0.0
-
-    def over_weight(self, row: Row, end: str) -> float:
-        """Return the value, or the quantile with this end of its name, over the weight."""
-        return float(row[f"{self.name}{end}"])
-
-    def in_kilonewtons(self, row: Row, end: str) -> float:
-        """Return the value or quantile in kN or kN s; NaN if the weight is not known."""
-        value = float(row[f"{self.name}{end}"])
-        if self.kind != "tie":
-            return kilonewtons(value, row["weight"])
-        fallen = row["verdict"] == "overturns" and not end  # the largest force is that of the fall
-        return math.nan if fallen else value / 1000.0
-
-
-def _joint(place: str) -> Iterator[Force]:
-    for part, words in (
-        ("joint_horizontal", "horizontal"),
-        ("joint_vertical", "vertical, largest"),
-        ("joint_vertical_least", "vertical, least"),
-        ("key_force", "shear key"),
-    ):
-        name = f"{place}_{part}"
-        yield Force(name, f"{place} joint, {words}", name, f"{name}_band")
-
-
-def _impact(place: str) -> Iterator[Force]:
-    for part in ("horizontal", "vertical"):
-        name = f"{place}_impulse_{part}"
-        yield Force(name, f"{place} joint, impact, {part}", name, f"{name}_band", "impulse")
-
-
-#: All forces and impulses, in the order of tables.
-FORCES: Final = (
-    Force("base_shear", "base shear", "peak_base_shear", "base_shear_band"),
-    *_joint("base"),
-    *_joint("top"),
-    *_impact("base"),
-    *_impact("top"),
-    Force("tendon_force", "tendon", "peak_tendon_force", "tendon_force_band", "tie"),
-    Force(
-        *("dissipater_force", "dissipaters of a joint"),
-        *("peak_dissipater_force", "dissipater_force_band"),
-        "tie",
-    ),
-)
+    value = float(row[f"{force.name}{end}"])
+    if force.kind != "tie":
+        return kilonewtons(value, row["weight"])
+    fallen = row["verdict"] == "overturns" and not end  # the largest force is that of the fall
+    return math.nan if fallen else value / 1000.0
 
 
 #: Ends of the names of the nominal value and of its quantiles.
@@ -140,7 +84,7 @@ _SHARED: Final = ("record_id", "structure", "weight", "friction_coefficient", "m
 _VARIABLES: Final = {
     **{name: name for name in (*_SHARED, "verdict")},
     **{
-        f"{force.name}{end}": f"{force.band}.{place - 1}" if end else force.variable
+        f"{force.name}{end}": f"{force.band}.{place - 1}" if end else force.name
         for force in FORCES
         for place, end in enumerate(_QUANTILES)
     },
@@ -149,7 +93,7 @@ _VARIABLES: Final = {
 
 def has_forces(response: xr.Dataset) -> bool:
     """Return True if a response file has the forces at the joints."""
-    return FORCES[0].variable in response
+    return FORCES[0].name in response
 
 
 def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]:
@@ -175,7 +119,7 @@ def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]
     for row in rows_along(response, "record structure", _VARIABLES):
         weight = row["weight"]
         for force in FORCES:
-            if not force.is_of(row):
+            if not _has(force, row):
                 continue
             unit = "kN" if force.kind == "tie" or not math.isnan(weight) else "W"
             yield {
@@ -184,12 +128,12 @@ def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]
                 "weight_kn": weight / 1000.0,
                 "friction_coefficient": row["friction_coefficient"],
                 "force": force.name,
-                "words": force.words,
+                "words": force.symbol,
                 "unit": f"{unit} s" if force.kind == "impulse" else unit,
                 **{
-                    f"value{end}": force.over_weight(row, end)
+                    f"value{end}": float(row[f"{force.name}{end}"])
                     if unit == "W"
-                    else force.in_kilonewtons(row, end)
+                    else _in_kilonewtons(force, row, end)
                     for end in _QUANTILES
                 },
             }
@@ -213,8 +157,8 @@ def _cells(row: Row) -> Row:
         second = "_s" if force.kind == "impulse" else ""
         for end in _QUANTILES:
             if force.kind != "tie":
-                cells[f"{force.name}{end}{second}"] = force.over_weight(row, end)
-            cells[f"{force.name}{end}_kn{second}"] = force.in_kilonewtons(row, end)
+                cells[f"{force.name}{end}{second}"] = float(row[f"{force.name}{end}"])
+            cells[f"{force.name}{end}_kn{second}"] = _in_kilonewtons(force, row, end)
     return cells
 
 

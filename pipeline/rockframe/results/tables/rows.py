@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.cells import DASH, Cells, Column, in_digits, number
+from rockframe.cells import DASH, Cells, Column, number
 from rockframe.options.ingest import PassportLimits
-from rockframe.options.respond import QUANTILES
+from rockframe.quantities import BANDED, PEAKS, QUANTILES, QUANTITIES, Quantity
 from rockframe.results.schema import KINDS
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, SpreadVerdict, Verdict
 from rockframe.signals.passport import implausible_peak
@@ -84,8 +84,8 @@ def standing(row: Cells, key: str) -> float | str:
 
     Examples
     --------
-    >>> fallen = {"verdict": "overturns", "u_max_m": "2.9"}
-    >>> standing(fallen, "u_max_m"), standing({"verdict": "stands", "u_max_m": "0.4"}, "u_max_m")
+    >>> fallen = {"verdict": "overturns", "peak_u_m": "2.9"}
+    >>> standing(fallen, "peak_u_m"), standing({"verdict": "stands", "peak_u_m": "0.4"}, "peak_u_m")
     ('overturns', 0.4)
     """
     verdict = Verdict[row["verdict"].upper()]
@@ -133,18 +133,21 @@ def share_words(row: Cells, _key: str = "") -> str:
 
 
 def band_words(row: Cells, key: str) -> str:
-    """Return the 16, 50 and 84 % quantiles of a peak; `key` has a star in place of the quantile.
+    """Return the 16, 50 and 84 % quantiles of a quantity.
+
+    `key` is its column with a star in the place of the quantile.
 
     Examples
     --------
-    >>> band_words({"u_max_16_m": "0.1", "u_max_50_m": "0.25", "u_max_84_m": "inf"}, "u_max_*_m")
+    >>> row = {"peak_u_16_m": "0.1", "peak_u_50_m": "0.25", "peak_u_84_m": "inf"}
+    >>> band_words(row, "peak_u_*_m")
     '10.0 25.0 overturns'
     """
     found = [number(row.get(key.replace("*", f"{100 * one:.0f}"))) for one in QUANTILES]
     if any(map(math.isnan, found)):
         return DASH
-    form, factor = (".1f", 100.0) if key.endswith("_m") else (".3f", 1.0)
-    words = [in_digits(factor * one, form) for one in found if math.isfinite(one)]
+    quantity = _OF_KEY[key]
+    words = [quantity.text(one) for one in found if math.isfinite(one)]
     return " ".join([*words, *(["overturns"] if math.isinf(found[-1]) else [])])
 
 
@@ -192,22 +195,11 @@ SHARES: Final = tuple(
     f"share_{what}"
     for what in ("overturned", "overturned_low", "overturned_high", "uplifted", "model_ends")
 )
-#: Bands of the ensemble: variable, column with the quantile in the place of the star.
-_BANDS: Final = {
-    "peak_rotation_ratio": "peak_rotation_ratio_*",
-    "peak_u": "u_max_*_m",
-    "peak_v": "v_max_*_m",
-    "impact_velocity": "impact_velocity_*_m_s",
-    "friction_demand": "friction_demand_*",
-    "base_shear": "base_shear_*",
-    "tendon_force": "tendon_force_*_n",
-    "dissipater_force": "dissipater_force_*_n",
-}
-#: Columns of these quantiles, with their variables.
+#: Quantity of each key with a star in place of the quantile.
+_OF_KEY: Final = {one.column("*"): one for one in BANDED}
+#: Columns of the bands of the ensemble, with their variables.
 OF_BANDS: Final = {
-    column.replace("*", f"{100 * quantile:.0f}"): f"{name}_band.{place}"
-    for name, column in _BANDS.items()
-    for place, quantile in enumerate(QUANTILES)
+    column: variable for one in BANDED for column, variable in one.band_columns.items()
 }
 #: Distances of records, with their symbols.
 DISTANCES: Final = {
@@ -222,12 +214,40 @@ def ensemble_cells(found: EnsembleResponse) -> Row:
     """Return the columns of the shares and bands of an ensemble."""
     shares = {name: getattr(found, name) for name in SHARES}
     bands = {
-        column: getattr(found.bands, variable.partition("_band.")[0])[int(variable[-1])]
-        for column, variable in OF_BANDS.items()
+        column: value
+        for one in BANDED
+        for column, value in zip(one.band_columns, found.bands[one.name], strict=True)
     }
     return shares | bands
 
 
+def _band_column(quantity: Quantity) -> Column:
+    """Return the column of the bands of a quantity."""
+    head = f"{quantity.symbol}, 16 50 84 %"
+    return Column(
+        head,
+        quantity.column("*"),
+        rule=band_words,
+        unit=quantity.shown_unit,
+        priority=quantity.priority,
+    )
+
+
+def _nominal_column(quantity: Quantity) -> Column:
+    """Return the column of the values of a quantity for the structures as given."""
+    return Column(
+        f"{quantity.symbol}, nominal",
+        quantity.column(),
+        quantity.form,
+        quantity.factor,
+        rule=standing,
+        unit=quantity.shown_unit,
+        priority=quantity.priority + 1,
+    )
+
+
+#: Quantities that every table of responses has, with their bands.
+_LEADING: Final = (QUANTITIES["peak_rotation_ratio"], QUANTITIES["peak_u"])
 #: Columns of the overview of a run in the order of the page, results first.
 OVERVIEW: Final = (
     Column("Record", "record", wraps=True, priority=0),
@@ -236,11 +256,8 @@ OVERVIEW: Final = (
     Column("Overturn", "share_overturned", rule=share_words, priority=2),
     Column("10 % overturn at", "robust_scale_10", ".2f", rule=critical_scale),
     Column("Critical scale", "critical_scale", ".2f", rule=critical_scale),
-    Column("θ/α, 16 50 84 %", "peak_rotation_ratio_*", rule=band_words, priority=2),
-    Column("u, 16 50 84 %", "u_max_*_m", rule=band_words, unit="cm"),
-    Column("θ/α, nominal", "peak_rotation_ratio", ".3f", rule=standing, priority=3),
-    Column("u, nominal", "u_max_m", ".1f", 100.0, rule=standing, unit="cm", priority=2),
-    Column("v, nominal", "v_max_m", ".2f", 100.0, rule=standing, unit="cm", priority=4),
+    *(_band_column(one) for one in _LEADING),
+    *(_nominal_column(one) for one in PEAKS),
     Column("Earthquake", "event", priority=4, wraps=True),
     Column("M", "magnitude", ".2f", rule=magnitude_words, priority=3),
     *(
@@ -268,11 +285,13 @@ _SPREAD: Final = {
     "verdict": "Verdict",
     "share_overturned": "Overturn\n(90 %)>",
     "robust_scale_10": "10 %\noverturn at>",
-    "peak_rotation_ratio_*": "θ/α\n16 50 84 %>",
-    "u_max_*_m": "u [cm]\n16 50 84 %>",
+    **{one.column("*"): f"{one.heading}\n16 50 84 %>" for one in _LEADING},
 }
-_STATED: Final = {"verdict": "Nominal verdict", "v_max_m": "v [cm]\nnominal>"}
-_NOMINAL: Final = {"peak_rotation_ratio": "θ/α\nnominal>", "u_max_m": "u [cm]\nnominal>"}
+_STATED: Final = {
+    "verdict": "Nominal verdict",
+    **{one.column(): f"{one.heading}\nnominal>" for one in PEAKS if one not in _LEADING},
+}
+_NOMINAL: Final = {one.column(): f"{one.heading}\nnominal>" for one in _LEADING}
 
 
 def response_columns(row: Cells, first: Mapping[str, str], **changes: Any) -> list[Column]:
@@ -296,7 +315,7 @@ def titled(heads: Mapping[str, str], **changes: Any) -> list[Column]:
 
     Examples
     --------
-    >>> titled({"u_max_m": "u_max [cm]>"})[0].cell({"u_max_m": 0.135, "verdict": "stands"})
+    >>> titled({"peak_u_m": "u_max [cm]>"})[0].cell({"peak_u_m": 0.135, "verdict": "stands"})
     '13.5'
     """
     return [replace(_BY_KEY[key], head=head, **changes) for key, head in heads.items()]

@@ -8,14 +8,15 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockframe.cells import MATRIX_QUANTITIES, Cells, Column, in_digits, number
-from rockframe.options.respond import QUANTILES
+from rockframe.cells import Cells, Column, in_digits, number
+from rockframe.quantities import IN_MATRICES, QUANTILES, QUANTITIES, Quantity
 from rockframe.results.tables.rows import (
     Row,
     band_words,
@@ -66,21 +67,15 @@ def _share_column(_row: Cells) -> str:
     return "share_overturned"
 
 
-def _rotation_column(row: Cells) -> str:
-    return "peak_rotation_ratio" if _is_nominal(row) else "peak_rotation_ratio_50"
+def _column_of(quantity: Quantity, row: Cells) -> str:
+    """Return the column of the median of the ensemble, or of the nominal peak."""
+    return quantity.column("" if _is_nominal(row) else 0.5)
 
 
-def _drift_column(row: Cells) -> str:
-    return "u_max_m" if _is_nominal(row) else "u_max_50_m"
-
-
-def _rotation(row: Cells) -> float:
+def _peak(quantity: Quantity, row: Cells) -> float:
     """Return the median of the ensemble, or the nominal peak; infinite if it overturns."""
-    return math.inf if _is_nominal(row) and _fell(row) else number(row.get(_rotation_column(row)))
-
-
-def _drift(row: Cells) -> float:
-    return math.inf if _is_nominal(row) and _fell(row) else number(row.get(_drift_column(row)))
+    fallen = _is_nominal(row) and _fell(row)
+    return math.inf if fallen else number(row.get(_column_of(quantity, row)))
 
 
 def _margin(row: Cells) -> float:
@@ -94,8 +89,8 @@ def _margin_of(row: Cells) -> str:
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A quantity of a response that a matrix can show.
+class Matrix:
+    """A matrix of records and structures: its heading, and its values.
 
     Parameters
     ----------
@@ -125,20 +120,21 @@ class Quantity:
         return in_digits(self.factor * value, self.form)
 
 
-#: Quantities of matrices, by the word that asks for them.
-MATRICES: Final[Mapping[str, Quantity]] = MappingProxyType(
-    dict(
-        zip(
-            MATRIX_QUANTITIES,
-            (
-                Quantity("share that overturns [%]", _share_column, share_overturned, ".0f", 100.0),
-                Quantity("u [cm]", _drift_column, _drift, ".1f", 100.0),
-                Quantity("θ/α", _rotation_column, _rotation, ".3f"),
-                Quantity("margin", _margin_of, _margin, ".2f"),
-            ),
-            strict=True,
-        )
-    )
+def _matrix(quantity: Quantity) -> Matrix:
+    """Return the matrix of a quantity."""
+    column, value = partial(_column_of, quantity), partial(_peak, quantity)
+    return Matrix(quantity.heading, column, value, quantity.form, quantity.factor)
+
+
+#: Matrices by name.
+MATRICES: Final[Mapping[str, Matrix]] = MappingProxyType(
+    {
+        "share_overturned": Matrix(
+            "share that overturns [%]", _share_column, share_overturned, ".0f", 100.0
+        ),
+        **{one.name: _matrix(one) for one in IN_MATRICES},
+        "margin": Matrix("margin", _margin_of, _margin, ".2f"),
+    }
 )
 
 
@@ -157,7 +153,8 @@ def severity(row: Cells) -> tuple[float, float, float]:
     margin = _margin(row)
     if math.isnan(margin):  # beyond the largest scale that was searched
         margin = number(row.get(_SEARCHED[_margin_of(row)]))
-    return -share_overturned(row), -_rotation(row), math.inf if math.isnan(margin) else margin
+    rotation = _peak(QUANTITIES["peak_rotation_ratio"], row)
+    return -share_overturned(row), -rotation, math.inf if math.isnan(margin) else margin
 
 
 #: Largest number of records that are named for a reason, and of reasons that are stated.
@@ -263,11 +260,11 @@ def summary_rows(
 
     Examples
     --------
-    >>> rows = [{"structure": "bent", "record_id": name, "verdict": verdict, "u_max_m": u}
+    >>> rows = [{"structure": "bent", "record_id": name, "verdict": verdict, "peak_u_m": u}
     ...         for name, verdict, u in (("a", "stands", 0.1), ("b", "stands", 0.3),
     ...                                  ("c", "overturns", 2.0))]
     >>> (row,) = summary_rows(rows)
-    >>> row["records"], row["u_max_50_m"], row["u_max_84_m"], row["worst_record"]
+    >>> row["records"], row["peak_u_50_m"], row["peak_u_84_m"], row["worst_record"]
     (3, 0.3, inf, 'c')
     """
     summary = Summary()
@@ -323,7 +320,8 @@ class _OverRecords:
         self._first = self._worst = first
         self._severity = severity(first)
         self.names: list[str] = []
-        self.shares, self._rotations, self._drifts = (array("d") for _ in range(3))
+        self.shares = array("d")
+        self._peaks = {one: array("d") for one in IN_MATRICES}
         self._margins = dict.fromkeys((*_SEARCHED, *_SEARCHED.values()), math.nan)
         self._beyond = dict.fromkeys(_SEARCHED, math.inf)
         self._uplifted, self._nominal = 0, True
@@ -335,11 +333,11 @@ class _OverRecords:
         verdict, severe = spread_verdict(row), severity(row)
         self.names.append(row["record_id"])
         self.shares.append(share_overturned(row))
-        self._rotations.append(_rotation(row))
-        self._drifts.append(_drift(row))
+        for quantity, peaks in self._peaks.items():
+            peaks.append(_peak(quantity, row))
         if verdict.kind is not VerdictKind.NO_UPLIFT:
             self._uplifted += 1
-            self._drifts_of_uplifted.append(_drift(row))
+            self._drifts_of_uplifted.append(_peak(QUANTITIES["peak_u"], row))
         if peak := peak_words(row):
             self._implausible.append(f"{row['record_id']}, {peak}")
         if verdict.share_ends > 0.0:
@@ -368,7 +366,6 @@ class _OverRecords:
     def row(self, interval: Row) -> Row:
         """Return the row of the structure, with the mean of its shares and its interval."""
         first, worst = self._first, self._worst
-        bands = {"peak_rotation_ratio": self._rotations, "u_max_m": self._drifts}
         return {
             "structure": first["structure"],
             **{key: number(first.get(key)) for key in OF_STRUCTURE},
@@ -376,13 +373,13 @@ class _OverRecords:
             **dict.fromkeys(("left_out", "left_out_words")),  # filled for all structures at once
             **interval,
             "uplifted": self._uplifted,
-            "uplifted_u_max_50_m": over_records(self._drifts_of_uplifted)[1],
+            "uplifted_peak_u_50_m": over_records(self._drifts_of_uplifted)[1],
             "model_ends": self._model_ends,
             "largest_share_model_ends": self._largest_share_ends,
             **{
-                band_column(column, quantile): value
-                for column, values in bands.items()
-                for quantile, value in zip(QUANTILES, over_records(values), strict=True)
+                column: value
+                for one, peaks in self._peaks.items()
+                for column, value in zip(one.band_columns, over_records(peaks), strict=True)
             },
             **self._smallest_margins(),
             "implausible": "; ".join(self._implausible[:_MOST_NAMED]),
@@ -431,18 +428,6 @@ def over_records(values: ArrayLike) -> list[float]:
     return quantiles(known).tolist() if known.size else [math.nan] * len(QUANTILES)
 
 
-def band_column(column: str, quantile: float) -> str:
-    """Return the column of a quantile.
-
-    Examples
-    --------
-    >>> band_column("u_max_m", 0.84), band_column("peak_rotation_ratio", 0.5)
-    ('u_max_84_m', 'peak_rotation_ratio_50')
-    """
-    name, unit = (column[:-2], "_m") if column.endswith("_m") else (column, "")
-    return f"{name}_{100 * quantile:.0f}{unit}"
-
-
 #: What the numbers of a summary are, for the line below it.
 _SUMMARY_LEGEND: Final = (
     "Overturn over all records: mean of their shares, with the 90 % interval from drawing "
@@ -463,8 +448,15 @@ _SUMMARY: Final = (
     Column("Records>", "records", priority=2),
     Column("Overturn\n(90 %)>", "share_overturned", rule=share_words),
     Column("Uplift\nin>", "uplifted", priority=3),
-    Column("θ/α\n16 50 84 %>", "peak_rotation_ratio_*", rule=band_words, priority=3),
-    Column("u [cm]\n16 50 84 %>", "u_max_*_m", rule=band_words),
+    *(
+        Column(
+            f"{one.heading}\n16 50 84 %>",
+            one.column("*"),
+            rule=band_words,
+            priority=one.priority,
+        )
+        for one in IN_MATRICES
+    ),
     Column("10 %\noverturn at>", "robust_scale_10", ".2f", rule=critical_scale),
     Column("critical\nscale>", "critical_scale", ".2f", rule=critical_scale),
     Column("Worst record", "worst_record", wraps=True),
@@ -493,7 +485,7 @@ def summary_notes(rows: Sequence[Cells]) -> list[str]:
 
     Examples
     --------
-    >>> row = {"structure": "bent", "records": 6, "uplifted": 2, "uplifted_u_max_50_m": 0.031,
+    >>> row = {"structure": "bent", "records": 6, "uplifted": 2, "uplifted_peak_u_50_m": 0.031,
     ...        "model_ends": 1, "largest_share_model_ends": 0.98}
     >>> summary_notes([row])[0]
     'bent uplifts under 2 of 6 records, with a median drift of 3.1 cm; the others count as 0 cm.'
@@ -504,8 +496,8 @@ def summary_notes(rows: Sequence[Cells]) -> list[str]:
     for row in rows:
         name, records = row["structure"], int(row["records"])
         uplifted = int(row["uplifted"])
-        if 0 < uplifted < records and row.get("uplifted_u_max_50_m"):
-            drift = 100.0 * number(row["uplifted_u_max_50_m"])
+        if 0 < uplifted < records and row.get("uplifted_peak_u_50_m"):
+            drift = 100.0 * number(row["uplifted_peak_u_50_m"])
             words = "where it overturns" if math.isinf(drift) else f"of {drift:.1f} cm"
             notes.append(
                 f"{name} uplifts under {uplifted} of {records} records, with a median drift {words}"
@@ -546,15 +538,15 @@ def matrix_rows(rows: Iterable[Cells], quantity: str) -> list[Row]:
     rows : iterable of mapping
         As for `summary_rows`.
     quantity : str
-        One of `MATRICES`: ``share`` that overturns, drift ``u`` and ``rotation`` (medians of the
-        ensembles, or nominal; infinite if that overturns), or ``margin``.
+        One of `MATRICES`: ``share_overturned``, a quantity such as ``peak_u`` (the median of the
+        ensemble, or nominal; infinite if that overturns), or ``margin``.
 
     Examples
     --------
-    >>> rows = [{"structure": name, "record_id": "a", "verdict": "stands", "u_max_m": u}
+    >>> rows = [{"structure": name, "record_id": "a", "verdict": "stands", "peak_u_m": u}
     ...         for name, u in (("bent", 0.1), ("pier", 0.2))]
-    >>> matrix_rows(rows, "u")
-    [{'record_id': 'a', 'bent u_max_m': 0.1, 'pier u_max_m': 0.2}]
+    >>> matrix_rows(rows, "peak_u")
+    [{'record_id': 'a', 'bent peak_u_m': 0.1, 'pier peak_u_m': 0.2}]
     """
     one, found = MATRICES[quantity], dict[str, Row]()
     for row in rows:
@@ -573,7 +565,7 @@ def matrix_columns(matrix: Sequence[Row], quantity: str) -> list[Column]:
 
 def tables_of(rows: Sequence[Row], summary: Sequence[Row], main: str) -> dict[str, Sequence[Row]]:
     """Return the tables of responses by kind: summary, matrices, and the rows as `main`."""
-    found = {name: matrix_rows(rows, name) for name in MATRIX_QUANTITIES}
+    found = {name: matrix_rows(rows, name) for name in MATRICES}
     known = {f"matrix {name}": one for name, one in found.items() if any(map(_has_value, one))}
     return {"summary": summary, **known, main: rows}
 
@@ -584,5 +576,5 @@ def _has_value(row: Row) -> bool:
 
 def first_columns(main: str, *columns: str) -> dict[str, Sequence[str]]:
     """Return the first columns of each of these tables, by which earlier ones are recognised."""
-    found = {f"matrix {name}": ("record_id",) for name in MATRIX_QUANTITIES}
+    found = {f"matrix {name}": ("record_id",) for name in MATRICES}
     return {"summary": SUMMARY_COLUMNS, **found, main: columns}

@@ -14,6 +14,7 @@ import xarray as xr
 
 from rockframe.cells import Column
 from rockframe.errors import InputError
+from rockframe.quantities import PEAKS
 from rockframe.record import Part
 from rockframe.results.pulses import pulse_rows
 from rockframe.results.reading import opened
@@ -38,7 +39,8 @@ _COLUMNS: Final = (
     *("event", "record", "magnitude", "epicentral_distance_km"),
     *("distance_rrup_km", "distance_rjb_km", "pga_g", "pgv_m_s", "a_p_g"),
     *("T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound", "structure"),
-    *("peak_rotation_ratio", "u_max_m", "v_max_m", "impacts", "verdict", "verdict_words"),
+    *(one.column() for one in PEAKS),
+    *("impacts", "verdict", "verdict_words"),
     *("critical_scale", "largest_scale", "safe_islands", "largest_robust_scale"),
     *(f"robust_{what}_{share}" for what in ("scale", "error") for share in (10, 25, 50)),
     *("uplift_time_s", "overturning_time_s", "record_id", "source_file", "facts_source"),
@@ -57,8 +59,9 @@ _OF_RECORD: Final = columns_of(
 )
 _OF_NAME: Final = columns_of("record_id station component")
 _OF_RESPONSE: Final = columns_of(
-    "record_id structure peak_rotation_ratio u_max_m=peak_u v_max_m=peak_v impacts verdict",
-    "critical_scale largest_scale safe_islands",
+    "record_id structure",
+    *(f"{one.column()}={one.name}" for one in PEAKS),
+    "impacts verdict critical_scale largest_scale safe_islands",
     *ROBUST,
     "uplift_time_s=uplift_time overturning_time_s=overturning_time",
     "verdict_to_pulse peak_rotation_ratio_to_pulse surrogate_error",
@@ -202,7 +205,7 @@ def _response_rows(responses: xr.Dataset) -> Iterator[Row]:
 #: Variable of each column of `part_rows`.
 _OF_PART: Final = columns_of(
     "record_id structure start_rotation_ratio=part_start_rotation_ratio",
-    "peak_rotation_ratio=part_peak_rotation_ratio u_max_m=part_peak_u",
+    "peak_rotation_ratio=part_peak_rotation_ratio peak_u_m=part_peak_u",
     "tendon_force_n=part_tendon_force dissipater_force_n=part_dissipater_force",
 )
 
@@ -244,7 +247,7 @@ def part_columns(rows: Sequence[Row]) -> list[Column]:
         Column("to [s]>", "end_s", ".6g"),
         Column("θ/α before>", "start_rotation_ratio", ".3f"),
         Column("largest θ/α>", "peak_rotation_ratio", ".3f"),
-        Column("u [cm]>", "u_max_m", ".1f", 100.0),
+        Column("u [cm]>", "peak_u_m", ".1f", 100.0),
         *(
             Column(head, key, ".1f", 1e-3)
             for head, key in forces.items()

@@ -52,8 +52,8 @@ def head_with_unit(name: str) -> str:
 
     Examples
     --------
-    >>> [head_with_unit(name) for name in ("u_max_84_m", "pgv_m_s", "impulse_kn_s", "mass_ratio")]
-    ['u_max_84 [m]', 'pgv [m/s]', 'impulse [kN s]', 'mass_ratio']
+    >>> [head_with_unit(name) for name in ("peak_u_84_m", "pgv_m_s", "impulse_kn_s", "mass_ratio")]
+    ['peak_u_84 [m]', 'pgv [m/s]', 'impulse [kN s]', 'mass_ratio']
     """
     for suffix, unit in _UNITS.items():
         if name.endswith(suffix):
@@ -66,8 +66,8 @@ def name_of_head(head: str) -> str:
 
     Examples
     --------
-    >>> name_of_head("u_max_84 [m]"), name_of_head("mass_ratio")
-    ('u_max_84_m', 'mass_ratio')
+    >>> name_of_head("peak_u_84 [m]"), name_of_head("mass_ratio")
+    ('peak_u_84_m', 'mass_ratio')
     """
     name, _, unit = head.removesuffix("]").rpartition(" [")
     return name + _SUFFIXES[unit] if unit in _SUFFIXES and name else head

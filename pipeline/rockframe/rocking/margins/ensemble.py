@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields, replace
 from functools import lru_cache
 from itertools import chain
@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import QUANTILES, Ensemble
+from rockframe.options.respond import Ensemble
 from rockframe.parts import Lever
+from rockframe.quantities import QUANTILES
 from rockframe.record import Record
-from rockframe.rocking.assessments import BANDS, Band, Bands, EnsembleResponse, JointForces
+from rockframe.rocking.assessments import Band, Bands, EnsembleResponse, JointForces
 from rockframe.rocking.contact import impact_friction_demand, joint_forces
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.margins.members import (
@@ -48,22 +49,13 @@ class MemberPeaks:
         Values of `Verdict`.
     limits_reached : array of bool, shape (len(MODEL_ENDS), motions, frames, members)
         True where an event of `MODEL_ENDS` ends the model, see `EnsembleResponse`.
-    peak_rotation_ratio, peak_u, peak_v, impact_velocity, friction_demand, base_shear : array
-        See `Bands`.
-    tendon_force, dissipater_force : array
-        See `Bands`; NaN for structures without them.
+    peaks : mapping of str to array
+        The quantities of `quantities.BANDED` by name; NaN for structures without them.
     """
 
     verdict: NDArray[np.int8]
     limits_reached: NDArray[np.bool_]
-    peak_rotation_ratio: Float
-    peak_u: Float
-    peak_v: Float
-    impact_velocity: Float
-    friction_demand: Float
-    base_shear: Float
-    tendon_force: Float
-    dissipater_force: Float
+    peaks: Mapping[str, Float]
 
 
 def ensemble_responses(
@@ -112,7 +104,7 @@ def ensemble_responses(
     overturned = (peaks.verdict == Verdict.OVERTURNS).sum(axis=2)
     ended = peaks.limits_reached.any(axis=0).sum(axis=2)
     each = peaks.limits_reached.sum(axis=3)
-    bands = np.stack([quantiles(getattr(peaks, name)) for name in BANDS], axis=2).tolist()
+    bands = {name: quantiles(found).tolist() for name, found in peaks.peaks.items()}
     limited = [_has_limit(frame) for frame in frames]
     return [
         [
@@ -121,9 +113,11 @@ def ensemble_responses(
                 int(uplifted[i, k]),
                 int(overturned[i, k]),
                 int(ended[i, k]) if limited[k] else None,
-                Bands(*map(tuple, bands[i][k])),
+                Bands({name: tuple(found[i][k]) for name, found in bands.items()}),
                 rank_correlations(
-                    peaks.peak_rotation_ratio[i, k], chosen, versions[i] if versions else None
+                    peaks.peaks["peak_rotation_ratio"][i, k],
+                    chosen,
+                    versions[i] if versions else None,
                 ),
                 ModelEnd(1 + int(each[:, i, k].argmax())) if ended[i, k] else ModelEnd.NONE,
             )
@@ -314,7 +308,7 @@ def member_peaks(
     --------
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.54 * 9.81, T_p=1.5)
-    >>> member_peaks([pulse], [bent], Ensemble()).peak_u.shape
+    >>> member_peaks([pulse], [bent], Ensemble()).peaks["peak_u"].shape
     (1, 1, 64)
     """
     require_some(motions=motions, frames=frames)
@@ -339,8 +333,9 @@ def member_peaks(
     for place in np.argwhere(ended).tolist():
         one = int(np.ravel_multi_index(place, shape))
         ground = grounds[motion[one]].scaled(float(scale[one]))
-        demand = _demands_one_by_one(family[whose[one]], ground)
-        peaks.base_shear[*place], peaks.friction_demand[*place] = demand
+        demands = _demands_one_by_one(family[whose[one]], ground)
+        for name, demand in zip(("peak_base_shear", "friction_demand"), demands, strict=True):
+            peaks.peaks[name][*place] = demand
     return peaks
 
 
@@ -399,22 +394,18 @@ def _peaks(
             valid = np.minimum(rotation[:, k], [member.abutment_rotation for member in family])
             tendon[:, k], dissipater[:, k] = _tie_forces(family, valid)
     fallen = verdict == Verdict.OVERTURNS
-
-    def standing(peak: Float) -> Float:
-        return np.where(fallen & ~np.isnan(peak), np.inf, peak)
-
-    return MemberPeaks(
-        verdict=verdict,
-        limits_reached=ended,
-        peak_rotation_ratio=standing(found.peak_rotation_ratio.reshape(shear.shape)),
-        peak_u=standing(u),
-        peak_v=standing(v),
-        impact_velocity=standing(speed),
-        friction_demand=standing(np.maximum(friction, np.where(speed > 0.0, impact, 0.0))),
-        base_shear=standing(shear),
-        tendon_force=standing(tendon),
-        dissipater_force=standing(dissipater),
-    )
+    found_of = {
+        "peak_rotation_ratio": found.peak_rotation_ratio.reshape(shear.shape),
+        "peak_u": u,
+        "peak_v": v,
+        "peak_impact_velocity": speed,
+        "friction_demand": np.maximum(friction, np.where(speed > 0.0, impact, 0.0)),
+        "peak_base_shear": shear,
+        "peak_tendon_force": tendon,
+        "peak_dissipater_force": dissipater,
+    }
+    peaks = {name: np.where(fallen & ~np.isnan(one), np.inf, one) for name, one in found_of.items()}
+    return MemberPeaks(verdict=verdict, limits_reached=ended, peaks=peaks)
 
 
 @lru_cache(maxsize=1024)
