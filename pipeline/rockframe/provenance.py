@@ -12,10 +12,10 @@ import platform
 import shutil
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from pathlib import Path, PureWindowsPath
 from typing import Any, Final, Self
@@ -23,8 +23,9 @@ from typing import Any, Final, Self
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import check, undoing
 
-#: Suffixes of the package's own files.
-_SOURCES: Final = frozenset([".py", ".toml", ".mplstyle", ".html", ".css", ".js"])
+#: Suffixes of the package's own files on which results depend, and of those that only pages show.
+_SOURCES: Final = frozenset([".py", ".toml", ".mplstyle"])
+_PAGE_SOURCES: Final = frozenset([".html", ".css", ".js"])
 #: Time after which a further change of a file shows in its times on any file system [ns].
 _SETTLED: Final = 3_000_000_000
 #: A disk with less free space than this counts as full [bytes].
@@ -171,11 +172,21 @@ def read_json(content: str | bytes) -> Any:
 
 @cache
 def source_code_hash() -> str:
-    """Return the SHA-256 of the package's source and data files and of their names."""
+    """Return the SHA-256 of the source and data files on which results depend, with their names."""
+    return _hash_of_package(_SOURCES)
+
+
+@cache
+def page_source_hash() -> str:
+    """Return the SHA-256 of the templates, style sheets and scripts, on which only pages depend."""
+    return _hash_of_package(_PAGE_SOURCES)
+
+
+def _hash_of_package(suffixes: Collection[str]) -> str:
     root = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*")):
-        if path.is_file() and path.suffix in _SOURCES:
+        if path.is_file() and path.suffix in suffixes:
             digest.update(path.relative_to(root).as_posix().encode() + b"\0")
             digest.update(path.read_bytes() + b"\0")
     return digest.hexdigest()
@@ -223,10 +234,13 @@ class Stamp:
         Hash of everything that the work depended on.
     outputs : mapping of str to str
         SHA-256 of each file, by its name in the folder.
+    origin : mapping
+        What the key is a hash of, for the step of a run; empty if it is unknown.
     """
 
     key: str
     outputs: Mapping[str, str]
+    origin: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, key: str, names: Iterable[str], folder: Path) -> Self:

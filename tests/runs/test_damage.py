@@ -117,7 +117,7 @@ def test_manifest_that_is_damaged_after_a_workflow_is_named(
     assert main(["status", str(home / "run")]) == 0
     said = capsys.readouterr().out
     assert f"{home / 'run' / 'manifest.json'}: is corrupted." in said
-    assert "table.csv" not in said
+    assert "table.csv:" not in said
 
 
 def test_plan_that_is_missing_beside_its_stamps_is_a_fault(
@@ -175,7 +175,7 @@ def test_plan_of_other_types_is_one_line(
         lambda plan: plan["files"].update({"../precious.json": "x"}),
         lambda plan: (
             plan["steps"].append({**plan["steps"][-1], "name": "../../../precious", "outputs": []})
-            or plan["keys"].update({"../../../precious": ""})
+            or plan["origins"].update({"../../../precious": {}})
         ),
     ],
 )

@@ -389,7 +389,9 @@ def test_status_of_half_a_run(home: Path, capsys: pytest.CaptureFixture[str]) ->
     assert main(["status", str(home / "run"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["complete"] is False
-    assert {"name": "verify", "state": "to do", "fault": ""} in told["steps"]
+    assert {"name": "verify", "state": "to do", "fault": "", "reason": "not run yet"} in told[
+        "steps"
+    ]
     assert main(["status", str(home / "run")]) == 0
     assert "not complete" in capsys.readouterr().out
 
@@ -451,11 +453,9 @@ def test_upgrade_of_a_library_makes_everything_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Otherwise the manifest would state library versions that did not make the files."""
-    from rockframe import provenance
-
     study = read_study(make_study(tmp_path))
     before = make_plan(study, tmp_path / "run").keys
     assert make_plan(study, tmp_path / "run").keys == before
-    monkeypatch.setattr(provenance, "versions", lambda: {"numpy": "99.0"})
+    monkeypatch.setattr("rockframe.runs.plan.versions", lambda: {"numpy": "99.0"})
     after = make_plan(study, tmp_path / "run").keys
     assert all(after[name] != before[name] for name in before)

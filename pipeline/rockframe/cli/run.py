@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -16,6 +17,7 @@ from rockframe.options.model import ExecutionOptions
 if TYPE_CHECKING:
     from rockframe.engines.engine import Engine
     from rockframe.runs.plan import Plan
+    from rockframe.runs.state import StepState
 
 _RESUMES: Final = "finished steps are kept; the same command resumes"
 
@@ -53,6 +55,12 @@ def run_run(options: argparse.Namespace) -> int:
     if options.plan:
         _write_plan(plan, options)
         return 0
+    reasons: dict[str, str] = {}
+
+    def on_start(waiting: Sequence[StepState]) -> None:
+        reasons.update((state.step.name, state.reason) for state in waiting)
+        _explain(waiting)
+
     with keeping(_RESUMES), console.progress_of_steps(study.name) as on_step:
         done, faults = run_plan(
             plan,
@@ -60,6 +68,7 @@ def run_run(options: argparse.Namespace) -> int:
             engine=_engine(options),
             replace=options.replace,
             on_fault=_warn,
+            on_start=on_start,
             on_step=on_step,
         )
     rejected = rejections_of(options.output)
@@ -69,6 +78,7 @@ def run_run(options: argparse.Namespace) -> int:
                 "study": study.name,
                 "output": str(options.output),
                 "steps_done": done,
+                "reasons": reasons,
                 "made_again": faults,
                 "rejected": rejected,
             }
@@ -93,9 +103,22 @@ def _write_plan(plan: Plan, options: argparse.Namespace) -> None:
         states, _ = prepare(plan, options.output, replace=options.replace, on_fault=_warn)
     to_do = [state.step.name for state in states if not state.is_done]
     if options.json:
-        console.show_json({"study": plan.study, "steps": len(plan.steps), "to_do": to_do})
+        reasons = {state.step.name: state.reason for state in states if not state.is_done}
+        console.show_json(
+            {"study": plan.study, "steps": len(plan.steps), "to_do": to_do, "reasons": reasons}
+        )
     else:
         print(f"{plan.study}: {len(plan.inputs)} inputs, {len(plan.steps)} steps")
+
+
+def _explain(waiting: Sequence[StepState]) -> None:
+    """Print why steps are repeated, one line for equal reasons of a stage."""
+    from rockframe.runs.reasons import NOT_YET
+
+    counts = Counter((s.step.stage, s.reason) for s in waiting if s.reason != NOT_YET)
+    for (stage, reason), count in counts.items():
+        many = f" ({count} steps)" if count > 1 else ""
+        console.complain(f"repeating {stage}{many}: {reason}")
 
 
 def _warn(text: str) -> None:
@@ -131,6 +154,7 @@ def run_status(options: argparse.Namespace) -> None:
     from rockframe.provenance import source_code_hash
     from rockframe.results.tables.entries import left_out_of
     from rockframe.results.tables.summary import reasons_in_words
+    from rockframe.runs.run import outlook
     from rockframe.runs.state import (
         changed_inputs,
         damaged,
@@ -141,16 +165,20 @@ def run_status(options: argparse.Namespace) -> None:
     )
 
     plan = read_plan(options.folder)
-    states = states_of(plan, options.folder)
+    planned = states_of(plan, options.folder)
     running = is_locked(options.folder)
     inputs = (*plan.inputs, *plan.study_files)
     changed = dict(changed_inputs(inputs))
     same_source = plan.source == source_code_hash()
-    faults = faults_of(damaged(options.folder, plan.files), states)
-    complete = all(state.is_done for state in states) and not faults
-    left_out = left_out_of(options.folder)
+    faults = faults_of(damaged(options.folder, plan.files), planned)
+    complete = all(state.is_done for state in planned) and not faults
+    states = outlook(plan, planned, options.folder)
+    left_out = {} if faults else left_out_of(options.folder)  # a corrupted file cannot be read
     if options.json:
-        steps = [{"name": s.step.name, "state": s.state, "fault": s.fault} for s in states]
+        steps = [
+            {"name": s.step.name, "state": s.state, "fault": s.fault, "reason": s.reason}
+            for s in states
+        ]
         counts = dict(Counter(s.state for s in states))
         console.show_json(
             {
@@ -166,15 +194,11 @@ def run_status(options: argparse.Namespace) -> None:
             }
         )
         return
-    rows: dict[str, Counter[str]] = {}
-    for state in states:
-        rows.setdefault(state.step.stage, Counter())[state.state] += 1
-    shown = [[rule, ", ".join(f"{n} {what}" for what, n in c.items())] for rule, c in rows.items()]
     print(f"{plan.study} in {options.folder}")
     for file, reasons in left_out.items():
         if reasons:
             print(f"{len(reasons)} left out of {file}: {reasons_in_words(reasons)}")
-    console.show_table("", ["stage", "steps"], shown)
+    _show_states(states)
     if any(state.state == "removed" for state in states):
         print("removed: batch files whose content is in the merged files")
     for fault in faults:
@@ -188,6 +212,26 @@ def run_status(options: argparse.Namespace) -> None:
         print("made by another version of the source code: `rockframe run` would repeat the run")
     done = "complete for the inputs as planned" if changed else "complete"
     print(done if complete else "a run is in progress" if running else "not complete")
+
+
+def _show_states(states: Sequence[StepState]) -> None:
+    """Print the number of steps in each state and why they run, for each stage."""
+    rows: dict[str, Counter[str]] = {}
+    reasons: dict[str, dict[str, None]] = {}
+    for state in states:
+        rows.setdefault(state.step.stage, Counter())[state.state] += 1
+        reasons.setdefault(state.step.stage, {})[state.reason] = None
+    shown = [
+        [stage, ", ".join(f"{n} {what}" for what, n in c.items()), _joined(reasons[stage])]
+        for stage, c in rows.items()
+    ]
+    console.show_table("", ["stage", "steps", "why"], shown)
+
+
+def _joined(reasons: Iterable[str]) -> str:
+    """Return the first reasons of a stage, for a cell of a table."""
+    first, *others = [reason for reason in reasons if reason] or [""]
+    return first + (f" and {len(others)} other reasons" if others else "")
 
 
 def add_step(parser: argparse.ArgumentParser) -> None:
@@ -208,8 +252,8 @@ def run_step(options: argparse.Namespace) -> int:
     require_known("step", options.name, steps)
     step = steps[options.name]
     workers = chosen(options, ExecutionOptions).workers
-    folder, key = options.folder.resolve(), plan.keys[step.name]
-    status = perform(Work(step, folder, workers, key, given=engine))
+    folder, origin = options.folder.resolve(), plan.origins[step.name]
+    status = perform(Work(step, folder, workers, origin, given=engine))
     if options.json:
         console.show_json(
             {"step": step.name, "outputs": list(step.outputs), "rejected": bool(status)}

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 from rockframe.engines.engine import Resources, in_order
 from rockframe.errors import EngineError
 from rockframe.interruption import check
-from rockframe.provenance import source_code_hash
+from rockframe.provenance import page_source_hash, source_code_hash
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -191,8 +191,8 @@ def _threads(client: Client, address: str) -> int:
         client.wait_for_workers(1, timeout=_PATIENCE)
     except TimeoutError:
         raise EngineError(f"scheduler {address} has no workers. Start at least one.") from None
-    for worker, found in client.run(_code_of_worker).items():
-        if found != source_code_hash():
+    for worker, found in client.run(_code).items():
+        if found != _code():
             raise EngineError(
                 f"Dask worker {worker} runs another version of rockframe. Install the same "
                 "version on all workers, for the same results."
@@ -201,5 +201,5 @@ def _threads(client: Client, address: str) -> int:
     return max(1, threads)
 
 
-def _code_of_worker() -> str:
-    return source_code_hash()
+def _code() -> tuple[str, str]:
+    return source_code_hash(), page_source_hash()

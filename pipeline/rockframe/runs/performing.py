@@ -40,15 +40,15 @@ class Work:
 
     Outputs are written into `into`, by default the folder of the run. `workers` is the largest
     number of processes that read files, draw, or compute without a given engine, by default one for
-    each core; `key` is the hash of everything that the step depends on. `elsewhere` has inputs that
-    are not in the folder, by name. `given` is the engine of the run, if the step is performed
+    each core; `origin` is everything that the step depends on. `elsewhere` has inputs that are not
+    in the folder, by name. `given` is the engine of the run, if the step is performed
     outside it.
     """
 
     step: Step
     folder: Path
     workers: int | None = None
-    key: str = ""
+    origin: Mapping[str, Any] = field(default_factory=dict)
     into: Path | None = None
     elsewhere: Mapping[str, Path] = field(default_factory=dict)
     given: Engine | None = None
@@ -108,7 +108,7 @@ def _perform_there(work: Work) -> int:
         with suppress(OSError):
             log.write_text(f"rockframe: error: {error}\n", encoding="utf-8")
         raise
-    stamp(work.step, work.key, work.folder)
+    stamp(work.step, work.origin, work.folder)
     return 1 if rejections else 0
 
 
@@ -176,7 +176,7 @@ def _parallel_work(
     here, resources = choose_engine(1), resources_of(engine)
     for wave in waves(plan.steps):
         works = [
-            Work(step, folder, resources.workers, plan.keys[step.name])
+            Work(step, folder, resources.workers, plan.origins[step.name])
             for step in wave
             if step in todo
         ]

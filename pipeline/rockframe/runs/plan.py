@@ -9,6 +9,7 @@ import os
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,12 +21,13 @@ from rockframe.options.model import Options
 from rockframe.provenance import (
     MANIFEST,
     is_sealed,
-    key_of,
+    page_source_hash,
     read_json,
     refuse_obstacles,
     refuse_overwriting,
     sha256_of,
     source_code_hash,
+    versions,
 )
 from rockframe.study.structures import read_bridges
 from rockframe.study.study import Study, structures_text
@@ -63,7 +65,7 @@ class Step:
 
     Examples
     --------
-    >>> Step("pulse", "pulse", ("records.nc",), ("pulses.nc",)).key({})
+    >>> Step("pulse", "pulse", ("records.nc",), ("pulses.nc",)).origin({}, {})
     Traceback (most recent call last):
     KeyError: 'records.nc'
     """
@@ -81,20 +83,30 @@ class Step:
     memory: int = 1000
     minutes: int = 60
 
-    def key(self, known: Mapping[str, str], *others: str) -> str:
-        """Return a hash of everything that the outputs depend on; locations of files do not matter.
+    def origin(self, known: Mapping[str, str], outside: Mapping[str, str]) -> dict[str, Any]:
+        """Return everything that the outputs depend on; locations of files do not matter.
 
         Parameters
         ----------
         known : mapping of str to str
             For each input, the key of the step that writes it, or the hash of the file.
-        *others : str
-            Hashes of files outside the run.
+        outside : mapping of str to str
+            Hashes of whatever else the step depends on, by what it is.
         """
-        options = _without_folders(self.options)
-        return key_of(
-            self.stage, options, self.batch, [known[name] for name in self.inputs], others
-        )
+        return {
+            "code": source_code_hash(),
+            "packages": versions(),
+            "stage": self.stage,
+            "options": _without_folders(self.options),
+            "batch": list(self.batch),
+            "inputs": {name: known[name] for name in self.inputs},
+            "outside": dict(outside),
+        }
+
+
+def key_of_step(origin: Mapping[str, Any]) -> str:
+    """Return a hash of everything that a step depends on (`Step.origin`)."""
+    return _digest(json.dumps(origin, sort_keys=True))
 
 
 def _without_folders(options: Any) -> Any:
@@ -301,8 +313,8 @@ class Plan:
         Every file that the study reads.
     steps : tuple of Step
         The steps, each after the steps whose outputs it reads.
-    keys : mapping of str to str
-        Hash of everything that a step depends on, by the name of the step.
+    origins : mapping of str to mapping
+        Everything that a step depends on (`Step.origin`), by the name of the step.
     files : mapping of str to str
         Texts of the files that the plan itself writes into the folder, by name.
     source : str
@@ -315,10 +327,15 @@ class Plan:
     parameters: Mapping[str, Any]
     inputs: tuple[Input, ...]
     steps: tuple[Step, ...]
-    keys: Mapping[str, str]
+    origins: Mapping[str, Mapping[str, Any]]
     files: Mapping[str, str]
     source: str
     study_files: tuple[Input, ...] = ()
+
+    @cached_property
+    def keys(self) -> Mapping[str, str]:
+        """Hash of everything that a step depends on, by the name of the step."""
+        return {name: key_of_step(origin) for name, origin in self.origins.items()}
 
     @property
     def outputs(self) -> list[str]:
@@ -355,19 +372,22 @@ def make_plan(study: Study, folder: Path) -> Plan:
     if study.records:
         files[STRUCTURES] = structures_text(study)
     known = {name: _digest(text) for name, text in files.items()}
-    keys: dict[str, str] = {}
+    origins: dict[str, dict[str, Any]] = {}
     places = {str(file.path): place for place, file in enumerate(inputs)}
     for step in steps:
-        outside = [file.sha256 for file in _external_inputs(step, inputs, places)]
+        read = _external_inputs(step, inputs, places)
+        outside = {f"input {file.name}": file.sha256 for file in read}
         if step.stage == "manifest":
-            outside = [_digest(json.dumps(study.parameters(), sort_keys=True))]
-        keys[step.name] = _unbatched(step, steps).key(known, *outside)
-        known |= dict.fromkeys(step.outputs, keys[step.name])
+            outside = {"study": _digest(json.dumps(study.parameters(), sort_keys=True))}
+        if step.stage == "report":
+            outside = {"templates, style or scripts of the page": page_source_hash()}
+        origins[step.name] = _unbatched(step, steps).origin(known, outside)
+        known |= dict.fromkeys(step.outputs, key_of_step(origins[step.name]))
     own = (study.path, study.structures)  # one file, if the study has structures of its own
     hashes = {path: sha256_of(path) for path in dict.fromkeys(own)}
     study_files = tuple(Input(path.name, path, hashes[path]) for path in own)
     source = source_code_hash()
-    plan = Plan(study.name, study.parameters(), inputs, steps, keys, files, source, study_files)
+    plan = Plan(study.name, study.parameters(), inputs, steps, origins, files, source, study_files)
     _refuse_inputs(plan, study, folder)
     if not _is_planned(plan, folder):
         _foresee(study)
@@ -378,7 +398,7 @@ def _is_planned(plan: Plan, folder: Path) -> bool:
     """Return True if the folder has the plan of these steps, which were possible then."""
     try:
         text = (folder / KEPT / "plan.json").read_bytes()
-        return is_sealed(text) and read_json(text)["keys"] == plan.keys
+        return is_sealed(text) and read_json(text)["origins"] == plan.origins
     except (OSError, ValueError, KeyError, TypeError):
         return False
 

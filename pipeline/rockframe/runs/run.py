@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace as changed
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, RockframeError
 from rockframe.provenance import (
     DAMAGED,
     MANIFEST,
@@ -15,7 +16,7 @@ from rockframe.provenance import (
     refuse_obstacles,
     remove_file,
 )
-from rockframe.runs.plan import KEPT, PAGE, Plan
+from rockframe.runs.plan import KEPT, PAGE, Plan, make_plan
 from rockframe.runs.state import (
     StepState,
     damaged,
@@ -54,6 +55,7 @@ def run_plan(
     engine: Engine | None = None,
     replace: bool = False,
     on_fault: Report = _ignore,
+    on_start: Report = _ignore,
     on_step: Report = _ignore,
 ) -> tuple[list[str], list[str]]:
     """Perform the steps of a plan that are not done.
@@ -71,6 +73,8 @@ def run_plan(
         Remove the run of another study from the folder.
     on_fault : callable, optional
         Called with a message about each corrupted file.
+    on_start : callable, optional
+        Called with the states of the steps to do, which say why, before the first is performed.
     on_step : callable, optional
         Called with the name of each finished step, its number, and the number of all steps to do.
 
@@ -90,8 +94,10 @@ def run_plan(
     folder = folder.resolve()
     with locked(folder):
         states, faults = prepare(plan, folder, replace=replace, on_fault=on_fault)
-        todo = [state.step for state in states if not state.is_done]
+        waiting = [state for state in states if not state.is_done]
+        todo = [state.step for state in waiting]
         if todo:
+            on_start(waiting)
             from rockframe.runs.performing import perform_all  # it imports every stage
 
             perform_all(plan, todo, folder, engine, on_step)
@@ -206,3 +212,33 @@ def _foreign_file(plan: Plan, folder: Path) -> str:
     """Return a file that has the name of an output but is not from this study, as text, or ""."""
     names = [*plan.outputs, MANIFEST, PAGE]
     return next((name for name in names if (folder / name).exists()), "")
+
+
+def outlook(plan: Plan, states: Sequence[StepState], folder: Path) -> list[StepState]:
+    """Return the states, with steps as outdated that a run of the present study would repeat.
+
+    A study that cannot be read or planned any more changes nothing.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan of the run in the folder.
+    states : sequence of StepState
+        The states of its steps.
+    folder : Path
+        The folder of the run.
+    """
+    from rockframe.study.study import read_study  # it imports pydantic
+
+    try:
+        present = make_plan(read_study(plan.study_files[0].path), folder)
+        would = {state.step.name: state for state in states_of(present, folder)}
+    except RockframeError:
+        return list(states)
+    later = [would.get(state.step.name, state) for state in states]
+    return [
+        changed(state, state="outdated", reason=then.reason)
+        if state.is_done and not then.is_done
+        else state
+        for state, then in zip(states, later, strict=True)
+    ]

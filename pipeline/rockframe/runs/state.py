@@ -10,7 +10,7 @@ import shutil
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -33,7 +33,8 @@ from rockframe.provenance import (
     whole_file,
     write_manifest,
 )
-from rockframe.runs.plan import KEPT, Input, Plan, Step
+from rockframe.runs.plan import KEPT, Input, Plan, Step, key_of_step
+from rockframe.runs.reasons import NOT_YET, changes
 
 _STAMPS: Final = f"{KEPT}/steps"
 _OF_ALL: Final = frozenset(["manifest", "verify"])
@@ -55,11 +56,14 @@ class StepState:
         outputs were temporary and are no longer needed.
     fault : str
         The corrupted file, if the state is ``damaged``.
+    reason : str
+        Why the step runs, or runs again; empty if it is done.
     """
 
     step: Step
     state: str
     fault: str = ""
+    reason: str = ""
 
     @property
     def is_done(self) -> bool:
@@ -79,36 +83,42 @@ def states_of(plan: Plan, folder: Path) -> list[StepState]:
     """
     listed = _of_manifest(plan, folder)
     states: dict[str, StepState] = {}
-    needed: set[str] = set()
+    readers: dict[str, StepState] = {}  # by the outputs that they need
     for step in reversed(plan.steps):
         stamps = [s for s in (_read(folder, step.name), listed.get(step.name)) if s]
         stamps.sort(key=lambda stamp: stamp.key != plan.keys[step.name])
-        state = _state(step, stamps[0] if stamps else None, plan.keys[step.name], folder)
-        if step.temporary and not needed.intersection(step.outputs):
+        state = _state(plan, step, stamps[0] if stamps else None, folder)
+        needed = [readers[name] for name in step.outputs if name in readers]
+        if step.temporary and state.state == "to do" and needed and needed[0].reason != NOT_YET:
+            state = replace(state, reason=_reason_of_reader(needed[0]))
+        if step.temporary and not needed:
             state = StepState(step, "removed")
         if not state.is_done:
-            needed.update(step.inputs)
+            readers |= dict.fromkeys(step.inputs, state)
         states[step.name] = state
-    whole, found = True, []
+    waiting, found = "", []
     for step in plan.steps:
         state = states[step.name]
-        if step.stage in _OF_ALL and state.is_done and not whole:
-            state = StepState(step, "to do")  # it depends on all steps before it
-        whole = whole and state.is_done
+        if step.stage in _OF_ALL and state.state in {"done", "damaged"} and waiting:
+            kind = "to do" if state.is_done else state.state
+            state = StepState(step, kind, state.fault, f"follows from {waiting}")
+        waiting = waiting or ("" if state.is_done else step.name)
         found.append(state)
     return found
 
 
-def _state(step: Step, stamp: Stamp | None, key: str, folder: Path) -> StepState:
+def _state(plan: Plan, step: Step, stamp: Stamp | None, folder: Path) -> StepState:
     if stamp is None:
-        return StepState(step, "to do")
-    if stamp.key != key:
-        return StepState(step, "outdated")
+        made = next((f"no stamp for {n}" for n in step.outputs if (folder / n).exists()), NOT_YET)
+        return StepState(step, "to do", reason=made)
+    if stamp.key != plan.keys[step.name]:
+        return StepState(step, "outdated", reason=changes(stamp.origin, plan, step))
     if any(name not in stamp.outputs for name in step.outputs if not name.endswith("/")):
-        return StepState(step, "to do")  # a corrupted stamp
+        return StepState(step, "to do", reason="its stamp is corrupted")
     for path, what in stamp.faults(folder):
-        gone = step.temporary and what == MISSING
-        return StepState(step, "to do" if gone else "damaged", f"{path}: {what}")
+        gone, name = what == MISSING, path.relative_to(folder).as_posix()
+        kind = "to do" if gone and step.temporary else "damaged"
+        return StepState(step, kind, f"{path}: {what}", f"{name} {'is missing' if gone else what}")
     return StepState(step, "done")
 
 
@@ -152,15 +162,20 @@ def _content(path: Path) -> bytes:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
 
 
-def stamp(step: Step, key: str, folder: Path) -> None:
-    """Write the stamp of a finished step, with the hashes of its outputs.
+def _reason_of_reader(reader: StepState) -> str:
+    return reader.reason if reader.state == "outdated" else f"needed again by {reader.step.name}"
+
+
+def stamp(step: Step, origin: Mapping[str, Any], folder: Path) -> None:
+    """Write the stamp of a finished step, with all that it depended on and hashes of its outputs.
 
     Raises
     ------
     InputError
         If an output is missing, or the stamp cannot be written.
     """
-    _write(folder, step.name, Stamp.of(key, files_of(step.outputs, folder), folder))
+    made = Stamp.of(key_of_step(origin), files_of(step.outputs, folder), folder)
+    _write(folder, step.name, replace(made, origin=origin))
 
 
 def files_of(outputs: Sequence[str], folder: Path) -> list[str]:
@@ -250,14 +265,15 @@ def _stamp_file(folder: Path, name: str) -> Path:
 
 def _write(folder: Path, name: str, left: Stamp) -> None:
     with whole_file(_stamp_file(folder, name)) as partial:
-        partial.write_bytes(sealed({"key": left.key, "outputs": dict(left.outputs)}))
+        partial.write_bytes(sealed(asdict(left)))
 
 
 def _read(folder: Path, name: str) -> Stamp | None:
     try:
         text = _stamp_file(folder, name).read_bytes()
         content = read_json(text)
-        return Stamp(content["key"], dict(content["outputs"])) if is_sealed(text) else None
+        left = Stamp(content["key"], dict(content["outputs"]), dict(content["origin"]))
+        return left if is_sealed(text) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -358,7 +374,8 @@ def write_plan(plan: Plan, folder: Path) -> None:
         "inputs": [{**asdict(i), "path": str(i.path)} for i in plan.inputs],
         "study_files": [{**asdict(i), "path": str(i.path)} for i in plan.study_files],
         "steps": [asdict(step) for step in plan.steps],
-        "keys": plan.keys,
+        "origins": plan.origins,
+        "keys": plan.keys,  # for workflows
         "files": plan.files,
         "source_code_hash": plan.source,
     }
@@ -389,7 +406,7 @@ def read_plan(folder: Path) -> Plan:
             content["parameters"],
             _inputs(content["inputs"]),
             tuple(_step(step) for step in content["steps"]),
-            {step["name"]: content["keys"][step["name"]] for step in content["steps"]},
+            {step["name"]: content["origins"][step["name"]] for step in content["steps"]},
             dict(content["files"]),
             str(content["source_code_hash"]),
             _inputs(content.get("study_files", ())),
