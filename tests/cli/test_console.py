@@ -10,6 +10,7 @@ from rockframe.cells import Column
 from rockframe.cli.console import show_rows, show_summary, show_table
 from rockframe.results.tables.rows import response_columns, titled
 from rockframe.results.tables.summary import summary_rows
+from rockframe.results.tables.table import part_columns
 
 NAME = "Ridgecrest2019-CCC-090"
 
@@ -129,3 +130,18 @@ def test_80_columns_have_verdict_drift_margin_and_the_worst_record(
     drift = "13.2 13.2 13.2" if members else "19.5 19.5 19.5"
     assert all(word in table for word in (margin, drift, "Worst", "CCC"))
     assert max(map(len, table.splitlines())) <= 80
+
+
+def test_100_columns_have_all_that_a_sequence_leaves_behind(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The end of a motion, 120 s before the next one begins, is the first to go."""
+    monkeypatch.setenv("COLUMNS", "100")
+    row = {"record_id": f"{NAME}-then-{NAME}", "structure": "bent", "motion": 2, "motion_id": NAME,
+           "start_s": 219.99, "end_s": 319.98, "start_rotation_ratio": 0.001, "peak_u_m": 0.253,
+           "peak_rotation_ratio": 0.159, "tendon_force_n": 226.8e3,
+           "dissipater_force_n": -100.0e3}  # fmt: skip
+    show_rows("", part_columns([row]), [row])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-2].startswith("1 of 10 columns left out: to [s].")
+    assert any(line.split()[-2:] == ["226.8", "-100.0"] for line in lines)

@@ -7,6 +7,7 @@ Comments before a block give instructions that readers do not see:
 - ``<!-- not run: REASON -->``: it is not run;
 - ``<!-- exit: N -->``: the shell ends with that status;
 - ``<!-- before: COMMANDS -->``: shell commands, run first;
+- ``<!-- columns: N -->``: from here on, tables are printed for a terminal of this width;
 - ``<!-- picture: SHOWN DRAWN -->``: the picture SHOWN of the repository is compared with the file
   DRAWN, which the commands before have drawn.
 """
@@ -18,7 +19,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 _PARTS = re.compile(
-    r"<!-- (?P<mark>file|not run|exit|before|picture):\s(?P<said>.*?)\s-->"
+    r"<!-- (?P<mark>file|not run|exit|before|columns|picture):\s(?P<said>.*?)\s-->"
     r"|^(?P<indent> *)```(?P<kind>\w*)[^\n]*\n(?P<body>.*?)^(?P=indent)```$",
     re.DOTALL | re.MULTILINE,
 )
@@ -41,8 +42,8 @@ def blocks(page: str) -> Iterator[Block]:
         line = page.count("\n", 0, part.start()) + 1
         if part["mark"] == "before":
             yield Block("sh", part["said"], line, {})
-        elif part["mark"] == "picture":
-            yield Block("picture", part["said"], line, {})
+        elif part["mark"] in ("columns", "picture"):
+            yield Block(part["mark"], part["said"], line, {})
         elif part["mark"]:
             marks[part["mark"]] = part["said"]
         else:

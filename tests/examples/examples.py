@@ -55,7 +55,9 @@ def workplace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.relative_to(REPOSITORY).as_posix())
 @pytest.mark.usefixtures("workplace")
-def test_the_examples_of_a_page_run_and_print_what_is_shown(page: Path) -> None:
+def test_the_examples_of_a_page_run_and_print_what_is_shown(
+    page: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     text = page.read_text(encoding="utf-8")
     if "$SHARED" in text and not SHARED.is_dir():
         pytest.skip("begins with real files, which are not beside the repository")
@@ -63,6 +65,9 @@ def test_the_examples_of_a_page_run_and_print_what_is_shown(page: Path) -> None:
     printed: str | None = None
     for block in blocks(text):
         where = f"{page.relative_to(REPOSITORY)}:{block.line}"
+        if block.kind == "columns":
+            monkeypatch.setenv("COLUMNS", block.body)
+            continue
         if block.kind == "picture":
             shown, drawn = block.body.split()
             found = for_page(Path(drawn), Path("for-page.png"))

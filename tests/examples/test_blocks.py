@@ -5,10 +5,16 @@ from __future__ import annotations
 import re
 import shlex
 from pathlib import Path
+from typing import Final
+
+import pytest
 
 from rockframe.cli.main import parser
 
 from .blocks import blocks, missing
+
+#: How-tos whose examples CI runs.
+FIRST_HOW_TOS: Final = ("structures", "forces", "compare")
 
 PAGE = """# A page
 
@@ -21,6 +27,7 @@ name = "mine"
 ```
 <!-- before: touch
 here -->
+<!-- columns: 100 -->
 <!-- picture: docs/a.png outputs/b.png -->
 1. in a list
    <!-- exit: 2 -->
@@ -36,6 +43,7 @@ def test_blocks_come_with_their_marks() -> None:
         ("sh", "true\n", {}),
         ("toml", 'name = "mine"\n', {"file": "mine.toml"}),
         ("sh", "touch\nhere", {}),
+        ("columns", "100", {}),
         ("picture", "docs/a.png outputs/b.png", {}),
         ("sh", "false\n", {"exit": "2"}),
     ]
@@ -57,8 +65,12 @@ def test_each_question_has_a_command_that_there_is() -> None:
         parser().parse_args(shlex.split(command)[1:])
 
 
-def test_printed_examples_of_the_readme_fit_its_page() -> None:
-    page = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    printed = [block.body for block in blocks(page) if block.kind == "text"]
+@pytest.mark.parametrize(
+    "page",
+    ["README.md", "docs/tutorial.md", *(f"docs/howto/{one}.md" for one in FIRST_HOW_TOS)],
+)
+def test_printed_examples_of_the_first_pages_fit_their_page(page: str) -> None:
+    text = (Path(__file__).parents[2] / page).read_text(encoding="utf-8")
+    printed = [block.body for block in blocks(text) if block.kind == "text"]
     assert printed
     assert max(len(line) for body in printed for line in body.splitlines()) <= 100

@@ -9,6 +9,7 @@ import pytest
 
 from rockframe.results.tables.designs import (
     BEST,
+    DESIGN_LEGEND,
     DESIGN_QUANTITIES,
     best_rows,
     design_columns,
@@ -116,3 +117,9 @@ def test_without_an_ensemble_shares_are_those_of_the_records(rows: Any) -> None:
     (free,) = design_rows(nominal)
     assert free["share_overturned"] == free["share_model_ends"] == 1 / 3
     assert (free["peak_u_50_m"], free["peak_u_worst_m"]) == (0.2, INF)
+
+
+def test_the_legend_explains_residual_drifts_by_the_word_of_their_heading(rows: Any) -> None:
+    heads = " ".join(column.head for column in design_columns(design_rows(rows)))
+    assert "residual u" in heads
+    assert "Residual u:" in DESIGN_LEGEND

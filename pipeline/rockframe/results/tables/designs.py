@@ -227,8 +227,9 @@ BEST: Final = (
 #: Explanation of the tables of designs.
 DESIGN_LEGEND: Final = (
     "Over all records: 50 and 84 % quantiles and the worst record; each record counts with the "
-    "median of its ensemble, and as infinite if that overturns. Left: residual drift, nominal "
-    "unless that median overturns. "
+    "median of its ensemble, and as infinite if that overturns. "
+    f"{QUANTITIES['residual_u'].symbol.capitalize()}: drift that remains, nominal unless that "
+    "median overturns. "
     "Model ends in: share of plausible bridges that overturn or reach a limit of the model, after "
     "which its values no longer describe the bridge. W: weight of deck and columns; kN for a "
     "column with its share of the deck. A fixed bridge without a stated strength stays elastic."

@@ -244,7 +244,7 @@ def part_columns(rows: Sequence[Row]) -> list[Column]:
         Column("Structure", "structure"),
         Column("Motion", rule=lambda row, _: f"{row['motion']} {row['motion_id']}"),
         Column("from [s]>", "start_s", ".6g"),
-        Column("to [s]>", "end_s", ".6g"),
+        Column("to [s]>", "end_s", ".6g", priority=2),
         Column("θ/α before>", "start_rotation_ratio", ".3f"),
         Column("largest θ/α>", "peak_rotation_ratio", ".3f"),
         Column("u [cm]>", "peak_u_m", ".1f", 100.0),
