@@ -200,3 +200,36 @@ def test_an_elastic_plastic_frame_stays_where_its_last_excursion_left_it() -> No
     assert found.residual_displacement == pytest.approx(left, rel=1e-8)
     assert found.dissipated_energy == pytest.approx(0.1 * left, rel=1e-8)
     assert found.peak_force_ratio == pytest.approx(0.1, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("model", "period"),
+    [
+        (
+            IsolatedDeck.friction_pendulum(radius=3.0, friction=1e-6),
+            math.tau * (3.0 / GRAVITY) ** 0.5,
+        ),
+        (IsolatedDeck(strength_ratio=1e-6, period=2.0, yield_displacement=0.01), 2.0),
+    ],
+)
+def test_a_tiny_strength_hardly_changes_an_undamped_oscillator(
+    model: IsolatedDeck, period: float
+) -> None:
+    """It needs more than 1,000,000 steps to come to rest, but its peaks are those without it."""
+    blow = GroundAcceleration.from_samples([8.0] * 100, 0.01)
+    elastic = respond_oscillator(FixedFrame(period=period, damping_ratio=0.0), blow)
+    found = respond_oscillator(model, blow)
+    assert found.peak_displacement == pytest.approx(elastic.peak_displacement, rel=1e-4)
+    assert found.peak_force_ratio == pytest.approx(elastic.peak_force_ratio, rel=1e-4)
+    assert found.residual_displacement == 0.0
+
+
+def test_a_tiny_strength_alone_stops_a_frame_after_a_long_way() -> None:
+    """A frame that is still as the ground gains 8 m/s slides v^2 / 2 q; no step bounds the way."""
+    frame = FixedFrame(period=0.05, strength_ratio=1e-6, damping_ratio=0.0)
+    found = respond_oscillator(frame, GroundAcceleration.from_samples([8.0] * 101, 0.01))
+    q = 1e-6 * GRAVITY
+    moved, speed = 0.5 * (8.0 - q), 8.0 - q
+    way = moved + speed**2 / (2.0 * q)
+    assert found.peak_displacement == pytest.approx(way, rel=1e-6)
+    assert found.dissipated_energy == pytest.approx(1e-6 * way, rel=1e-6)

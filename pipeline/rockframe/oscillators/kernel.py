@@ -72,8 +72,10 @@ _MOST_IDLE: Final = 8
 #: Largest number of changes of branch and Taylor steps in an interval, beside the steps that its
 #: length needs.
 _MOST_EVENTS: Final = 10_000
-#: Largest number of steps to a root, and after the motion.
+#: Largest number of steps to a root.
 _ROOT_STEPS: Final = 200
+#: Largest number of steps after the motion. An oscillator with a strength of a millionth of its
+#: restoring force, and no damping, needs more to come to rest: see `_settle`.
 _MOST_TAIL: Final = 1_000_000
 
 
@@ -640,7 +642,10 @@ def _note_collapse(
 def _settle(time: float, oscillator: Constants, state: State, summary: Float, work: Float) -> bool:
     """Follow the oscillator over still ground until neither a new peak nor yielding can occur.
 
-    Returns True if it collapses.
+    Returns True if it collapses. If k is positive, the energy falls in each cycle, so the peaks are
+    final long before the last step. An oscillator that still yields then loses about 2 q / k per
+    half cycle, a negligible share of its amplitude, and will rest within q / k of 0: its residual
+    is 0.
     """
     k, k_z, q, c = oscillator
     still = np.zeros((1, 2))
@@ -667,12 +672,13 @@ def _settle(time: float, oscillator: Constants, state: State, summary: Float, wo
                 if quiet or time >= until:
                     return False
         rate = math.sqrt(abs(stiffness)) + c
-        if rate == 0.0:
-            rate = math.sqrt(k + k_z)
-        step = _STRIDE / rate
+        # without stiffness and damping, friction alone stops it after |v| / q
+        step = _STRIDE / rate if rate > 0.0 else max(_STRIDE / math.sqrt(k + k_z), abs(v) / q)
         state = _cross(still, 0, 0.0, step, time, oscillator, state, summary, work)
         time += step
-    _exceed_bound()
+    if k <= 0.0:
+        _exceed_bound()
+    summary[RESIDUAL] = 0.0
     return False
 
 

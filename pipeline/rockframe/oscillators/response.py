@@ -50,15 +50,18 @@ class OscillatorPeaks:
         oscillator collapses.
     residual_displacement : array
         Displacement at which the oscillator stays, or about which it vibrates without yielding [m];
-        infinite if it collapses.
+        infinite if it collapses. It is 0 if the oscillator still yields 1,000,000 steps after the
+        motion, because its strength is a tiny share of its restoring force and it has little or no
+        damping; it will then rest within strength / stiffness of 0.
     ductility : array
         Peak displacement over yield displacement [1]; NaN without a yield displacement.
     first_yield_time : array
         Time of the first yielding or sliding [s]; NaN if never.
     yields : array of int
-        Number of excursions into yielding, or of slides in one direction.
+        Number of excursions into yielding, or of slides in one direction, at most 1,000,000 steps
+        after the motion.
     dissipated_energy : array
-        Energy lost in yielding or friction, over the weight [m].
+        Energy lost in yielding or friction in that time, over the weight [m].
     """
 
     peak_displacement: Float
