@@ -207,3 +207,10 @@ def test_exponents_of_three_digits_and_the_last_line_may_have_other_widths(few: 
     assert len(rows[2]) != len(rows[0]) != len(rows[-1])
     [record] = read_bytes("a.AT2", (header + "\n".join(rows)).encode(), ReadOptions())
     assert record.acceleration.size == 148
+
+
+def test_a_large_value_of_fixed_decimals_may_widen_its_line(at2: Callable[..., bytes]) -> None:
+    rows = [" 0.12345 -0.23456"] * 40
+    rows[7] = " 0.12345 -11.20000"
+    record = one(at2(rows, "NPTS= 80, DT= .01 SEC", columns=1))
+    assert record.pga == pytest.approx(11.2 * 9.81)

@@ -498,6 +498,26 @@ def test_a_row_of_another_width_is_refused_unless_trusted() -> None:
     assert read_bytes("a.txt", damaged, trusting)[0].acceleration.size == 60
 
 
+@pytest.mark.parametrize("columns", [1, 8])
+@pytest.mark.parametrize("large", [[10.0005], [-11.2, 12.5], [0.00001]])
+def test_a_digit_more_or_fewer_before_the_point_is_no_damage(
+    columns: int, large: list[float]
+) -> None:
+    """A program that prints a fixed number of decimals widens the line where a number is large."""
+    usual = 15.0 if large[0] == 0.00001 else 0.5  # then the small number has the shorter line
+    samples = np.full(60 * columns, usual)
+    samples[columns * 31 : columns * (31 + len(large)) : columns] = large
+    rows = [" ".join(f"{x: .5f}" for x in row) for row in samples.reshape(-1, columns)]
+    assert len(rows[31]) != len(rows[30]) == len(rows[33])
+    text = "\n".join(rows).encode()
+    options = ReadOptions("m/s2", 0.01, column="all" if columns > 1 else None)
+    assert read_bytes("a.txt", text, options)[0].acceleration.tolist() == samples.tolist()
+    if len(large) == 1:
+        rows[20] = rows[20][:-1]
+        with pytest.raises(InputError, match=r":21: \d+ characters, where 5[67] other lines have"):
+            read_bytes("a.txt", "\n".join(rows).encode(), options)
+
+
 @pytest.mark.parametrize(
     ("name", "options", "scale"),
     [

@@ -254,10 +254,12 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
 
 
 def require_even_lines(path: Path, body: bytes, first_line: int) -> None:
-    r"""Reject a line of another width among lines of one width, unless the user trusts the samples.
+    r"""Reject a line that lost or gained a character, unless the user trusts the samples.
 
-    A character is missing or too many, and a number may still be one, but another one. The last
-    line may be shorter. Lines whose widths differ more often have no fixed columns.
+    Its numbers may still be numbers, but other ones. One or two lines of another width among lines
+    of one width are suspect: where all numbers of a column have the same decimals, if they have
+    other decimals; elsewhere, if they are shorter. Otherwise a number has a digit more or fewer
+    before its point, as a large one has. The last line may be shorter.
 
     Parameters
     ----------
@@ -267,13 +269,14 @@ def require_even_lines(path: Path, body: bytes, first_line: int) -> None:
     Raises
     ------
     InputError
-        If one or two lines have another width than all others.
+        If a line is suspect.
 
     Examples
     --------
     >>> require_even_lines(Path("motion.AT2"), b" .12 .34\n" * 30 + b" .2 .34\n .56", 5)
     Traceback (most recent call last):
     rockframe.errors.InputError: motion.AT2:35: 7 characters, where 30 other lines have 8. A numb...
+    >>> require_even_lines(Path("motion.AT2"), b" .12 .34\n" * 30 + b" 1.22 .34\n .56", 5)
     """
     rows = [row.rstrip() for row in body.rstrip().split(b"\n")[:-1]]
     # C prints a third digit of an exponent where it needs one, and widens the line.
@@ -281,10 +284,19 @@ def require_even_lines(path: Path, body: bytes, first_line: int) -> None:
     usual, others = Counter(widths).most_common(1)[0] if widths else (0, 0)
     if others < max(_FIXED, len(widths) - _ODD) or others == len(widths):
         return
-    place = next(k for k, width in enumerate(widths) if width != usual)
-    message = f"{widths[place]} characters, where {others} other lines have {usual}."
-    must = "A number may be corrupted."
-    settle(path, message, {"samples": None}, first_line + place, must)
+    forms = {_forms(row) for row, width in zip(rows, widths, strict=True) if width == usual}
+    for line, (row, width) in enumerate(zip(rows, widths, strict=True), first_line):
+        is_fixed = len(forms) == 1
+        if width != usual and (_forms(row) not in forms if is_fixed else width < usual):
+            message = f"{width} characters, where {others} other lines have {usual}."
+            settle(path, message, {"samples": None}, line, "A number may be corrupted.")
+
+
+def _forms(row: bytes) -> tuple[tuple[int, int], ...]:
+    """Return the decimals of each number of a line, and the digits of its exponent."""
+    forms = (_digits(token)[1:] for token in row.translate(_BLANKS).split())
+    # a long exponent is of the same form
+    return tuple((decimals, min(exponent, len("-99"))) for decimals, exponent in forms)
 
 
 def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1) -> None:
