@@ -28,7 +28,7 @@ PYTEST = $(BIN)/python -m pytest -q $(DRAWS) --numprocesses auto --maxprocesses 
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 study report explore paper docs validation test test-examples test-browser test-dask test-workflow test-faults test-processors test-all check format bench coverage fuzz clean
+.PHONY: help setup table1 study report explore paper docs validation findings test test-examples test-browser test-dask test-workflow test-faults test-processors test-all check format bench coverage fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -56,6 +56,7 @@ help:
 	@echo "make fuzz     feed each reader damaged files for $(SECONDS) s, guided by coverage (Linux)"
 	@echo "make validation  run a plain integrator and OpenSees beside the package, and make the tables of"
 	@echo "              docs/validation.md (hours)"
+	@echo "make findings  run the scripts of findings/: where other programs do not do what one would guess (an hour)"
 	@echo "make setup    make the virtual environment $(VENV) from requirements.lock"
 	@echo "make clean    remove the virtual environment, caches and outputs"
 
@@ -153,6 +154,16 @@ validation: $(MADE)
 	@nice $(BIN)/python -m tests.validation.independent
 	@nice $(BIN)/python -m tests.validation.run
 	@$(BIN)/python -m tests.validation.compare
+
+# A script asserts what it found: AssertionError in its output means that the behaviour has changed.
+findings:
+	@mkdir -p outputs/findings; failed=0; \
+	for script in findings/*.sh; do \
+		name=$$(basename $$script .sh); log=outputs/findings/$$name.txt; start=$$(date +%s); state=ok; \
+		bash $$script > $$log 2>&1 || { failed=1; state="not run"; }; \
+		if grep -q '^AssertionError' $$log; then state=changed; fi; \
+		printf '%-36s %-8s %5d s\n' $$name "$$state" $$(($$(date +%s) - start)); \
+	done; exit $$failed
 
 fuzz: $(EXTRAS)
 	@$(BIN)/python tests/fuzz/run.py --seconds $(SECONDS)

@@ -18,7 +18,7 @@ PATH = Path("CJ.T001230.HNE.sac")
 IN_G = ReadOptions(units="g")
 SAMPLES = (0.125, -0.25, 0.5)
 #: Byte offsets of header fields: first floats, then integers.
-DEPMAX, SCALE, DEPMEN, CMPAZ, CMPINC = (4 * place for place in (2, 3, 56, 57, 58))
+DELTA, DEPMAX, SCALE, DEPMEN, CMPAZ, CMPINC = (4 * place for place in (0, 2, 3, 56, 57, 58))
 NZYEAR, NVHDR, NPTS, IFTYPE, IDEP, LEVEN = (4 * (70 + place) for place in (0, 6, 9, 15, 16, 35))
 
 
@@ -105,6 +105,13 @@ def test_alphanumeric_cut_short() -> None:
 def test_an_offset_shows_that_nothing_was_corrected(offset: float, uncorrected: bool) -> None:
     data = sac((offset + 0.25, offset - 0.5, offset + 0.25))
     assert read_bytes(PATH, data, IN_G)[0].uncorrected is uncorrected
+
+
+@pytest.mark.parametrize("rate", [128, 256, 512])
+def test_a_step_that_is_no_whole_number_of_microseconds_stays_exact(rate: int) -> None:
+    """1/128 s has all its digits in single precision; obspy reads 7812 microseconds."""
+    [record] = read_bytes(PATH, sac(fields={DELTA: 1.0 / rate}), IN_G)
+    assert record.time_step == 1.0 / rate
 
 
 def test_units_are_needed() -> None:

@@ -77,6 +77,22 @@ def test_lognormal_rate_under_a_power_law_has_a_closed_form(beta: float, power: 
     assert_allclose(found.rate, expected, rtol=1e-6)
 
 
+@pytest.mark.parametrize(
+    "points",
+    [[0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5], [0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1, 2]],
+)
+def test_a_table_of_few_points_is_straight_between_them(points: list[float]) -> None:
+    """Straight in log-log, so that a power law is met; the closed form is of all intensities.
+
+    A spline through the rates swings between the points, and gives 115 and 32 times this rate.
+    """
+    curve = HazardCurve("pga", np.array(points), 1e-4 * np.array(points) ** -2.5)
+    found = overturning_rate(curve, LognormalFragility(0.8, 0.4))
+    expected = 1e-4 * 0.8**-2.5 * math.exp(0.5 * (2.5 * 0.4) ** 2)
+    assert found.low <= expected <= found.high
+    assert found.rate == pytest.approx(expected, rel=0.01)
+
+
 def test_the_tail_decides_the_rate_of_a_logistic_curve() -> None:
     """Its tail falls as x^(1.81 / beta), slower than x^3: the rate depends on the first point.
 

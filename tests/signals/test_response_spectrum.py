@@ -89,6 +89,26 @@ def test_the_peak_after_the_end_counts() -> None:
     assert_allclose(found, 2.0 * math.pi / 4.0 * 0.01, rtol=1e-3)
 
 
+def test_nothing_comes_in_again_at_the_beginning() -> None:
+    """A pulse has one spectrum, whether rest precedes it, follows it, or neither.
+
+    Where a spectrum is computed by FFT without padding, the vibration after the end is added at
+    the beginning: 3.7 times the acceleration at 1 s, and a fifth at 5 s.
+    """
+    pulse, periods = np.sin(2.0 * np.pi * 0.01 * np.arange(101)), [0.5, 1.0, 2.0, 5.0, 10.0]
+    alone = spectral_acceleration(pulse, 0.01, periods)
+    for before, after in ((2900, 0), (0, 4000)):
+        within = np.concatenate([np.zeros(before), pulse, np.zeros(after)])
+        assert_allclose(spectral_acceleration(within, 0.01, periods), alone, rtol=5e-5)
+
+
+def test_soft_oscillators_keep_the_velocity_that_they_gained() -> None:
+    """So the pseudo-acceleration falls as 1 / T, where the relative one is that of the ground."""
+    hundred, thousand = spectral_acceleration(NOISE, STEP, [100.0, 1000.0])
+    assert hundred < 0.02 * peak(NOISE)
+    assert thousand == pytest.approx(0.1 * hundred, rel=0.01)
+
+
 @pytest.mark.parametrize(("periods", "damping"), [([0.0], 0.05), ([math.inf], 0.05), ([1.0], 1.0)])
 def test_impossible_oscillators_are_refused(periods: list[float], damping: float) -> None:
     with pytest.raises(ParameterError, match="Must be above 0"):
