@@ -80,6 +80,24 @@ def test_real_files(shared_records: Path, tmp_path: Path) -> None:
             assert getattr(after, fact) == getattr(before, fact), fact
 
 
+@pytest.mark.parametrize("azimuth", ["67", "0"])
+def test_an_azimuth_of_few_digits_is_kept_and_the_number_of_a_channel_is_none(
+    at2: Callable[..., bytes], azimuth: str
+) -> None:
+    from obspy import UTCDateTime, read
+
+    source = at2(title=f"1/17/2012, ABC, {azimuth.zfill(3)}")
+    stream = read(BytesIO(source), format="PEERAT2")
+    stream[0].stats.channel = azimuth
+    [record] = read_bytes("a.AT2", written(stream))
+    assert record.azimuth == float(azimuth)
+    other = stream_of([0.1, 0.2], channel="22", starttime=UTCDateTime("2012-01-17"))
+    for name in ("a.AT2", "HN22.AT2"):
+        [record] = read_bytes(name, written(other, units="g"))
+        assert np.isnan(record.azimuth)
+        assert record.processing[0].startswith("component '22' may be the number of a channel")
+
+
 def test_units_are_converted() -> None:
     for units, one in (("g", 9.81), ("gal", 0.01), ("m/s2", 1.0)):
         [record] = read_bytes("a.AT2", written(stream_of([1.0, -2.0]), units=units))

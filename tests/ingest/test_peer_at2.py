@@ -156,7 +156,11 @@ def test_byte_order_marks(at2: Callable[..., bytes]) -> None:
         ("AB1234_1.AT2", "1", math.nan),
         ("AB1234_2.AT2", "2", math.nan),
         ("a.AT2", "0", math.nan),
-        ("a.AT2", "22", math.nan),
+        ("ch2.AT2", "2", math.nan),
+        ("a.AT2", "22", 22.0),
+        ("gilroy_1.AT2", "67", 67.0),
+        ("I-ELC0.AT2", "0", 0.0),
+        ("I-ELC90.AT2", "90", 90.0),
         ("RSN982_NORTHR_JEN022.AT2", "22", 22.0),
         ("RSN159_IMPVALL.H_H-AGR003.AT2", "3", 3.0),
         ("a.AT2", "022", 22.0),
@@ -166,9 +170,11 @@ def test_byte_order_marks(at2: Callable[..., bytes]) -> None:
 def test_the_number_of_a_channel_is_no_azimuth(
     at2: Callable[..., bytes], name: str, component: str, azimuth: float
 ) -> None:
-    """PEER prints azimuths of one or two digits too, but its file names have all three."""
+    """PEER prints azimuths of one or two digits too; its file names end with them."""
     [record] = read_bytes(name, at2(title=f"1/17/2012, ABC, {component}"), ReadOptions())
     assert record.component == component
+    note = f"component '{component}' may be the number of a channel and is not read as an azimuth"
+    assert record.processing == ((note,) if math.isnan(azimuth) else ())
     assert record.azimuth == pytest.approx(azimuth, nan_ok=True)
     known = Orientation.UNSTATED if math.isnan(azimuth) else Orientation.HORIZONTAL
     assert record.orientation is known

@@ -247,7 +247,7 @@ def _content(trace: Trace, factor: float) -> bytes:
     ]
     title = _title(trace)
     lines = [
-        "STRONG-MOTION RECORD IN THE FORMAT OF THE PEER DATABASE",
+        peer_at2.WRITTEN,
         title,
         "ACCELERATION TIME SERIES IN UNITS OF G",
         f"NPTS= {samples.size:6d}, DT= {step} SEC",
@@ -283,6 +283,8 @@ def _title(trace: Trace) -> str:
     event = _printable(trace, own.get("event", ""))
     station = _printable(trace, own.get("station") or stats.station)
     component = _printable(trace, stats.channel)
+    if component.isdecimal() and own.get("azimuth") == float(component):
+        component = component.zfill(3)  # or it would be read as the number of a channel
     if not peer_at2.read_title(event).event and stats.starttime.timestamp != 0.0:
         date = f"{stats.starttime.month}/{stats.starttime.day}/{stats.starttime.year}"
         event = ", ".join(part for part in (event, date) if part)

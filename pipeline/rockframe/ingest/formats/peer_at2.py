@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from rockframe.errors import InputError, OtherQuantityError, settle
 from rockframe.ingest.identify import directed, record_ids, site_of_station
@@ -30,6 +30,10 @@ from rockframe.record import Record
 
 DESCRIPTION = "PEER strong-motion database, acceleration in g (all header styles)"
 
+#: First line of the files that this package writes.
+WRITTEN: Final = "STRONG-MOTION RECORD IN THE FORMAT OF THE PEER DATABASE"
+#: Larger numbers are azimuths.
+_LARGEST_CHANNEL: Final = 9
 #: Largest number of header lines; all known releases have four.
 _LONGEST_HEADER: Final = 12
 #: `NPTS=   5093, DT=   .0100 SEC,` and `4096    0.0100    NPTS, DT`.
@@ -126,7 +130,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             record_id=record_ids(path, [title.component])[0],
             acceleration=samples * factor,
             time_step=step,
-            **directed(title.component, _direction_in(path, title.component)),
+            **_direction(path, title.component, header[0]),
             site_type=site_of_station(title.station),
             event=title.event,
             station=title.station,
@@ -162,14 +166,22 @@ def read_title(line: str) -> Title:
     return Title(event, ", ".join(rest[:-1]), component)
 
 
-def _direction_in(path: Path, component: str) -> str:
-    """Return the component, or an empty string if it may be the number of a channel.
+def _direction(path: Path, component: str, top: str) -> dict[str, Any]:
+    """Return name and direction of a component; a note says if it may be the number of a channel.
 
-    Azimuths have three digits. PEER prints some of them with fewer; the names of its files have all
-    three.
+    Azimuths have three digits. PEER prints some of them with fewer; the name of the file ends with
+    all three (`AGR003`) or with those printed (`ELC0`). Of other short numbers, those above 9 are
+    azimuths too, but not below `WRITTEN`, where an azimuth always has three digits.
     """
+    stem = path.stem.upper()
     is_short = re.fullmatch(r"\d{1,2}", component, re.ASCII)
-    return "" if is_short and not path.stem.endswith(component.zfill(3)) else component
+    if not is_short or stem.endswith(component.zfill(3)):
+        return directed(component)
+    is_named = re.search(rf"(?<=[A-Z])(?<!CH){component}$", stem)
+    if top.strip() != WRITTEN and (int(component) > _LARGEST_CHANNEL or is_named):
+        return directed(component)
+    note = f"component {component!r} may be the number of a channel and is not read as an azimuth"
+    return {**directed(component, ""), "processing": (note,)}
 
 
 def filter_corners(header: Sequence[str]) -> tuple[float, float]:
