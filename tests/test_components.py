@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import rockframe
 from rockframe.components import (
+    ALONE,
     Channel,
     HorizontalPair,
     Sweep,
@@ -241,6 +242,50 @@ def test_channels_that_overlap_are_of_one_motion_unless_several_instruments_reco
     assert motions_of([east, north._replace(station="CLC")]) == [[0], [1]]
 
 
+def instruments(*codes: str, late: float = 1e-6) -> list[Record]:
+    """Return both horizontals of each location and instrument, each a little later."""
+    return [
+        component(
+            azimuth,
+            seed=k,
+            record_id=f"CI.CCC.{code}{letter}",
+            component=f"{code}{letter}"[-3:],
+            start_time=f"2019-07-06T03:19:{40.0 + late * (2 * k + n):09.6f}Z",
+        )
+        for k, code in enumerate(codes)
+        for n, (letter, azimuth) in enumerate([("E", 90.0), ("N", 0.0)])
+    ]
+
+
+@pytest.mark.parametrize("codes", [("00.HN", "10.HN"), (".HN", ".BN"), ("00.HN", "00.BN", "10.HN")])
+@pytest.mark.parametrize("late", [0.0, 1e-6, 0.01])
+def test_each_instrument_of_a_station_has_its_pair_and_all_are_one_recording(
+    codes: tuple[str, ...], late: float
+) -> None:
+    records = instruments(*codes, late=late)
+    pairs, unpaired = pair_horizontals(records)
+    assert unpaired == ()
+    assert [(p.first.record_id, p.second.record_id) for p in pairs] == [
+        (f"CI.CCC.{code}E", f"CI.CCC.{code}N") for code in codes
+    ]
+    channels = [Channel.of(record) for record in records]
+    assert len(set(recordings_of_channels(channels, {}))) == 1
+    # of one instrument, or of locations that nobody states
+    alike = [one._replace(record_id=str(k), component="HNE") for k, one in enumerate(channels)]
+    assert len(motions_of(alike)) == (len(alike) if late == 0.01 else 1)
+    assert len(set(recordings_of_channels(alike, {}))) == 1
+
+
+def test_horizontals_of_different_instruments_are_named_and_no_pair() -> None:
+    east, _, _, north = instruments("00.HN", "10.HN")
+    pairs, unpaired = pair_horizontals([east, north])
+    assert pairs == ()
+    assert {one.reason for one in unpaired} == {
+        "of the horizontals that overlap in time (CI.CCC.00.HNE, CI.CCC.10.HNN), no other is of "
+        "the same instrument, window and file format. A pair has two."
+    }
+
+
 def test_a_sequence_is_no_recording_of_its_own() -> None:
     """Its response depends on that to its mainshock and on that to its aftershock."""
     main = [component(a, start_time="2019-07-06T03:19:40Z") for a in (0.0, 90.0)]
@@ -307,9 +352,9 @@ def test_a_rotation_is_to_one_finite_azimuth_or_strike(
     ("second", "words"),
     [
         (component(45.0), "azimuths 90 and 45 degrees of 'r90' and 'r45'. A pair has two stated"),
-        (component(0.0, station="CLC"), "is the only horizontal of station"),
-        (component(0.0, start_time="later"), "is the only horizontal of station 'CCC'"),
-        (component(0.0, event="another"), "is the only horizontal of station 'CCC'"),
+        (component(0.0, station="CLC"), ALONE),
+        (component(0.0, start_time="later"), ALONE),
+        (component(0.0, event="another"), ALONE),
         (
             replace(component(0.0), time_step=0.02),
             "time steps [s] 0.01 and 0.02 of 'r90' and 'r0'. Must be equal.",
@@ -349,7 +394,7 @@ def test_three_horizontals_are_ambiguous() -> None:
 def test_without_a_station_nothing_is_paired() -> None:
     pairs, unpaired = pair_horizontals([component(a, station="") for a in (0.0, 90.0)])
     assert pairs == ()
-    assert all("without a stated station" in u.reason for u in unpaired)
+    assert all(u.reason == ALONE for u in unpaired)
 
 
 def test_an_unstated_direction_is_no_horizontal() -> None:

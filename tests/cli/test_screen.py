@@ -92,7 +92,7 @@ def test_few_recordings_are_said_to_be_few(
     [
         (["--scales", "1", "0.5"], "--scales 0.5 after 1. Must increase"),
         (["--magnitude", "8", "9"], "no record is left to screen"),
-        (["--azimuths", "45"], "is the only horizontal"),
+        (["--azimuths", "45"], "no other horizontal of the same event"),
         (["--azimuths", "10", "10"], "--azimuths-degree 10 after 10. Must increase"),
         (["--azimuths", "10", "370"], "--azimuths-degree states 10 twice, or 360 apart"),
         (["--seed", "-1"], "--seed -1. Must be zero or positive"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +20,10 @@ from rockframe.results.screen import read_screening
 STEP = 0.005
 
 
-def esm(folder: Path, component: str, first: int, later: float = 0.0) -> None:
-    """Write an ESM file of 60 s with a motion at 20 s, which begins at this sample or later [s]."""
+def esm(folder: Path, component: str, first: int, later: float = 0.0, before: str = "") -> None:
+    """Write an ESM file of 60 s with a motion at 20 s, which begins at this sample or later [s].
+    The text before the component in the file's name may state the location.
+    """
     time = STEP * np.arange(12000)
     noise = np.random.default_rng(sum(component.encode())).standard_normal(time.size)
     samples = [f"{a:.6f}" for a in (100.0 * noise * np.exp(-(((time - 20.0) / 4.0) ** 2)))[first:]]
@@ -41,7 +44,7 @@ def esm(folder: Path, component: str, first: int, later: float = 0.0) -> None:
         "PROCESSING": "manual (Paolucci et al., 2011)",
     }
     lines = [f"{key}: {value}" for key, value in header.items()]
-    (folder / f"{component}.ASC").write_text("\n".join([*lines, "USER1: ", *samples, ""]))
+    (folder / f"{before}{component}.ASC").write_text("\n".join([*lines, "USER1: ", *samples, ""]))
 
 
 def ingested(folder: Path, *words: str) -> Path:
@@ -50,12 +53,12 @@ def ingested(folder: Path, *words: str) -> Path:
     return output
 
 
-def station(folder: Path, **later: float) -> Path:
+def station(folder: Path, later: float = 0.0) -> Path:
     """Write the east component from its first sample on, and others 5 s and some time later."""
     (folder / "in").mkdir()
     esm(folder / "in", "HNE", 0)
     for component in ("HNN", "HNZ"):
-        esm(folder / "in", component, 1000, **later)
+        esm(folder / "in", component, 1000, later)
     return folder
 
 
@@ -102,3 +105,25 @@ def test_channels_between_samples_are_no_pair_and_one_recording(
     words = ("--output", str(tmp_path / "out.nc"), "--structure", "bridge-bent")
     assert main(["screen", str(path), *words, "--margins", "none", "--scales", "1:2:2"]) == 0
     assert read_screening(tmp_path / "out.nc")["cluster"].values.tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("later", [0.0, 1e-6])
+def test_two_instruments_of_a_station_are_two_pairs_and_one_recording(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], later: float
+) -> None:
+    (tmp_path / "in").mkdir()
+    for k, (location, component) in enumerate(product(("00", "10"), ("HNE", "HNN", "HNZ"))):
+        esm(tmp_path / "in", component, 0, k * later, f"HI.ARS1.{location}.")
+    path = ingested(tmp_path)
+    assert "no RotD" not in capsys.readouterr().out
+    with xr.open_dataset(path) as written:
+        assert (written["unpaired"] == "").all()
+        assert np.isfinite(written["pga_rotd100"].values[written["azimuth"] >= 0.0]).all()
+    turned = read_records(ingested(tmp_path, "--azimuth-degree", "30"))
+    assert [one.record_id for one in turned if one.azimuth == 30.0] == [
+        f"HI.ARS1.{location}.HNE-rotated-30" for location in ("00", "10")
+    ]
+    words = ("--output", str(tmp_path / "out.nc"), "--structure", "bridge-bent", "--vertical")
+    for path in (ingested(tmp_path), ingested(tmp_path, "--azimuth-degree", "30")):
+        assert main(["screen", str(path), *words, "--margins", "none", "--scales", "1:2:2"]) == 0
+        assert set(read_screening(tmp_path / "out.nc")["cluster"].values.tolist()) == {0}

@@ -210,7 +210,9 @@ def test_azimuths_without_a_pair_are_named(tmp_path: Path) -> None:
         output,
         options=QUICK.replaced(azimuths_degree=(45.0,)),
     )
-    assert [(r.file, "only horizontal" in r.reason) for r in done.rejections] == [("alone", True)]
+    assert [(r.file, "no other horizontal" in r.reason) for r in done.rejections] == [
+        ("alone", True)
+    ]
     assert json.loads(read_screening(output).attrs["left_out"])["alone"]
     with pytest.raises(ParameterError, match=r"left to screen; 'alone': alone is the only hor"):
         screen_stage(

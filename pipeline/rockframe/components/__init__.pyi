@@ -1,13 +1,15 @@
 """Horizontal components of a motion: pairing, rotation, and measures over all azimuths."""
 
-from .pairing import Channel as Channel
+from .motions import ALONE as ALONE
+from .motions import Channel as Channel
+from .motions import motions_of as motions_of
+from .motions import reasons_alone as reasons_alone
+from .motions import recordings_of_channels as recordings_of_channels
 from .pairing import HorizontalPair as HorizontalPair
-from .pairing import motions_of as motions_of
 from .pairing import on_common_samples as on_common_samples
 from .pairing import pair_horizontals as pair_horizontals
 from .pairing import pair_with as pair_with
 from .pairing import placed as placed
-from .pairing import recordings_of_channels as recordings_of_channels
 from .pairing import steps_between as steps_between
 from .pairing import vertical_beside as vertical_beside
 from .rotation import HALF_TURN as HALF_TURN

@@ -1,185 +1,31 @@
-"""Components of one motion: which records they are, and the samples that they share."""
+"""Components of one motion: pairs of horizontals, and the samples that they share."""
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple, Self
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.components.motions import SAME_TIME, Channel, motions_of, reasons_alone
 from rockframe.errors import ParameterError
 from rockframe.outcome import InputOutcome
-from rockframe.record import Orientation, Part, Record
+from rockframe.record import Orientation, Record
 from rockframe.units import utc_seconds
 
 Float = NDArray[np.float64]
 
 #: Tolerance of the right angle [degree]. Files state whole degrees, so larger deviations are real.
 _SQUARE: Final = 0.01
-#: Largest time between samples that count as simultaneous, as a share of the time step. It turns
-#: the phase by 2 degrees at a tenth of the sampling rate.
-_SAME_TIME: Final = 0.05
 #: Largest share of a record's energy, the sum of its squared accelerations, outside the samples
 #: that the components of a motion share.
 _LOST: Final = 0.05
 #: Largest difference in length of channels without start times, as a share of the longest. A larger
 #: one means that they may not begin together.
 _SPARE: Final = 0.05
-#: Least share of the shorter of two records that lies within the other if they are of one motion.
-_OVERLAP: Final = 0.5
-
-
-class Channel(NamedTuple):
-    """Metadata of a record from which `motions_of` finds the other components of its motion.
-
-    ``samples`` is the number of samples; the other fields are those of `Record`.
-    """
-
-    event: str
-    network: str
-    station: str
-    start_time: str
-    source_format: str
-    record_id: str
-    orientation: Orientation
-    time_step: float
-    samples: int
-
-    @classmethod
-    def of(cls, record: Record) -> Self:
-        """Return the metadata of a record."""
-        names = (name for name in cls._fields if name != "samples")
-        known = {name: getattr(record, name) for name in names}
-        return cls(**known, samples=record.acceleration.size)
-
-    @property
-    def place(self) -> Hashable:
-        """Event, station and format; a record without a station has a place of its own."""
-        # The format is included because a raw and a corrected file of one record are two motions.
-        alone = "" if self.station else self.record_id
-        return self.event, self.network, self.station, self.source_format, alone
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """Times of the first and last sample [s]; NaN without a start time."""
-        start = utc_seconds(self.start_time)
-        return start, start + self.time_step * (self.samples - 1)
-
-    def overlaps(self, other: Channel) -> bool:
-        """Return whether both begin at one time, or at least half of the shorter is within the
-        other.
-        """
-        if self.place != other.place:
-            return False
-        if self.start_time == other.start_time:
-            return True
-        (start, end), (begin, finish) = self.span, other.span
-        if math.isnan(start) or math.isnan(begin):
-            return False
-        shorter = min(end - start, finish - begin)
-        return min(end, finish) - max(start, begin) >= _OVERLAP * shorter
-
-
-def motions_of(channels: Sequence[Channel]) -> list[list[int]]:
-    """Return the numbers of the channels of each motion, in order of the first channels.
-
-    Channels of one event, station and format are of one motion if they have the same start time.
-    Those that overlap in time are too, if together they are no more than the two horizontals and
-    the vertical of one instrument.
-
-    Parameters
-    ----------
-    channels : sequence of Channel
-        Channels of any number of stations and events.
-
-    Examples
-    --------
-    >>> east = Channel("", "CE", "89146", "2019-07-06T03:19:40Z", "miniseed", "e",
-    ...                Orientation.HORIZONTAL, 0.01, 9000)
-    >>> north = east._replace(record_id="n", start_time="2019-07-06T03:19:45Z")
-    >>> later = east._replace(record_id="l", start_time="2019-07-06T09:00:00Z")
-    >>> motions_of([east, later, north])
-    [[0, 2], [1]]
-    """
-    together: defaultdict[Hashable, list[int]] = defaultdict(list)
-    for number, channel in enumerate(channels):
-        together[channel.place, channel.start_time].append(number)
-    places: defaultdict[Hashable, list[list[int]]] = defaultdict(list)
-    for numbers in together.values():
-        places[channels[numbers[0]].place].append(numbers)
-    motions = [motion for groups in places.values() for motion in _merged(channels, groups)]
-    return sorted(sorted(numbers) for numbers in motions)
-
-
-def _merged(channels: Sequence[Channel], groups: Sequence[list[int]]) -> Iterator[list[int]]:
-    """Yield groups of one start time, merged with those that they overlap if one instrument can
-    have recorded them.
-    """
-
-    def order(numbers: list[int]) -> tuple[bool, float]:
-        start, _ = channels[numbers[0]].span
-        return math.isnan(start), start
-
-    chained: list[list[list[int]]] = []
-    last = channels[0]
-    for numbers in sorted(groups, key=order):
-        longest = max((channels[number] for number in numbers), key=lambda one: one.span[1])
-        if chained and last.overlaps(longest):
-            chained[-1].append(numbers)
-            last = max(last, longest, key=lambda one: one.span[1])
-        else:
-            chained.append([numbers])
-            last = longest
-    for chain in chained:
-        every = [number for numbers in chain for number in numbers]
-        vertical = sum(channels[number].orientation.upright for number in every)
-        if vertical <= 1 and len(every) - vertical <= 2:
-            yield every
-        else:  # several instruments, or windows of several shocks
-            yield from chain
-
-
-def recordings_of_channels(
-    channels: Sequence[Channel], parts: Mapping[str, Sequence[Part]]
-) -> list[tuple[str, ...]]:
-    """Return the recording of each channel: a key that records which are not independent share.
-
-    Components of one motion share it, whatever their format, and so do a sequence and all the
-    motions that it consists of.
-
-    Parameters
-    ----------
-    channels : sequence of Channel
-        Channels of any number of stations and events.
-    parts : mapping of str to sequence of Part
-        Motions of each sequence, by its identifier.
-
-    Examples
-    --------
-    >>> main = Channel("", "", "", "", "", "main", Orientation.HORIZONTAL, 0.01, 9000)
-    >>> after, both = main._replace(record_id="after"), main._replace(record_id="both")
-    >>> joined = {"both": (Part("main", 0.0, 90.0), Part("after", 210.0, 300.0))}
-    >>> len(set(recordings_of_channels([main, after, both], joined)))
-    1
-    """
-    named: dict[str, tuple[str, ...]] = {}
-    for numbers in motions_of([channel._replace(source_format="") for channel in channels]):
-        first = channels[numbers[0]]
-        alone = "" if first.station else first.record_id
-        key = (first.event, first.network, first.station, first.start_time, alone)
-        named |= {channels[number].record_id: key for number in numbers}
-    for name, motions in parts.items():
-        # A part that is not among the channels is known by its name alone.
-        joined = [named.get(part.record_id, (part.record_id,)) for part in motions]
-        named |= {part.record_id: joined[0] for part in motions}
-        shared = {*joined}
-        named |= {one: joined[0] for one, key in named.items() if key in shared}
-        named[name] = joined[0]
-    return [named[channel.record_id] for channel in channels]
 
 
 @dataclass(frozen=True)
@@ -280,7 +126,9 @@ def pair_horizontals(
     """
     pairs: list[HorizontalPair] = []
     unpaired: list[InputOutcome] = []
-    for motion in _motions(records):
+    given = list(records)
+    alone = reasons_alone([Channel.of(record) for record in given])
+    for motion in _motions(given):
         known = [r for r in motion if r.orientation is Orientation.HORIZONTAL]
         unpaired += [
             _rejected(r, "direction unstated. Only horizontals of stated azimuth are paired.")
@@ -288,6 +136,8 @@ def pair_horizontals(
             if r.orientation is Orientation.UNSTATED
         ]
         try:
+            if len(known) == 1:
+                raise ParameterError(alone[known[0].record_id])
             if known:
                 pairs.append(_pair(known, motion))
         except ParameterError as error:
@@ -373,10 +223,10 @@ def steps_between(one: Record, other: Record) -> int:
             f"start times {one.start_time!r} and {other.start_time!r} of {names}. Must be equal, "
             "or times in ISO 8601."
         )
-    if abs(apart - round(apart)) > _SAME_TIME:
+    if abs(apart - round(apart)) > SAME_TIME:
         raise ParameterError(
             f"the first samples of {names} are {abs(seconds):g} s apart, "
-            f"{abs(apart):g} time steps. Must be whole time steps, within {_SAME_TIME:g} of one."
+            f"{abs(apart):g} time steps. Must be whole time steps, within {SAME_TIME:g} of one."
         )
     return round(apart)
 
@@ -515,14 +365,11 @@ def _placed(record: Record, first: int, count: int, time: str) -> Record:
 
 def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
     """Return the pair of a motion, or raise a ParameterError with the reason why there is none."""
-    names = ", ".join(record.record_id for record in known)
-    where = f"of station {known[0].station!r}" if known[0].station else "without a stated station"
-    if len(known) == 1:
-        raise ParameterError(
-            f"{names} is the only horizontal {where} with this event at this time."
-        )
     if len(known) > 2:
-        raise ParameterError(f"{len(known)} horizontals {where}: {names}. A pair has two.")
+        names = ", ".join(record.record_id for record in known)
+        raise ParameterError(
+            f"{len(known)} horizontals of station {known[0].station!r}: {names}. A pair has two."
+        )
     verticals = [r for r in motion if r.orientation.upright]
     beside = verticals if len(verticals) == 1 and _share_samples(known[0], verticals[0]) else []
     try:

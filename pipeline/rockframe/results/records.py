@@ -18,6 +18,7 @@ from rockframe.components import (
     HorizontalPair,
     motions_of,
     pair_horizontals,
+    reasons_alone,
     rotd_spectral_acceleration,
 )
 from rockframe.components import rotd as rotd_of
@@ -197,14 +198,17 @@ def _rotd_of_pairs(
         samples = written.appended("acceleration", where[row])
         return _record({name: column[row] for name, column in values.items()}, samples)
 
-    for rows in motions_of(channels_of(values)):
+    channels = channels_of(values)
+    alone = reasons_alone(channels)
+    for rows in motions_of(channels):
         across = [row for row in rows if not values["orientation"][row].upright]
         if len(across) < 2:  # no samples are needed to say so
-            found |= {values["record_id"][row]: {"unpaired": ALONE} for row in across}
+            names = [values["record_id"][row] for row in across]
+            found |= {name: {"unpaired": alone[name]} for name in names}
             continue
         pairs, unpaired = pair_horizontals(map(record, rows))
-        for alone in unpaired:
-            found[alone.record_id] = {"unpaired": alone.reason}
+        for one in unpaired:
+            found[one.record_id] = {"unpaired": one.reason}
         for pair in pairs:
             of_pair = _rotd_of(pair, periods)
             found |= {one.record_id: of_pair for one in (pair.first, pair.second)}
@@ -275,8 +279,6 @@ def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
 _FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
 #: RotD50 and RotD100 of PGA and PGV, and the azimuth of the largest acceleration.
 _ROTD: Final = ("pga_rotd50", "pga_rotd100", "pgv_rotd50", "pgv_rotd100", "azimuth_rotd100")
-#: Reason why a record has no RotD, if its motion has no other horizontal.
-ALONE: Final = "no other horizontal of the same event and station overlaps it in time."
 _ROTD_OF_SPECTRA: Final = ("spectral_acceleration_rotd50", "spectral_acceleration_rotd100")
 #: Units of quantities that grow with the amplitude of a motion, and variables that do otherwise.
 _OF_MOTION: Final = ("m s-2", "m s-1", "m")

@@ -150,7 +150,7 @@ def _unpaired(result: Ingested) -> dict[str, str]:
 
 def _show_unpaired(unpaired: Mapping[str, str]) -> None:
     """Print why the horizontals of a motion are no pair; one that is alone needs no line."""
-    from rockframe.results.records import ALONE
+    from rockframe.components import ALONE
 
     together: defaultdict[str, list[str]] = defaultdict(list)
     for name, reason in unpaired.items():
