@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -313,6 +314,19 @@ def test_the_section_is_recognised_by_its_inertia_and_else_unknown() -> None:
     assert section(1.3) is None
     with pytest.raises(ParameterError, match="Invalid section 'round'"):
         RockingFrame(height=6.0, width=1.0, section="round")
+
+
+def test_a_stated_section_sets_the_inertia_unless_that_is_stated() -> None:
+    """A solid cylinder has 5 b^2 / 4 + 4 h^2 / 3 over b^2 + h^2, at each size."""
+    drum = RockingFrame(height=6.0, width=1.0, section="circular")
+    for frame, b in ((drum, 0.5), (drum.resized(6.0, 2.0), 1.0)):
+        expected = (1.25 * b**2 + 12.0) / (b**2 + 9.0)
+        assert frame.inertia_ratio == pytest.approx(expected, rel=1e-14)
+    assert RockingFrame(height=6.0, width=1.0, section="rectangular").inertia_ratio == 4.0 / 3.0
+    tube = hollow("circular", 6.0, 1.0, 0.8).inertia_ratio
+    assert replace(drum, inertia_ratio=tube).inertia_ratio == tube
+    with pytest.raises(ParameterError, match="Invalid inertia_ratio nan"):
+        replace(drum, inertia_ratio=math.nan)
 
 
 def test_other_sections_are_refused() -> None:

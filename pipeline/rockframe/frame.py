@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from numbers import Real
-from typing import Final, Self
+from typing import Final, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -84,10 +84,10 @@ class RockingFrame:
         Mass of the cap beam over the mass of all columns, gamma = m_b / (N m_c) [1].
     name : str
         Name in tables.
-    inertia_ratio : float
+    inertia_ratio : float, optional
         I_o / (m_c R^2) of a column about its base corner, which is at the distance R from the
-        centre of gravity [1]; 4/3 for a rectangle. `inertia_ratio_of` returns it for other
-        sections.
+        centre of gravity [1]; by default that of a solid prismatic column of the stated section
+        (`inertia_ratio_of`), or 4/3, a rectangle. `tapered` and `hollow` return it for others.
     restitution_factor : float
         Factor of the velocity ratio of eq (43) [1]. Of rigid bodies that touch at their edges, 1
         is the smallest possible loss; measured losses can be smaller or larger.
@@ -103,9 +103,10 @@ class RockingFrame:
         Mass of one column [kg]. Restraints and forces in newtons need it; free rocking does not
         depend on it.
     section : str, optional
-        Section of the columns, ``rectangular`` or ``circular``, of which mass and inertia of
-        columns of another size depend; by default the one whose `inertia_ratio_of` is the inertia
-        ratio.
+        Section of the columns, ``rectangular`` or ``circular``, on which the default of
+        `inertia_ratio`, and mass and inertia of columns of another size depend. A stated
+        `inertia_ratio` stays, such as that of a hollow column. By default the section whose
+        `inertia_ratio_of` is the inertia ratio.
     friction_coefficient : float, optional
         Coefficient of friction available at the joints [1]. Rocking does not depend on it: shear
         keys carry what exceeds the friction.
@@ -144,7 +145,7 @@ class RockingFrame:
     width: float
     mass_ratio: float = 0.0
     name: str = "frame"
-    inertia_ratio: float = RECTANGULAR
+    inertia_ratio: float = None  # type: ignore[assignment]  # __post_init__ fills it in
     restitution_factor: float = 1.0
     top_width: float | None = None
     centre_of_gravity: float | None = None
@@ -163,6 +164,7 @@ class RockingFrame:
             value = getattr(self, label)
             if value is not None and not _SMALLEST <= value <= _LARGEST:
                 raise self._invalid(label, f"between {_SMALLEST:g} and {_LARGEST:g} m")
+        self._fill_in_inertia()
         if not _LEAST_INERTIA < self.inertia_ratio <= _LARGEST_INERTIA:
             raise self._invalid(
                 "inertia_ratio",
@@ -171,8 +173,6 @@ class RockingFrame:
             )
         if not 0.0 <= self.mass_ratio <= _HEAVIEST:
             raise self._invalid("mass_ratio", f"between 0 and {_HEAVIEST:g}")
-        if self.section is not None:
-            require_known("section", self.section, SECTIONS)
         if self.centre_height >= self.height:
             raise self._invalid("centre_of_gravity", f"below the height, {self.height:g} m")
         if self.column_mass is None and self.restrained:
@@ -211,6 +211,14 @@ class RockingFrame:
             absent = value is None and getattr(RockingFrame, label, 0.0) is None
             if not (absent or isinstance(value, Real)):
                 raise self._invalid(label, "a number")
+
+    def _fill_in_inertia(self) -> None:
+        if self.section is not None:
+            require_known("section", self.section, SECTIONS)
+        if cast("float | None", self.inertia_ratio) is None:
+            section = self.section or "rectangular"
+            ratio = inertia_ratio_of(section, self.height, self.width)
+            object.__setattr__(self, "inertia_ratio", ratio)
 
     def _fill_in_length(self) -> None:
         if self.tendon is not None and self.tendon.length is None:

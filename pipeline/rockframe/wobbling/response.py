@@ -385,7 +385,7 @@ def require_round(frame: RockingFrame) -> None:
         section = frame.column_section or "unknown"
         raise ParameterError(
             f"Invalid section {section} of the columns of frame {frame.name!r}, for both "
-            "directions of the ground motion. Must be circular: state section and inertia ratio."
+            "directions of the ground motion. Must be circular: state the section."
         )
     axial_inertia(frame)
     ties_of(frame)
