@@ -141,7 +141,7 @@ def test_printed_ends_have_the_rate_that_their_digits_leave(tmp_path: Path) -> N
     )
 
 
-def test_an_end_beyond_its_neighbour_is_named_and_not_used(tmp_path: Path) -> None:
+def test_an_end_beyond_its_neighbour_is_left_out_with_what_that_changes(tmp_path: Path) -> None:
     """0.9999998 is above what 1.000000 leaves; so is 1e-7 below what 0.000000 leaves."""
     poe = [1.0, 0.9999998, 0.1, 1e-7, 0.0]
     file = openquake(tmp_path / "c.csv", [0.01, 0.02, 0.2, 0.4, 0.8], [(0.0, 0.0, poe)])
@@ -150,7 +150,12 @@ def test_an_end_beyond_its_neighbour_is_named_and_not_used(tmp_path: Path) -> No
     )
     curve = read_hazard(file)
     assert_allclose(curve.intensity / GRAVITY, [0.02, 0.2, 0.4])
-    assert curve.note.count("not used") == 2
+    assert curve.note == (
+        "probability 1 up to 0.01 g: left out, because the printed digits leave a probability not "
+        "above that at 0.02 g; motions below 0.02 g are not counted; probability 0 from 0.8 g: "
+        "left out, because the printed digits leave a probability not below that at 0.4 g; motions "
+        "above 0.4 g count as 0.4 g"
+    )
 
 
 @pytest.mark.parametrize(("median", "beta"), [(0.25, 0.15), (0.9, 0.15)])

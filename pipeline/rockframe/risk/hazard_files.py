@@ -630,7 +630,8 @@ def _bounded(points: _Points) -> tuple[Float, str]:
     for ends, place, sign in ((ones, ones[-1:], -1.0), (zeros, zeros[:1], 1.0)):
         for k in place:
             bound = values[k] + sign * points.rounding[k]
-            beside = values[max(k - 1, 0)] if sign > 0.0 else values[min(k + 1, values.size - 1)]
+            neighbour = max(k - 1, 0) if sign > 0.0 else min(k + 1, values.size - 1)
+            beside = values[neighbour]
             above, below = (bound, beside) if sign < 0.0 else (beside, bound)
             used = above > below and ends.size < values.size
             bounds[k] = bound if used else math.nan
@@ -639,7 +640,12 @@ def _bounded(points: _Points) -> tuple[Float, str]:
             rate = f"{float(_annual(bound, points.years)):.2g} a year is used there"
             most = "most" if sign > 0.0 else "least"
             bounded = f"{rate}, the {most} that the printed digits leave"
-            beyond = "not used, because the next point leaves less than the printed digits do"
+            near = f"{points.intensity[neighbour]:g} {points.measure.unit}"
+            order, change = ("below", f"above {near} count as {near}")
+            if sign < 0.0:
+                order, change = ("above", f"below {near} are not counted")
+            leave = f"the printed digits leave a {what} not {order} that at {near}"
+            beyond = f"left out, because {leave}; motions {change}"
             notes.append(f"{stated}: {bounded if used else beyond}")
     return _annual(bounds, points.years), "; ".join(notes)
 
