@@ -364,6 +364,20 @@ def test_two_channels_without_times() -> None:
         read_bytes("a.txt", text, ReadOptions("m/s2", column="2"))
 
 
+@pytest.mark.parametrize("decimals", [1, 2])
+def test_times_of_too_few_decimals_are_not_offered_as_samples(decimals: int) -> None:
+    """Read as one series with the accelerations, times of 10 s would be a PGA of 10 g."""
+    times = (0.005 * np.arange(2000)).round(decimals)
+    samples = motion(2000)
+    text = lines_of(np.c_[times, samples]).encode()
+    with pytest.raises(InputError, match=r"column 1 rises like times") as refused:
+        read_bytes("a.txt", text, ReadOptions("g"))
+    assert "one series" not in str(refused.value)
+    assert "--column NUMBER, of 1 to 2" in str(refused.value)
+    [record] = read_bytes("a.txt", text, ReadOptions("m/s2", 0.005, column="2"))
+    assert record.acceleration.tolist() == samples.tolist()
+
+
 def test_the_time_step_decides_between_numbers_of_rows_and_times() -> None:
     rows = np.arange(50.0)
     text = lines_of(np.c_[rows, 0.01 * rows, motion(50)]).encode()

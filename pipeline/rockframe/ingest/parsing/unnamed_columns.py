@@ -17,13 +17,14 @@ from rockframe.ingest.parsing.column_headers import COMMAS
 
 #: Share of the steps of a column of times that rise. An acceleration rises in about half of them.
 _RISING: Final = 0.9
-#: Bounds of a series with several values per line, from 64 real records with 3 to 10 per line: the
-#: step from one value to the next, over that from a line to the next (at most 0.78); the largest
-#: over the smallest step between two neighbouring places of a line (at most 1.4 in 80 lines, at
-#: most 1.3 in 300); and the step from a line to the next, over that to the values beside it, which
-#: channels undercut (at least 0.9, but for one record).
+#: Bounds of a series with several values per line, beside what 64 real records with 3 to 10 values
+#: per line have. The step between neighbours, over that to the value below (records: up to 0.78).
 _SMOOTH: Final = 0.85
+#: The largest over the smallest step between two neighbouring places of a line (up to 1.4 in 80
+#: lines, 1.3 in 300).
 _EVEN: Final = 1.45
+#: The step to the value below, over that to the values beside it (all records but one: 0.9 or more;
+#: channels: less).
 _DIP: Final = 0.9
 #: Largest relative difference of a stated time step from that of a column of times.
 _SAME_STEP: Final = 1e-3
@@ -38,6 +39,17 @@ def rises(values: Float) -> bool:
     (True, False)
     """
     return bool(values.size > 1 and (np.diff(values) > 0.0).mean() >= _RISING)
+
+
+def _never_falls(values: Float) -> bool:
+    """Return True if numbers rise without ever falling, as times with too few decimals do.
+
+    Examples
+    --------
+    >>> _never_falls(np.array([0.0, 0.0, 0.1])), _never_falls(np.array([0.1, 0.1]))
+    (True, False)
+    """
+    return bool((np.diff(values) >= 0.0).all() and values[-1] > values[0])
 
 
 def are_pairs(values: Float, columns: int) -> bool:
@@ -152,7 +164,7 @@ def unclear(path: Path, values: Float, columns: int, line: int) -> InputError:
     rockframe.errors.InputError: a.txt:1: 2 columns without names, which may be channels. Choose ...
     """
     table = values[: values.size // columns * columns].reshape(-1, columns)
-    rising = [k + 1 for k in range(columns) if rises(table[:, k])]
+    rising = [k + 1 for k, column in enumerate(table.T) if rises(column) or _never_falls(column)]
     what = f"of which column {rising[0]} rises like times" if rising else "which may be channels"
     do = f"Choose one with --column NUMBER, of 1 to {columns}"
     also = "" if rising else ", or read them as one series, line by line, with --column all"
