@@ -392,7 +392,7 @@ def within_length(name: str, longest: int = LONGEST_ID) -> str:
 
 
 #: Relative tolerance between time steps.
-_SAME_STEP: Final = 1e-9
+SAME_STEP: Final = 1e-9
 #: Largest angle between components that are in one direction [degrees]: sensors are turned less.
 _ONE_DIRECTION: Final = 1.0
 #: Values that a sequence takes from its strongest motion.
@@ -460,7 +460,7 @@ def in_sequence(records: Sequence[Record], rest: float) -> Record:
         raise ParameterError("A sequence of horizontal and vertical records. Must be of one kind.")
     _require_one_direction(records)
     step = min(record.time_step for record in records)
-    still = np.zeros(max(math.ceil(rest / step * (1.0 - _SAME_STEP)) - 1, 0))
+    still = np.zeros(max(math.ceil(rest / step * (1.0 - SAME_STEP)) - 1, 0))
     parts: list[Part] = []
     pieces: list[NDArray[np.float64]] = []
     count = 0
@@ -491,7 +491,7 @@ def _refined(record: Record, step: float) -> NDArray[np.float64]:
     """Return samples at a shorter time step, on the straight lines between those of the record."""
     ratio = record.time_step / step
     pieces = round(ratio)
-    if not math.isclose(ratio, pieces, rel_tol=_SAME_STEP):
+    if not math.isclose(ratio, pieces, rel_tol=SAME_STEP):
         raise ParameterError(
             f"Time step {record.time_step:g} s of record {record.record_id!r}. Must be a multiple "
             f"of the shortest one of the sequence, {step:g} s."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -11,18 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.components.motions import SAME_TIME, Channel, motions_of, reasons_alone
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, RockframeWarning
 from rockframe.outcome import InputOutcome
-from rockframe.record import Orientation, Record
+from rockframe.record import SAME_STEP, Orientation, Record
 from rockframe.units import utc_seconds
 
 Float = NDArray[np.float64]
 
 #: Tolerance of the right angle [degree]. Files state whole degrees, so larger deviations are real.
 _SQUARE: Final = 0.01
-#: Largest share of a record's energy, the sum of its squared accelerations, outside the samples
-#: that the components of a motion share.
-_LOST: Final = 0.05
+#: Largest share of the energy of a horizontal, the sum of its squared accelerations, outside the
+#: samples that both horizontals of a motion have.
+_LOST: Final = 0.5
+#: The same for a vertical beside a horizontal, and for a cut that a warning states.
+_LOST_UNSAID: Final = 0.05
 #: Largest difference in length of channels without start times, as a share of the longest. A larger
 #: one means that they may not begin together.
 _SPARE: Final = 0.05
@@ -157,8 +160,8 @@ def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
     -------
     dict of str to Record
         Vertical records by the identifier of the other record. Each is cut or padded with zeros to
-        the times of that record. Records without exactly one vertical in their motion that
-        satisfies the limits of `on_common_samples` are omitted.
+        the times of that record. Records are omitted without exactly one vertical in their motion
+        that shares samples with 95 % of the energy of both.
 
     Examples
     --------
@@ -198,8 +201,8 @@ def steps_between(one: Record, other: Record) -> int:
     Raises
     ------
     ParameterError
-        If time steps differ, if start times differ and one is unknown, or if the first samples are
-        not whole time steps apart, within 5 % of a time step.
+        If time steps differ by more than 1e-9, if start times differ and one is unknown, or if the
+        first samples are not whole time steps apart, within 5 % of a time step.
 
     Examples
     --------
@@ -209,7 +212,7 @@ def steps_between(one: Record, other: Record) -> int:
     500
     """
     names = f"{one.record_id!r} and {other.record_id!r}"
-    if one.time_step != other.time_step:
+    if not _same_step(one, other):
         raise ParameterError(
             f"time steps [s] {one.time_step!r} and {other.time_step!r} of {names}. Must be equal."
         )
@@ -231,7 +234,7 @@ def steps_between(one: Record, other: Record) -> int:
     return round(apart)
 
 
-def on_common_samples(records: Sequence[Record]) -> tuple[Record, ...]:
+def on_common_samples(records: Sequence[Record], lost: float = _LOST) -> tuple[Record, ...]:
     """Return components of one motion, cut to the samples that all of them have.
 
     Parameters
@@ -239,18 +242,21 @@ def on_common_samples(records: Sequence[Record]) -> tuple[Record, ...]:
     records : sequence of Record
         At least one record. Their first samples are whole time steps apart, within 5 % of a time
         step; without start times, they are taken to begin together.
+    lost : float
+        Largest share of the energy of a record, the sum of its squared accelerations, outside the
+        common samples [1].
 
     Returns
     -------
     tuple of Record
-        Records of one length and start time, in the order given.
+        Records of one length and start time, in the order given. Their `processing` states the
+        seconds and the share of energy cut off.
 
     Raises
     ------
     ParameterError
-        If time steps differ, if first samples are not whole time steps apart, if more than 5 % of
-        the energy of a record (the sum of its squared accelerations) is outside the common samples,
-        or if lengths differ by more than 5 % without start times.
+        If time steps differ, if first samples are not whole time steps apart, if more energy is
+        lost, or if lengths differ by more than 5 % without start times.
 
     Examples
     --------
@@ -272,25 +278,31 @@ def on_common_samples(records: Sequence[Record]) -> tuple[Record, ...]:
             f"Must be equal within {100.0 * _SPARE:g} %."
         )
     for record, start in zip(records, starts, strict=True) if first.start_time else ():
-        energy = record.acceleration**2
-        kept, total = energy[begin - start : max(end, begin) - start].sum(), energy.sum()
-        if total - kept > _LOST * total or end - begin < 2:
-            lost = 100.0 * (1.0 - kept / total) if total else 100.0
+        away = _energy_outside(record, begin - start, end - begin)
+        if away > lost or end - begin < 2:
             raise ParameterError(
-                f"{lost:.0f} % of the energy of {record.record_id!r} is outside the samples that "
-                f"{names} share. Must be at most {100.0 * _LOST:g} %."
+                f"{100.0 * away:.0f} % of the energy of {record.record_id!r} is outside the "
+                f"samples that {names} share. Must be at most {100.0 * lost:g} %."
             )
     time = records[starts.index(begin)].start_time
     return tuple(
-        _placed(record, begin - start, end - begin, time)
+        _placed(record, begin - start, end - begin, first, time)
         for record, start in zip(records, starts, strict=True)
     )
 
 
-def _share_samples(one: Record, other: Record) -> bool:
-    """Return whether two records of a motion satisfy `on_common_samples`."""
+def _energy_outside(record: Record, first: int, count: int) -> float:
+    """Return the share of the energy of a record outside some of its samples [1]."""
+    energy = record.acceleration**2
+    total = energy.sum()
+    kept = energy[max(first, 0) : max(first + count, 0)].sum()
+    return max(float(1.0 - kept / total), 0.0) if total else 0.0
+
+
+def _share_samples(*records: Record) -> bool:
+    """Return whether nearly all of the energy of these records of a motion is in common samples."""
     try:
-        on_common_samples([one, other])
+        on_common_samples(records, _LOST_UNSAID)
     except ParameterError:
         return False
     return True
@@ -309,7 +321,8 @@ def pair_with(record: Record, other: Record) -> HorizontalPair:
     Raises
     ------
     ParameterError
-        If they do not satisfy `on_common_samples`, or are not at right angles.
+        If more than 5 % of the energy of one is outside their common samples, or if they are not
+        components of one motion at right angles.
 
     Examples
     --------
@@ -317,7 +330,7 @@ def pair_with(record: Record, other: Record) -> HorizontalPair:
     >>> pair_with(one, replace(one, record_id="e", azimuth=90.0)).second.record_id
     'e'
     """
-    on_common_samples([record, other])
+    on_common_samples([record, other], _LOST_UNSAID)
     return HorizontalPair(record, _at_times_of(record, other))
 
 
@@ -338,25 +351,33 @@ def placed(series: Float, first: int, count: int) -> Float:
 def _at_times_of(record: Record, other: Record) -> Record:
     """Return the other record at the sample times of a record."""
     first = -steps_between(record, other)
-    return _placed(other, first, record.acceleration.size, record.start_time)
+    return _placed(other, first, record.acceleration.size, record, record.start_time)
 
 
-def _placed(record: Record, first: int, count: int, time: str) -> Record:
-    """Return `placed` samples of a record with their start time, and note it in `processing`."""
+def _placed(record: Record, first: int, count: int, beside: Record, time: str) -> Record:
+    """Return `placed` samples of a record with their start time and the time step of the record
+    beside it, and note it in `processing`.
+    """
     size, steps = record.acceleration.size, []
     if first == 0 and time != record.start_time:
         steps.append(f"start: {record.start_time} taken as {time}, as of the motion")
     if first > 0 or first + count < size:
         kept = min(first + count, size) - max(first, 0)
         since = f" from sample {first + 1} on" if first > 0 else ""
-        steps.append(f"length: cut to {kept} of {size} samples{since}, as of the motion")
+        seconds = (size - kept) * record.time_step
+        energy = 100.0 * _energy_outside(record, first, count)
+        steps.append(
+            f"length: cut to {kept} of {size} samples{since}, as of the motion: without "
+            f"{seconds:g} s and {energy:.2g} % of the energy"
+        )
     if first < 0 or first + count > size:
         until = f", {-first} of them before the first" if first < 0 else ""
         steps.append(f"length: continued with zeros to {count} samples{until}, as of the motion")
-    if not steps:
+    if not steps and record.time_step == beside.time_step:
         return record
     return replace(
         record,
+        time_step=beside.time_step,
         acceleration=placed(record.acceleration, first, count),
         start_time=time,
         processing=(*record.processing, *steps),
@@ -371,29 +392,45 @@ def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
             f"{len(known)} horizontals of station {known[0].station!r}: {names}. A pair has two."
         )
     verticals = [r for r in motion if r.orientation.upright]
-    beside = verticals if len(verticals) == 1 and _share_samples(known[0], verticals[0]) else []
-    try:
-        one, other, *vertical = on_common_samples([*known, *beside])
-    except ParameterError:  # the vertical must not cost the pair
-        one, other, *vertical = on_common_samples(known)
+    one, other = on_common_samples(known)
+    _warn_of_cut(known, one)
+    vertical: list[Record] = []
+    if len(verticals) == 1 and _share_samples(one, other, verticals[0]):
+        # the vertical must not cost the pair
+        one, other, *vertical = on_common_samples([*known, *verticals], 1.0)
     return HorizontalPair(one, other, vertical[0] if vertical else None)
 
 
-def _sampling(record: Record) -> tuple[str, float, int]:
-    """Return start time, time step [s] and number of samples of a record."""
-    return record.start_time, record.time_step, record.acceleration.size
+def _warn_of_cut(known: Sequence[Record], cut: Record) -> None:
+    """Warn if a pair is without much of the energy of its records."""
+    for record in known:
+        first, count = steps_between(record, cut), cut.acceleration.size
+        lost = _energy_outside(record, first, count)
+        if lost > _LOST_UNSAID:
+            seconds = (record.acceleration.size - count) * record.time_step
+            names = " and ".join(repr(one.record_id) for one in known)
+            warnings.warn(
+                f"the pair of {names} is without {seconds:g} s and {100.0 * lost:.0f} % of the "
+                f"energy of {record.record_id!r}, which are outside their common samples.",
+                RockframeWarning,
+                stacklevel=4,
+            )
+
+
+def _same_step(one: Record, other: Record) -> bool:
+    return math.isclose(one.time_step, other.time_step, rel_tol=SAME_STEP)
 
 
 def _require_same_times(one: Record, other: Record) -> None:
-    for what, here, there in zip(
-        ("start times", "time steps [s]", "numbers of samples"),
-        _sampling(one),
-        _sampling(other),
-        strict=True,
+    here, there = one.acceleration.size, other.acceleration.size
+    for what, value, another, same in (
+        ("start times", one.start_time, other.start_time, one.start_time == other.start_time),
+        ("time steps [s]", one.time_step, other.time_step, _same_step(one, other)),
+        ("numbers of samples", here, there, here == there),
     ):
-        if here != there:
+        if not same:
             raise ParameterError(
-                f"{what} {here!r} and {there!r} of {one.record_id!r} and {other.record_id!r}. "
+                f"{what} {value!r} and {another!r} of {one.record_id!r} and {other.record_id!r}. "
                 "Must be equal."
             )
 

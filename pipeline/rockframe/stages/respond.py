@@ -460,8 +460,9 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
     upward = beside.get(record.record_id)
     if upward is None:
         raise ParameterError(
-            "no vertical record of the same event, station and time step covers it in time, or "
-            "several do. Add one, or compute without the vertical component."
+            "no vertical record of the same event, station and time step has 95 % of its energy in "
+            "the samples that they share, or several have. Add one, or compute without the "
+            "vertical component."
         )
     sign = -1.0 if upward.orientation is Orientation.DOWNWARD else 1.0
     across = GroundAcceleration.from_samples(record.acceleration, record.time_step)
