@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rockframe import HorizontalPair, rotd
 from rockframe.cli.main import main
-from rockframe.errors import InputError
+from rockframe.errors import InputError, RockframeWarning
 from rockframe.options.ingest import IngestOptions
 from rockframe.options.respond import RespondOptions
 from rockframe.record import Record
@@ -127,7 +127,8 @@ def test_rotd_is_that_of_the_pair_cut_to_its_vertical_wherever_the_files_lie(
         samples = 0.05 * chance.standard_normal(size)
         samples[3985:] = 0.4
         peer(tmp_path / f"{name}.AT2", component, samples, station)
-    ingest_stage([tmp_path], tmp_path / "records.nc", workers=0)
+    with pytest.warns(RockframeWarning, match=r"without 0.1 s and 13 % of the energy of 'a'"):
+        ingest_stage([tmp_path], tmp_path / "records.nc", workers=0)
     first, second, vertical = (
         next(r for r in read_records(tmp_path / "records.nc") if r.record_id == name)
         for name in "amc"

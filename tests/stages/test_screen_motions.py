@@ -214,7 +214,7 @@ def test_azimuths_without_a_pair_are_named(tmp_path: Path) -> None:
         ("alone", True)
     ]
     assert json.loads(read_screening(output).attrs["left_out"])["alone"]
-    with pytest.raises(ParameterError, match=r"left to screen; 'alone': alone is the only hor"):
+    with pytest.raises(ParameterError, match=r"left to screen; 'alone': no other horizontal"):
         screen_stage(
             stored([sine("alone", 3.0)], tmp_path),
             output,
