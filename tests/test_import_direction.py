@@ -11,7 +11,7 @@ from tests.benchmarks.house import WIDEST, imports, in_circles
 
 PACKAGE = Path(__file__).resolve().parents[1] / "pipeline" / "rockframe"
 FLOORS = (
-    {"errors", "interruption"},
+    {"errors", "interruption", "watch"},
     {
         "cells",
         "notebook",

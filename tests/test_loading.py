@@ -52,7 +52,7 @@ def test_ingest_imports_no_computation_and_no_package_of_filters(home: Path) -> 
     )
     assert not modules & OTHERS
     assert not [name for name in own if name.split(".")[1:2] in (["rocking"], ["matching"])]
-    assert len(own) <= 87
+    assert len(own) <= 91
     assert filtering & OTHERS == {"numba"}
 
 
@@ -71,5 +71,5 @@ def test_a_run_with_nothing_to_do_imports_no_stage_and_verifying_it_draws_nothin
     (modules, own), (verifying, _) = imported(again, ("verify", home / "run"))
     others = {"xarray", "scipy", "rockframe.stages", "rockframe.engines"}
     assert not modules & (OTHERS | others)
-    assert len(own) <= 48
+    assert len(own) <= 59
     assert not verifying & (OTHERS | {"xarray", "pandas"})

@@ -117,7 +117,7 @@ def height_variance(section: str, top_ratio: float) -> float:
 
     Examples
     --------
-    >>> 12.0 * height_variance("circular", 1.0)
+    >>> round(12.0 * height_variance("circular", 1.0), 12)
     1.0
     """
     power = _POWER[section]

@@ -163,7 +163,6 @@ BOUNDS = {
     "tails._MAX_TAIL = 1": "respond(BENT, STILL, initial_velocity=0.5)",
     "oscillators._MOST_EVENTS = -100": "respond_oscillator(DECK, PUSH)",
     "oscillators._ROOT_STEPS = 1": "respond_oscillator(DECK, PUSH)",
-    "oscillators._MOST_TAIL = 1": "respond_oscillator(DECK, PUSH)",
 }
 SETUP = """
 import sys

@@ -26,10 +26,10 @@ from rockframe import interruption
 from rockframe.cells import plain
 from rockframe.cli.console import PlainStream
 from rockframe.compiled import before_compiling
-from rockframe.engines.watch import telling
 from rockframe.errors import RockframeError, RockframeWarning, meant
 from rockframe.options import STAGES
 from rockframe.provenance import staying
+from rockframe.watch import telling
 
 #: The commands in the order of the help, each with its module and summary.
 _VERBS: Final = {

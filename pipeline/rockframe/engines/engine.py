@@ -15,9 +15,9 @@ from time import perf_counter
 from typing import Any, ClassVar, Final, Protocol, TypeVar
 
 from rockframe.engines.pool import ATTEMPTS, WorkerDiedError, WorkerPool, awaited
-from rockframe.engines.watch import watched
 from rockframe.errors import EngineError, ParameterError
 from rockframe.interruption import check
+from rockframe.watch import watched
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")

@@ -53,7 +53,7 @@ class Plugin:
     True
     >>> PLUGINS["PEERAT2"].read_format(BytesIO(lines))[0].data
     array([ 0.981, -1.962])
-    >>> table = BytesIO(b"1\n2\n")
+    >>> table = BytesIO(b"0.1\n0.2\n")
     >>> PLUGINS["ACCTEXT"].read_format(table, units="gal", time_step=0.5)[0].stats.delta
     0.5
     """

@@ -7,7 +7,7 @@ from threading import Event
 
 import pytest
 
-from rockframe.engines import watch
+from rockframe import watch
 from rockframe.engines.engine import OneProcess, map_tasks
 
 
