@@ -5,7 +5,7 @@
 # MuJoCo takes the larger of both, and its default is 1; PyBullet takes the product: 0.3 on 0.3 is 0.09 there.
 # Why it hurts: a column with friction 0.3 on a floor of which nothing was said does not slide in MuJoCo at all, and
 # the same two numbers, moved to the other engine, give a third of the friction.
-# rockframe: friction belongs to a joint, as one number, and is compared with the demand.
+# This package: friction belongs to a joint, as one number, and is compared with the demand.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -5,7 +5,7 @@
 # written beside the position, 0.9905 and 0.9995 m.
 # A body that is placed has no velocity for the contact in either engine: to friction, the table stands still.
 # Why it hurts: every block survives every earthquake, and the animation shows the table shaking under it.
-# rockframe: puts the ground's acceleration into the equations; a base at constant acceleration is one of its tests.
+# This package: puts the ground's acceleration into the equations; a base at constant acceleration is one of its tests.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

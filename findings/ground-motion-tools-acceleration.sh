@@ -4,7 +4,7 @@
 # Came (0.3.1), over the absolute acceleration: 0.343 at 0.02 s, 1.611 at 0.2 s, 1.827 at 1 s, 16.916 at 5 s.
 # It is the acceleration relative to the ground: zero at zero period, and PGA at infinite period.
 # Why it hurts: at 5 s the demand is many times too large, at 0.02 s a third; no name or page says "relative".
-# rockframe: states pseudo-spectral acceleration; tests/signals/test_response_spectrum.py has both limits.
+# This package: states pseudo-spectral acceleration; tests/signals/test_response_spectrum.py has both limits.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -5,7 +5,7 @@
 # Measures are kept by their name, without the period: the first period that was asked for is used ever after, for SA
 # and SV at T1, too.
 # Why it hurts: measures of one record for several structures are all those of the first structure.
-# rockframe: periods are an argument of spectral_acceleration, which keeps nothing.
+# This package: periods are an argument of spectral_acceleration, which keeps nothing.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -6,7 +6,7 @@
 # On a plane it stands up to the angle, on a box it falls below it; the contact points on a box lie inside the circle.
 # Why it hurts: columns on bases and slabs made of boxes fall in earthquakes that they survive, with the same shape,
 # step and stiffness; and a column on the ground plane, where most people test, is right.
-# rockframe: its columns pivot on their edge; below the slenderness nothing moves, which tests of uplift check.
+# This package: its columns pivot on their edge; below the slenderness nothing moves, which tests of uplift check.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -6,7 +6,7 @@
 # The default cone is a pyramid with its edges along the contact's axes: friction at 45 degrees is 1/sqrt(2) of that
 # along them, and a sliding block turns towards the diagonal. cone="elliptic" is right in every direction.
 # Why it hurts: with both components of a record, blocks slide at 0.35 g that should not move below 0.5 g.
-# rockframe: has no sliding; it states the friction that its joints need as the resultant of the horizontal forces.
+# This package: has no sliding; it states the friction that its joints need as the resultant of the horizontal forces.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

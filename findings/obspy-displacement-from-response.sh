@@ -5,7 +5,7 @@
 # The response to displacement grows with frequency squared, so 60 dB below its largest value is near 3 Hz (at
 # 200 samples/s), and all motion below is cut. Output ACC, integrated twice, is right to 0.3 %.
 # Why it hurts: PGD comes out 2 to 120 times too small, from a correct inventory, without a warning.
-# rockframe: divides by the sensitivity or asks for ACC (--water-level-db), and integrates the corrected acceleration.
+# This package: divides by the sensitivity or asks for ACC (--water-level-db), and integrates the corrected acceleration.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -5,7 +5,7 @@
 # normalize=False, the default, means weights that are not divided by their sum, which grows with frequency.
 # Why it hurts: corner frequencies, kappa and noise ratios of smoothed spectra are wrong (kappa here by half), while a
 # ratio of two spectra smoothed alike is right and hides it.
-# rockframe: its corner compares mean powers of bands of signal and noise; it smooths no spectrum.
+# This package: its corner compares mean powers of bands of signal and noise; it smooths no spectrum.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

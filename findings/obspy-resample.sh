@@ -4,7 +4,7 @@
 # Came (obspy 1.5.1), kept from 100 to 200 samples/s: 0.976 at 5 Hz, 0.905 at 10 Hz, 0.5 at 25 Hz, 0.095 at 40 Hz; and
 # 0.5 at 25 Hz even from 100 to 100 samples/s: the default multiplies the whole spectrum by a Hann window.
 # Why it hurts: peaks and short-period spectra fall by up to half and no warning is printed; window=None keeps them.
-# rockframe: keeps the samples of motions as they are; its engines are exact for straight pieces between them.
+# This package: keeps the samples of motions as they are; its engines are exact for straight pieces between them.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -5,7 +5,7 @@
 # The reader rounds the step to microseconds, and so changes every step that is no whole number of them.
 # Why it hurts: the SAC file and the miniSEED file of one record cannot be merged, and components of the two kinds
 # cannot be rotated; after 10 minutes the clocks differ by five samples.
-# rockframe: reads the step of SAC headers itself, as it stands; tests/ingest/test_sac.py has this case.
+# This package: reads the step of SAC headers itself, as it stands; tests/ingest/test_sac.py has this case.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

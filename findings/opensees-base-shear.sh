@@ -6,7 +6,7 @@
 # -rayleigh gives the damping forces alone, and reactions() leaves them out; only -dynamic has both.
 # Why it hurts: the plain call is low by the damping, and the natural choice is low by the whole spring: no call
 # warns, and each number looks like a base shear.
-# rockframe: forces at the joints follow from momentum; tests/rocking/test_reactions.py balances them with the motion.
+# This package: forces at the joints follow from momentum; tests/rocking/test_reactions.py balances them with the motion.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

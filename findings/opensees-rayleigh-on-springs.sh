@@ -5,7 +5,7 @@
 # Springs, links and trusses are left out unless -doRayleigh 1 is given; zeroLengthSection and beams are not.
 # Why it hurts: restrainers, isolators and contact springs of a model that "has 5 %" have none, and no message says so;
 # a spring replaced by a section of the same stiffness changes the answer.
-# rockframe: damping belongs to each part by name, and none is hidden; it has no Rayleigh damping.
+# This package: damping belongs to each part by name, and none is hidden; it has no Rayleigh damping.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

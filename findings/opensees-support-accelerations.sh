@@ -6,7 +6,7 @@
 # The displacement is integrated with a fixed step of 0.01 s, whatever the record or the analysis has.
 # Why it hurts: the relative displacement of a stiff part (0.1 s) is twice too large, and refining the record does not
 # help. UniformExcitation, and MultipleSupport with displacements, velocities and accelerations, are right.
-# rockframe: one acceleration moves all supports; displacements come from straight pieces of the record itself.
+# This package: one acceleration moves all supports; displacements come from straight pieces of the record itself.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

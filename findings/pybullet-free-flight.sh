@@ -5,7 +5,7 @@
 # The damping is 0.04 v + 0.04 v |v|: linear and quadratic, so that it grows with the speed. changeDynamics with
 # linearDamping=0 and angularDamping=0 removes both.
 # Why it hurts: free rocking and wobbling lose energy that no contact took; measured restitution is too low.
-# rockframe: no loss but at impacts (and dissipaters); tests of invariants check the energy between impacts.
+# This package: no loss but at impacts (and dissipaters); tests of invariants check the energy between impacts.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -7,7 +7,7 @@
 # URDF_USE_INERTIA_FROM_FILE. Only GEOM_CYLINDER is right.
 # Why it hurts: a column about its axis is a third too heavy, which decides how it wobbles; hollow or eccentric
 # bodies, whose inertia a user computed and wrote down, become full boxes.
-# rockframe: inertia follows from the stated section of a column; tests/test_column.py compares it with integrals.
+# This package: inertia follows from the stated section of a column; tests/test_column.py compares it with integrals.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

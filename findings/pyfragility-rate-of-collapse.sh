@@ -5,7 +5,7 @@
 # A cubic spline through the rates themselves (not their logarithms) swings between the points, and is extended below
 # the first point down to 0.01 g; the size of each swing is added.
 # Why it hurts: rates are 5 to 115 times too large from an ordinary table of hazard, with a correct fragility.
-# rockframe: joins the points in log-log, inside the table only; tests/risk/test_hazard.py has this case.
+# This package: joins the points in log-log, inside the table only; tests/risk/test_hazard.py has this case.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

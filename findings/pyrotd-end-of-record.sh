@@ -5,7 +5,7 @@
 # The response is computed by FFT without zeros behind the record, so what vibrates after its end comes in again at
 # its beginning: too small where it cancels, and too large where the record is a multiple of the period.
 # Why it hurts: SA and RotD of pulses and of records that were cut short are wrong from 1 s on, in both senses.
-# rockframe: integrates in time from rest; tests/signals/test_response_spectrum.py has this case.
+# This package: integrates in time from rest; tests/signals/test_response_spectrum.py has this case.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -5,7 +5,7 @@
 # a Ricker pulse of 1.0 s is read as 0.902 s.
 # It comes from an FFT over the wavelet's short support, with lines 0.06 to 0.1 apart.
 # Why it hurts: pulse periods are wrong by up to 11 %; gaus6, gaus7 and gaus8 are said to have one frequency.
-# rockframe: periods come from closed forms; tests/matching/test_match.py finds T_p of planted pulses to 1e-5.
+# This package: periods come from closed forms; tests/matching/test_match.py finds T_p of planted pulses to 1e-5.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -4,7 +4,7 @@
 # Came (SALib 1.6.0): S1 [0. 0. 0.], ST [0. 0. 0.], half intervals [0. 0. 0.], no warning; without the NaN 0.917 0.083 0.
 # This is the answer that a constant response gets, too (there with warnings of division).
 # Why it hurts: "no parameter matters, and that is certain" is read off, when one member in thousands had overturned.
-# rockframe: overturned members have a verdict and a peak, so that its rank correlations take all members.
+# This package: overturned members have a verdict and a peak, so that its rank correlations take all members.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -5,7 +5,7 @@
 # With three parameters and N a power of two, as it must be, N (D + 2) is divisible by 2 D + 2: the runs are taken for
 # those of another design. The same holds for one and seven parameters; with others the error comes.
 # Why it hurts: a parameter that the model does not contain gets the largest total index.
-# rockframe: its sensitivities are rank correlations of the members that it drew itself; no design is passed on.
+# This package: its sensitivities are rank correlations of the members that it drew itself; no design is passed on.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -5,7 +5,7 @@
 # Came (sdof 0.0.12), SA / exact at T = 0.05, 0.1, 0.2, 0.3, 0.5 s: 0.3 0.371 2.631 1.152 0.999.
 # Below 50 steps in a period it interpolates the record, but integrates it with the old, longer step.
 # Why it hurts: the short-period plateau moves to longer periods; SA is up to 2.6 times too large, or a quarter.
-# rockframe: solves straight pieces exactly; tests/signals/test_response_spectrum.py.
+# This package: solves straight pieces exactly; tests/signals/test_response_spectrum.py.
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

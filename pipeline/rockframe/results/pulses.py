@@ -160,7 +160,7 @@ def require_samples(path: Path, hashes: Mapping[str, str], record: Record) -> No
     Raises
     ------
     InputError
-        If the record has a pulse of other samples.
+        If the pulse of the record was computed from other samples.
     """
     if hashes.get(record.record_id, record.samples_sha256) != record.samples_sha256:
         raise InputError(
