@@ -18,6 +18,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
+from hypothesis.internal.constants_ast import Constants
 
 from rockframe.cli.main import parser
 from rockframe.engines.engine import OneProcess
@@ -46,6 +48,15 @@ os.environ.pop("COLUMNS", None)
 # A shell makes background jobs ignore Ctrl-C, and the processes that tests start inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw no number that Hypothesis reads from the source of modules loaded so far: these depend on
+    the tests that the process happened to run before.
+    """
+    if config.getoption("--hypothesis-profile") != "others":
+        assert callable(providers._get_local_constants)
+        providers._get_local_constants = Constants
 
 
 def pytest_collectstart() -> None:

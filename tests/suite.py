@@ -52,12 +52,24 @@ def test_each_run_draws_the_same_numbers() -> None:
 
 
 def test_a_property_is_tried_with_the_same_examples_in_each_run(tmp_path: Path) -> None:
-    """The profile of `make test-all` draws others."""
+    """Whatever modules are loaded; the profile of `make test-all` draws others."""
     (tmp_path / "test_drawn.py").write_text(DRAWN, encoding="utf-8")
     drawn = []
-    for profile in ("same", "same", "others"):
+    runs = [
+        ("same", "rockframe.units"),
+        ("same", "rockframe.report.page"),
+        ("others", "rockframe.units"),
+    ]
+    for profile, loaded in runs:
         words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", os.devnull]
-        words += ["-p", "tests.conftest", f"--hypothesis-profile={profile}", str(tmp_path)]
+        words += [
+            "-p",
+            "tests.conftest",
+            "-p",
+            loaded,
+            f"--hypothesis-profile={profile}",
+            str(tmp_path),
+        ]
         env = {**os.environ, "DRAWN": str(tmp_path / "drawn.txt"), "PYTHONPATH": "."}
         subprocess.run(words, cwd=REPOSITORY, env=env, check=True, capture_output=True)
         drawn.append((tmp_path / "drawn.txt").read_text())
