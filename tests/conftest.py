@@ -18,7 +18,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import settings
-from hypothesis.internal.conjecture import providers
 from hypothesis.internal.constants_ast import Constants
 
 from rockframe.cli.main import parser
@@ -51,12 +50,12 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Draw no number that Hypothesis reads from the source of modules loaded so far: these depend on
-    the tests that the process happened to run before.
+    """Draw no number that Hypothesis reads from the source of modules loaded so far: which these are
+    depends on the tests that the process happened to run before.
     """
     if config.getoption("--hypothesis-profile") != "others":
-        assert callable(providers._get_local_constants)
-        providers._get_local_constants = Constants
+        name = "hypothesis.internal.conjecture.providers._get_local_constants"
+        pytest.MonkeyPatch().setattr(name, Constants)
 
 
 def pytest_collectstart() -> None:
