@@ -50,8 +50,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Draw no number that Hypothesis reads from the source of modules loaded so far: which these are
-    depends on the tests that the process happened to run before.
+    """Draw no number that Hypothesis reads from the source of loaded modules.
+
+    Which modules these are depends on the tests that the process happened to run before.
     """
     if config.getoption("--hypothesis-profile") != "others":
         name = "hypothesis.internal.conjecture.providers._get_local_constants"
