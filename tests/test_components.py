@@ -18,10 +18,12 @@ from rockframe.components import (
     Channel,
     HorizontalPair,
     Sweep,
+    both_directions,
     fault_components,
     motions_of,
     pair_horizontals,
     recordings_of_channels,
+    resolved,
     rotate,
     rotd,
     rotd_spectral_acceleration,
@@ -473,3 +475,69 @@ def test_rotd_of_a_motion_in_one_direction_has_closed_forms() -> None:
     sweep = rotd_spectral_acceleration(along, 0.3)
     assert sweep.percentile(100) == pytest.approx(expected, rel=1e-4)
     assert sweep.percentile(50) == pytest.approx(expected * math.sqrt(0.5), rel=1e-2)
+
+
+def skewed(azimuth: float) -> list[Record]:
+    """Return one component of PAIR, and its motion toward another azimuth."""
+    toward = rotate(PAIR, azimuth)
+    return [PAIR.first, replace(toward, record_id="skewed", source_format="")]
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 30.0, 96.0, 150.0, 265.0, 359.0, 180.0])
+def test_components_at_any_angle_are_resolved_into_those_at_right_angles(azimuth: float) -> None:
+    [motion], unpaired = both_directions(skewed(azimuth))
+    assert unpaired == ()
+    assert motion.first is PAIR.first
+    across = rotate(PAIR, motion.second.azimuth)
+    assert (motion.second.azimuth - PAIR.first.azimuth) % 180.0 == pytest.approx(90.0)
+    np.testing.assert_allclose(motion.second.acceleration, across.acceleration, atol=2e-13)
+    recorded = azimuth % 180.0 == 0.0
+    assert recorded == (motion.remark == "")
+    assert recorded or "'skewed' resolved at right angles to" in motion.second.processing[-1]
+
+
+@pytest.mark.parametrize("azimuth", [90.0, 86.0, 94.9, 265.1, 274.0])
+def test_components_that_are_nearly_parallel_are_rejected(azimuth: float) -> None:
+    motions, unpaired = both_directions(skewed(azimuth))
+    assert motions == ()
+    assert [one.reason for one in unpaired] == 2 * [unpaired[0].reason]
+    assert "degrees from parallel. Must be at least 5." in unpaired[0].reason
+
+
+def test_components_of_unknown_azimuth_are_taken_as_at_right_angles() -> None:
+    one, other = (
+        replace(component(azimuth), azimuth=math.nan, orientation=orientation)
+        for azimuth, orientation in ((90.0, Orientation.HORIZONTAL), (0.0, Orientation.UNSTATED))
+    )
+    [motion], _ = both_directions([one, other, UP])
+    assert motion.remark == "azimuths of 'r90' and 'r0' unknown: taken as at right angles"
+    assert (motion.first, motion.second, motion.vertical) == (one, other, UP)
+    assert pair_horizontals([one, other])[0] == ()
+    assert "azimuth of 'r0' unknown" in resolved(PAIR.first, other)[1]
+
+
+def test_components_of_other_steps_and_lone_ones_are_rejected_with_the_reason() -> None:
+    coarse = replace(PAIR.second, time_step=0.02)
+    motions, unpaired = both_directions([PAIR.first, coarse, UP])
+    assert motions == ()
+    assert "time steps [s] 0.01 and 0.02 of 'r90' and 'r0'. Must be equal." in unpaired[0].reason
+    [alone] = both_directions([PAIR.first])[1]
+    assert alone.reason == ALONE
+    third = replace(component(45.0), orientation=Orientation.UNSTATED)
+    several = both_directions([PAIR.first, PAIR.second, third])[1]
+    assert several[0].reason.startswith("3 horizontals of station 'CCC'")
+
+
+def test_a_cut_pair_is_the_same_in_both_ways() -> None:
+    """Both directions are cut as pairs are, with the vertical."""
+    later = replace(
+        PAIR.second,
+        start_time="2019-07-06T03:19:40.05Z",
+        acceleration=PAIR.second.acceleration[:-9],
+    )
+    [pair], _ = pair_horizontals([PAIR.first, later, UP])
+    [motion], _ = both_directions([PAIR.first, later, UP])
+    for name in ("first", "second", "vertical"):
+        np.testing.assert_array_equal(
+            getattr(motion, name).acceleration, getattr(pair, name).acceleration
+        )

@@ -1,6 +1,8 @@
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
+from .components import BothDirections as BothDirections
 from .components import HorizontalPair as HorizontalPair
+from .components import both_directions as both_directions
 from .components import fault_components as fault_components
 from .components import pair_horizontals as pair_horizontals
 from .components import rotate as rotate

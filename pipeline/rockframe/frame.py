@@ -107,6 +107,9 @@ class RockingFrame:
         `inertia_ratio`, and mass and inertia of columns of another size depend. A stated
         `inertia_ratio` stays, such as that of a hollow column. By default the section whose
         `inertia_ratio_of` is the inertia ratio.
+    section_both : str, optional
+        Section of the columns for both directions of the ground motion, ``circular``, if the plane
+        takes solid prismatic rectangles instead, as the paper does for its cylinders.
     friction_coefficient : float, optional
         Coefficient of friction available at the joints [1]. Rocking does not depend on it: shear
         keys carry what exceeds the friction.
@@ -152,6 +155,7 @@ class RockingFrame:
     beam_depth: float | None = None
     column_mass: float | None = None
     section: str | None = None
+    section_both: str | None = None
     friction_coefficient: float | None = None
     tendon: Tendon | None = None
     dissipater: Dissipater | None = None
@@ -184,6 +188,15 @@ class RockingFrame:
             raise self._invalid("friction_coefficient", "zero or above")
         self._fill_in_length()
         self._require_loss()
+        self._require_section_both()
+
+    def _require_section_both(self) -> None:
+        if self.section_both not in (None, "circular"):
+            raise self._invalid("section_both", "circular, or absent")
+        solid = self.prismatic and self.inertia_ratio == RECTANGULAR and self.section != "circular"
+        if self.section_both is not None and not solid:
+            allowed = "absent unless the columns are solid, prismatic and rectangular in the plane"
+            raise self._invalid("section_both", f"{allowed}: state the section alone")
 
     def _require_loss(self) -> None:
         """Require that impacts take some of the speed, but not all of it."""
@@ -406,6 +419,23 @@ class RockingFrame:
         )
         return next(matching, None)
 
+    @property
+    def in_both_directions(self) -> Self:
+        """The frame with the section of its columns for both directions of the ground motion.
+
+        It is the frame itself unless `section_both` states another section than that of the plane.
+
+        Examples
+        --------
+        >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, section_both="circular")
+        >>> round(bent.inertia_ratio, 4), round(bent.in_both_directions.inertia_ratio, 4)
+        (1.3333, 1.3311)
+        """
+        if self.section_both is None:
+            return self
+        ratio = inertia_ratio_of(self.section_both, self.height, self.width)
+        return replace(self, section=self.section_both, inertia_ratio=ratio, section_both=None)
+
     def resized(self, height: float, width: float) -> Self:
         """Return the frame with another height and width [m], its other dimensions in proportion.
 
@@ -567,5 +597,6 @@ def _on_pivots(frame: RockingFrame, base: float, top: float) -> RockingFrame:
         centre_of_gravity=frame.centre_height,
         inertia_ratio=1.0 + central / (frame.centre_height**2 + 0.25 * width**2),
         dissipater=bars,
+        section_both=None,
         before_crushing=frame,
     )

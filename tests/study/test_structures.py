@@ -33,6 +33,10 @@ def test_shipped_structures_are_those_of_the_paper_and_two_slender_ones() -> Non
     assert frames["apollo-column"].mass_ratio == 0.0
     assert frames["apollo-frame"].mass_ratio == 0.3
     assert len(frames) == 5
+    round_ones = {name for name, frame in frames.items() if frame.section_both == "circular"}
+    assert round_ones == {"bridge-bent", "apollo-column", "apollo-frame"}
+    for frame in frames.values():
+        assert frame.inertia_ratio == 4.0 / 3.0  # in one plane, the paper's rectangles
 
 
 def test_bundled_records_are_there() -> None:
@@ -57,6 +61,12 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
             r":4: height_m -9.6. Must be between 0.001 and 1000 m",
         ),
         ("9.6", "0.0", r":4: height_m 0.0. Must"),
+        ("mass_ratio", 'section_both = "square"\nmass_ratio', ":6: section_both 'square'. Must be"),
+        (
+            "mass_ratio",
+            'section = "circular"\nsection_both = "circular"\nmass_ratio',
+            "section_both 'circular'.*Must be absent unless the columns are solid, prismatic",
+        ),
         ("9.6", "1e300", r":4: height_m 1e\+300. Must"),
         ("9.6", "nan", r":4: height_m nan. Must"),
         ("4.0", "-1.0", r":6: mass_ratio -1.0. Must"),

@@ -23,6 +23,7 @@ from rockframe import (
 )
 from rockframe.components import pair_horizontals
 from rockframe.errors import ParameterError
+from rockframe.record import Orientation
 
 from .cases import solid
 
@@ -111,3 +112,49 @@ def test_other_motions_are_refused(bundled_records: Any) -> None:
     [pair], _ = pair_horizontals(read_file(bundled_records / "Ridgecrest2019-CCC.V1"))
     with pytest.raises(ParameterError, match="Missing vertical component"):
         PairAcceleration.from_pair(replace(pair, vertical=None), vertical=True)
+
+
+def test_the_sense_of_a_vertical_component_is_that_of_its_orientation(bundled_records: Any) -> None:
+    [pair], _ = pair_horizontals(read_file(bundled_records / "Ridgecrest2019-CCC.V1"))
+    assert pair.vertical is not None
+    downward = replace(
+        pair.vertical,
+        acceleration=-pair.vertical.acceleration,
+        orientation=Orientation.DOWNWARD,
+    )
+    up, down = (
+        PairAcceleration.from_pair(replace(pair, vertical=one), vertical=True)
+        for one in (pair.vertical, downward)
+    )
+    np.testing.assert_array_equal(up.in_g(), down.in_g())
+
+
+def test_the_section_for_both_directions_is_that_of_the_wobbling_column_alone() -> None:
+    """The plane keeps the paper's rectangle; both directions have the cylinder."""
+    rectangular = RockingFrame(height=7.5, width=1.8, section_both="circular")
+    assert rectangular.inertia_ratio == RockingFrame(height=7.5, width=1.8).inertia_ratio
+    pulse = 3.2 * np.sin(np.arange(0.0, 4.0, 0.02) * 2.0 * np.pi / 1.5)
+    motion = PairAcceleration(pulse, 0.7 * np.roll(pulse, 20), 0.02)
+    one, other = wobble(rectangular, motion), wobble(solid(7.5, 1.8), motion)
+    assert one.peak_rotation == other.peak_rotation > 0.05
+    assert one.frame.column_section == "circular"
+    larger = rectangular.resized(15.0, 3.6).in_both_directions
+    assert larger.inertia_ratio == pytest.approx(solid(7.5, 1.8).inertia_ratio, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            {"section_both": "rectangular"},
+            "section_both 'rectangular'.*Must be circular, or absent",
+        ),
+        ({"top_width": 1.5}, "Must be absent unless the columns are solid, prismatic and rectangu"),
+        ({"inertia_ratio": 1.4}, "state the section alone"),
+        ({"section": "circular"}, "state the section alone"),
+    ],
+)
+def test_the_section_for_both_directions_is_checked(change: dict[str, Any], words: str) -> None:
+    column = RockingFrame(height=7.5, width=1.8, section_both="circular")
+    with pytest.raises(ParameterError, match=words):
+        replace(column, **change)

@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ _SQUARE: Final = 0.01
 _LOST: Final = 0.5
 #: The same for a vertical beside a horizontal, and for a cut that a warning states.
 _LOST_UNSAID: Final = 0.05
+#: Least angle between horizontals that are resolved into two at right angles [degree].
+_APART: Final = 5.0
 #: Largest difference in length of channels without start times, as a share of the longest. A larger
 #: one means that they may not begin together.
 _SPARE: Final = 0.05
@@ -148,6 +150,72 @@ def pair_horizontals(
     return tuple(pairs), tuple(unpaired)
 
 
+class BothDirections(NamedTuple):
+    """Two horizontal components of one motion at right angles, and its vertical if there is one.
+
+    ``remark`` states how they differ from two recorded components of stated azimuths that are 90
+    degrees apart; it is empty if they do not. The azimuths may be unknown.
+    """
+
+    first: Record
+    second: Record
+    vertical: Record | None = None
+    remark: str = ""
+
+
+def both_directions(
+    records: Iterable[Record],
+) -> tuple[tuple[BothDirections, ...], tuple[InputOutcome, ...]]:
+    """Return the motions of which both horizontal directions are recorded.
+
+    Unlike `pair_horizontals`, horizontals that are not at right angles are resolved, and those of
+    unknown azimuth are accepted, because the response of a round column depends on neither the
+    azimuths nor the sense of a component.
+
+    Parameters
+    ----------
+    records : iterable of Record
+        Records of any number of stations and events. They are grouped and cut as by
+        `pair_horizontals`.
+
+    Returns
+    -------
+    motions : tuple of BothDirections
+        In the order of their first records. The first component is as recorded.
+    unpaired : tuple of InputOutcome
+        All other records that are not vertical, rejected with the reason.
+
+    Examples
+    --------
+    >>> east, other = (
+    ...     Record(record_id=name, station="CCC", acceleration=samples, time_step=0.01,
+    ...            azimuth=azimuth, orientation=Orientation.HORIZONTAL)
+    ...     for name, samples, azimuth in (("e", [0.0, 3.0], 90.0), ("n", [0.0, 4.0], 30.0))
+    ... )
+    >>> [motion], unpaired = both_directions([east, other])
+    >>> motion.second.acceleration.round(4).tolist(), motion.second.azimuth
+    ([0.0, 2.8868], 0.0)
+    >>> motion.remark
+    "components 60 degrees apart: 'n' resolved at right angles to 'e'"
+    """
+    motions: list[BothDirections] = []
+    unpaired: list[InputOutcome] = []
+    given = list(records)
+    alone = reasons_alone([Channel.of(record) for record in given])
+    for motion in _motions(given):
+        level = [record for record in motion if not record.orientation.upright]
+        try:
+            if len(level) == 1:
+                raise ParameterError(alone[level[0].record_id])
+            if level:
+                one, other, vertical = _together(level, motion)
+                crossing, remark = resolved(one, other)
+                motions.append(BothDirections(one, crossing, vertical, remark))
+        except ParameterError as error:
+            unpaired += [_rejected(record, str(error)) for record in level]
+    return tuple(motions), tuple(unpaired)
+
+
 def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
     """Return the vertical record of the same motion for each record that is not vertical.
 
@@ -178,6 +246,65 @@ def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
             if not record.orientation.upright and len(beside) == 1:
                 found[record.record_id] = _at_times_of(record, beside[0])
     return found
+
+
+def resolved(one: Record, other: Record) -> tuple[Record, str]:
+    """Return the component of a motion at right angles to a horizontal record.
+
+    Parameters
+    ----------
+    one, other : Record
+        Horizontals of one motion, sampled at the same times.
+
+    Returns
+    -------
+    record : Record
+        The other record, if it is at right angles or an azimuth is unknown; else the component that
+        follows from both, positive toward the side of the other record.
+    remark : str
+        How it differs from a record at a stated right angle; "" if it does not.
+
+    Raises
+    ------
+    ParameterError
+        If the azimuths are within 5 degrees of parallel: the component would be mostly noise.
+
+    Notes
+    -----
+    With an angle d between them, the other record is cos(d) times the first plus sin(d) times the
+    component across it.
+
+    Examples
+    --------
+    >>> one = Record(record_id="e", acceleration=[0.0, 3.0], time_step=0.01, azimuth=90.0)
+    >>> other = replace(one, record_id="n", azimuth=math.nan)
+    >>> resolved(one, other)[1]
+    "azimuth of 'n' unknown: taken as at right angles"
+    """
+    lost = [f"{record.record_id!r}" for record in (one, other) if math.isnan(record.azimuth)]
+    if lost:
+        unknown = f"azimuth{'s' * (len(lost) - 1)} of {' and '.join(lost)} unknown"
+        return other, f"{unknown}: taken as at right angles"
+    turn = (other.azimuth - one.azimuth + 180.0) % 360.0 - 180.0  # clockwise from the first
+    if abs(abs(turn) - 90.0) <= _SQUARE:
+        return other, ""
+    angle = min(abs(turn), 180.0 - abs(turn))
+    if angle < _APART:
+        raise ParameterError(
+            f"azimuths {one.azimuth:g} and {other.azimuth:g} degrees of {one.record_id!r} and "
+            f"{other.record_id!r}, {angle:g} degrees from parallel. Must be at least {_APART:g}."
+        )
+    cosine, sine = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    across = (other.acceleration - cosine * one.acceleration) / abs(sine)
+    words = f"components {abs(turn):g} degrees apart"
+    remark = f"{words}: {other.record_id!r} resolved at right angles to {one.record_id!r}"
+    component = replace(
+        other,
+        acceleration=across,
+        azimuth=(one.azimuth + math.copysign(90.0, turn)) % 360.0,
+        processing=(*other.processing, f"direction: {remark}"),
+    )
+    return component, remark
 
 
 def _rejected(record: Record, reason: str) -> InputOutcome:
@@ -386,6 +513,17 @@ def _placed(record: Record, first: int, count: int, beside: Record, time: str) -
 
 def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
     """Return the pair of a motion, or raise a ParameterError with the reason why there is none."""
+    return HorizontalPair(*_together(known, motion))
+
+
+def _together(known: list[Record], motion: list[Record]) -> tuple[Record, Record, Record | None]:
+    """Return two horizontals and the vertical of a motion, if it has one, at common samples.
+
+    Raises
+    ------
+    ParameterError
+        If there are more than two horizontals, or they have too few samples in common.
+    """
     if len(known) > 2:
         names = ", ".join(record.record_id for record in known)
         raise ParameterError(
@@ -398,7 +536,7 @@ def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
     if len(verticals) == 1 and _share_samples(one, other, verticals[0]):
         # the vertical must not cost the pair
         one, other, *vertical = on_common_samples([*known, *verticals], 1.0)
-    return HorizontalPair(one, other, vertical[0] if vertical else None)
+    return one, other, vertical[0] if vertical else None
 
 
 def _warn_of_cut(known: Sequence[Record], cut: Record) -> None:
@@ -413,7 +551,7 @@ def _warn_of_cut(known: Sequence[Record], cut: Record) -> None:
                 f"the pair of {names} is without {seconds:g} s and {100.0 * lost:.0f} % of the "
                 f"energy of {record.record_id!r}, which are outside their common samples.",
                 RockframeWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
 
 

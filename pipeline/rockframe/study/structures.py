@@ -185,6 +185,9 @@ class StructureEntry(TableEntry):
         Mass of the beam over that of all columns [1]; 0 is a column alone.
     section : str
         Section of the columns: rectangular or circular.
+    section_both : str, optional
+        Section for both directions of the ground motion, circular, if the plane takes solid
+        prismatic rectangles instead.
     top_width_m : float, optional
         Width at the top, on which the beam rests, of columns that taper linearly [m].
     inner_width_m : float, optional
@@ -217,6 +220,7 @@ class StructureEntry(TableEntry):
     width_m: float
     mass_ratio: float = 0.0
     section: Literal["rectangular", "circular"] | None = None
+    section_both: Literal["circular"] | None = None
     top_width_m: float | None = None
     inner_width_m: float | None = None
     depth_m: float | None = None
@@ -262,6 +266,7 @@ class StructureEntry(TableEntry):
             beam_depth=self.beam_depth_m,
             column_mass=self._mass(),
             section=self._section(),
+            section_both=self.section_both,
             friction_coefficient=self.friction_coefficient,
             tendon=self.tendon,
             dissipater=self.dissipater,

@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components import HorizontalPair
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
@@ -25,12 +24,12 @@ from rockframe.rocking.margins.members import (
 )
 from rockframe.rocking.verdict import Verdict
 from rockframe.wobbling import kernel
-from rockframe.wobbling.motion import PairAcceleration, as_pair
+from rockframe.wobbling.motion import PairMotion, as_pair
 from rockframe.wobbling.response import (
     constants,
     integrated,
     require_no_flight,
-    require_round,
+    rolling,
 )
 
 Float = NDArray[np.float64]
@@ -38,7 +37,7 @@ Float = NDArray[np.float64]
 
 def wobbling_ensemble(
     frame: RockingFrame,
-    motion: PairAcceleration | HorizontalPair,
+    motion: PairMotion,
     ensemble: Ensemble | None = None,
     *,
     contact_shortening: tuple[float, float] = (1e-5, 1e-3),
@@ -49,7 +48,7 @@ def wobbling_ensemble(
     ----------
     frame : RockingFrame
         The frame as stated, as for `wobble`.
-    motion : PairAcceleration or HorizontalPair
+    motion : PairAcceleration, HorizontalPair or BothDirections
         The ground motion.
     ensemble : Ensemble, optional
         Number of members, spreads and seed; the draws of height, width, loss of an impact and
@@ -72,7 +71,7 @@ def wobbling_ensemble(
 
     Examples
     --------
-    >>> from rockframe import Pulse, inertia_ratio_of
+    >>> from rockframe import PairAcceleration, Pulse, inertia_ratio_of
     >>> inertia = inertia_ratio_of("circular", 7.5, 1.8)
     >>> column = RockingFrame(height=7.5, width=1.8, inertia_ratio=inertia)
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=3.2, T_p=1.5)
@@ -83,7 +82,7 @@ def wobbling_ensemble(
     """
     chosen = ensemble or Ensemble()
     require_members(chosen)
-    require_round(frame)
+    frame = rolling(frame)
     ground = as_pair(motion)
     shortening = shortenings(chosen, *contact_shortening)
     scales = draws(chosen)[:, 3]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Final, Self
+from typing import Final, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components import HorizontalPair
+from rockframe.components import BothDirections, HorizontalPair
 from rockframe.errors import ParameterError
+from rockframe.record import Orientation
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -88,12 +89,12 @@ class PairAcceleration:
         return samples
 
     @classmethod
-    def from_pair(cls, pair: HorizontalPair, *, vertical: bool = False) -> Self:
+    def from_pair(cls, pair: HorizontalPair | BothDirections, *, vertical: bool = False) -> Self:
         """Return the motion of a station; x is toward the azimuth of the first component.
 
         Parameters
         ----------
-        pair : HorizontalPair
+        pair : HorizontalPair or BothDirections
             Two components at right angles, corrected alike, and the vertical one.
         vertical : bool
             Include the vertical component.
@@ -116,7 +117,10 @@ class PairAcceleration:
             raise ParameterError(
                 f"Missing vertical component beside {pair.first.record_id!r}. State vertical=False."
             )
-        upwards = pair.vertical.acceleration if vertical and pair.vertical else None
+        upwards = None
+        if vertical and pair.vertical is not None:
+            downward = pair.vertical.orientation is Orientation.DOWNWARD
+            upwards = (-1.0 if downward else 1.0) * pair.vertical.acceleration
         one, other = pair.first, pair.second
         return cls(one.acceleration, other.acceleration, one.time_step, upwards)
 
@@ -197,11 +201,15 @@ def _direction(angle_degree: float) -> tuple[float, float]:
     return cosine, sine
 
 
-def as_pair(motion: PairAcceleration | HorizontalPair) -> PairAcceleration:
+#: A motion in both horizontal directions.
+PairMotion: TypeAlias = PairAcceleration | HorizontalPair | BothDirections
+
+
+def as_pair(motion: PairMotion) -> PairAcceleration:
     """Return the motion of a station, without its vertical component, as a `PairAcceleration`."""
-    if isinstance(motion, HorizontalPair):
+    if isinstance(motion, HorizontalPair | BothDirections):
         return PairAcceleration.from_pair(motion)
     if not isinstance(motion, PairAcceleration):  # such as a list, where types are not checked
-        known = "a PairAcceleration or a HorizontalPair"  # type: ignore[unreachable]
+        known = "a PairAcceleration, a HorizontalPair or BothDirections"  # type: ignore[unreachable]
         raise ParameterError(f"Invalid motion of type {type(motion).__name__}. Must be {known}.")
     return motion

@@ -30,7 +30,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.components import HorizontalPair
 from rockframe.errors import ParameterError, invalid
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown, history_dataset
@@ -39,7 +38,7 @@ from rockframe.rocking.response import ties_of
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wobbling import kernel
-from rockframe.wobbling.motion import PairAcceleration, as_pair
+from rockframe.wobbling.motion import PairAcceleration, PairMotion, as_pair
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -155,7 +154,7 @@ class WobblingResponse(Shown):
 
 def wobble(
     frame: RockingFrame,
-    motion: PairAcceleration | HorizontalPair,
+    motion: PairMotion,
     *,
     contact_shortening: float = SHORTENING,
     start: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
@@ -168,7 +167,7 @@ def wobble(
         Frame or column of circular section, with tendons or without. `width` and `top_width` are
         diameters; the inertia ratio is that of the section, as `inertia_ratio_of`, `tapered` and
         `hollow` return.
-    motion : PairAcceleration or HorizontalPair
+    motion : PairAcceleration, HorizontalPair or BothDirections
         The ground motion; of a pair, both horizontal components.
     contact_shortening : float
         Shortening of the contact under the weight [m]: the softer the contact, the farther from
@@ -205,7 +204,7 @@ def wobble(
     >>> response.verdict.label, round(response.peak_rotation_ratio, 3)
     ('stands', 0.467)
     """
-    require_round(frame)
+    frame = rolling(frame)
     ground = as_pair(motion)
     require_no_flight(ground)
     states = np.zeros((ground.x.size, 4))  # at rest they are not stored
@@ -358,8 +357,8 @@ def require_no_flight(ground: PairAcceleration, scale: float = 1.0) -> None:
         )
 
 
-def require_round(frame: RockingFrame) -> None:
-    """Require circular columns, and no part that the model lacks.
+def rolling(frame: RockingFrame) -> RockingFrame:
+    """Return the frame with its section for both directions, which must be circular.
 
     Raises
     ------
@@ -381,6 +380,7 @@ def require_round(frame: RockingFrame) -> None:
             f"Invalid frame {frame.name!r} with {name}, for both directions of the ground motion. "
             "Remove them, or respond in one plane."
         )
+    frame = frame.in_both_directions
     if frame.column_section != "circular":
         section = frame.column_section or "unknown"
         raise ParameterError(
@@ -389,6 +389,7 @@ def require_round(frame: RockingFrame) -> None:
         )
     axial_inertia(frame)
     ties_of(frame)
+    return frame
 
 
 def _state(start: Sequence[float]) -> Float:
