@@ -113,3 +113,67 @@ def test_shared_files_are_named_one_by_one() -> None:
             assert not (taken and ("shared_" + "records" in line or "peer_" + "records" in line)), (
                 f"{path}: {line.strip()}"
             )
+
+
+#: Compiled kernels: a class or a call for each part would cost time, so that arrays are arguments.
+KERNELS = ("rocking/kernels/", "oscillators/kernel.py", "wobbling/kernel.py", "unequal/kernel.py")
+#: Lines of other files above 600, and why.
+LONG_FILES = {
+    "matching/search.py": "the search on the grid, and its refinement from the same arrays",
+    "provenance.py": "hashes, and whole files and folders, which take their names from them",
+    "report/page.py": "the page's data, in the order of the page",
+    "results/response.py": "writing and reading of one file",
+    "results/screen_tables.py": "the tables of one screening",
+}
+#: Functions of other files with more than 40 lines: sequences that are read from top to bottom.
+LONG_BODIES = {
+    *("cli/run.py run_run", "cli/run.py run_status", "cli/shipped.py run_table1"),
+    *("cli/stages/compare.py run_compare", "cli/stages/respond.py add_respond"),
+    *("cli/stages/respond.py run_respond", "cli/stages/select.py _show"),
+    *("figures/fragility.py draw_fragility", "figures/histories.py draw_comparison"),
+    *("figures/joints.py draw_phase_portrait", "figures/margins.py draw_stability_map"),
+    *("figures/pulses.py draw_scalogram", "figures/spectra.py draw_drift_by_size"),
+    *("ingest/formats/cosmos/reader.py _record", "ingest/formats/esm.py read"),
+    *("ingest/formats/unam.py _record", "quantities/__init__.py _at_joint"),
+    *("report/page.py payload", "results/fragility_models.py fragility_model"),
+    *("rocking/response.py respond", "stages/ingest.py ingest_stage"),
+}
+#: Functions of other files with more than 8 arguments: stages, and the dimensions of a bridge.
+MANY_ARGUMENTS = {
+    *("ingest/parsing/samples.py require_printed_peak", "results/screen.py write_screening"),
+    *("rivals.py from_columns", "stages/compare.py compare_stage", "stages/ingest.py ingest_stage"),
+    *("stages/respond.py respond_stage", "stages/screen.py screen_stage"),
+}
+
+
+def body_lines(function: ast.FunctionDef) -> int:
+    """Return the number of lines of a function without its head and docstring."""
+    body = function.body[1:] if ast.get_docstring(function) is not None else function.body
+    return (body[-1].end_lineno or 0) - body[0].lineno + 1 if body else 0
+
+
+def argument_count(function: ast.FunctionDef) -> int:
+    """Return the number of arguments of a function besides `self` and `cls`."""
+    arguments = function.args
+    names = [one.arg for one in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+    return len(names) - (names[:1] in (["self"], ["cls"]))
+
+
+def test_files_and_functions_are_small() -> None:
+    """Rule 3 of CONTRIBUTING: 600 lines a file, 40 a body, 8 arguments; exceptions are listed, and
+    leave the list when they are no longer needed.
+    """
+    package = REPOSITORY / "pipeline" / "rockframe"
+    files, bodies, arguments = set(), set(), set()
+    for path in sorted(package.rglob("*.py")):
+        name, text = path.relative_to(package).as_posix(), path.read_text(encoding="utf-8")
+        if name.startswith(KERNELS):
+            continue
+        files |= {name} if len(text.splitlines()) > 600 else set()
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef):
+                bodies |= {f"{name} {node.name}"} if body_lines(node) > 40 else set()
+                arguments |= {f"{name} {node.name}"} if argument_count(node) > 8 else set()
+    assert files == set(LONG_FILES)
+    assert bodies == LONG_BODIES
+    assert arguments == MANY_ARGUMENTS

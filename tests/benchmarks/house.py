@@ -27,6 +27,7 @@ from typing import Any
 from unittest.mock import patch
 
 from tests.benchmarks.size import sized
+from tests.commands import commands, options_of
 
 PACKAGE = Path(__file__).resolve().parents[2] / "pipeline" / "rockframe"
 #: A folder with more modules than this counts as wide.
@@ -36,6 +37,9 @@ RECORDS = PACKAGE.parents[1] / "records" / "ridgecrest2019" / "Ridgecrest2019-CC
 #: Stages and a figure whose places are counted.
 STAGES = ("rocking_spectrum", "compare")
 FIGURE = "joints"
+#: A quantity and a kind of structure whose files are counted.
+QUANTITY = "peak_tendon_ratio"
+STRUCTURE = "isolated_deck"
 #: A study without figures, surrogates and margins.
 STUDY = f"""
 name = "house"
@@ -276,6 +280,12 @@ def help_time(runs: int) -> float:
     return min(took)
 
 
+def option_count() -> int:
+    """Return the number of options of all commands, besides ``--help``."""
+    options = (action for name in commands() for action in options_of(name))
+    return sum(bool(one.option_strings) and one.dest != "help" for one in options)
+
+
 def show_code(paths: Sequence[Path]) -> None:
     """Print what is counted in the code as it stands."""
     texts = [path.read_text(encoding="utf-8") for path in paths]
@@ -298,10 +308,13 @@ def show_code(paths: Sequence[Path]) -> None:
     for stage in STAGES:
         print(f"files that name the stage {stage}: {modules_naming(texts, stage)}")
     print(f"files that the figure {FIGURE} passes: {layers_of_figure(texts, FIGURE)}")
+    print(f"files that name the quantity {QUANTITY}: {modules_naming(texts, QUANTITY)}")
+    print(f"files that name the structure {STRUCTURE}: {modules_naming(texts, STRUCTURE)}")
 
 
 def show_runs(folder: Path) -> None:
     """Print what is counted while commands run."""
+    print(f"options of all commands: {option_count()}")
     (folder / "house.toml").write_text(STUDY, encoding="utf-8")
     study = ("run", str(folder / "house.toml"), "--output", str(folder / "run"))
     hashed(*study)

@@ -7,7 +7,6 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from decimal import Decimal
 from pathlib import Path
 from typing import Final
 
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from rockframe.cells import decimal, table_lines
 from rockframe.errors import InputError
 from rockframe.risk.hazard import HazardCurve
+from rockframe.risk.hazard_points import RATE, Points, curve_of, rounding_of
 from rockframe.risk.measures import (
     COLUMNS,
     MEASURES,
@@ -31,20 +31,8 @@ Float = NDArray[np.float64]
 
 Lines = list[tuple[int, list[str]]]
 
-#: Column of the annual rates, and of probabilities in a number of years.
-_RATE: Final = "annual_rate"
+#: Column of probabilities in a number of years.
 _PROBABILITY: Final = re.compile(r"probability_in_(\d+(?:\.\d+)?)_years?")
-#: A curve contains probabilities if it starts between `_NEAR_ONE` and 1 and falls with a smaller
-#: power of the intensity than `_LEVEL`. Rates may level off too, but seldom just below 1 per year.
-_NEAR_ONE: Final = 0.9
-_LEVEL: Final = 0.5
-#: The largest accepted rate is once a year at `Measure.yearly`, and falls with this power of the
-#: intensity. It is several times the rate at the most active sites.
-_FALL: Final = 2.0
-_CONVERT: Final = (
-    "If these are probabilities in 50 years, name the column probability_in_50_years: they are "
-    "then converted"
-)
 #: Headings of the USGS hazard tools, in lower case.
 _USGS: Final = re.compile(r"annual (frequency|rate) of exceed[ae]nce", re.IGNORECASE)
 _GROUND_MOTION: Final = re.compile(r"ground motion \(g\)", re.IGNORECASE)
@@ -195,23 +183,6 @@ def _stated(file: Path) -> dict[str, str]:
     return {name: one[1] for name, one in found.items() if one and first.startswith("#")}
 
 
-@dataclass(frozen=True, eq=False)
-class _Points:
-    """Points of a curve in a file: intensities in the unit of the measure's column, and rates or
-    probabilities.
-
-    `years` is the time of the probabilities, or 0 for annual rates. `rounding` is half of the last
-    printed digit of each value.
-    """
-
-    measure: Measure
-    lines: Sequence[int]
-    intensity: Float
-    values: Float
-    years: float
-    rounding: Float
-
-
 def read_hazard(
     path: str | Path, site: Site | tuple[float, float] | None = None, kind: str | None = None
 ) -> HazardCurve:
@@ -250,10 +221,10 @@ def read_hazard(
     lines, header, comment = table_of(path)
     _refuse_other_files(path, lines, header)
     if "lon" in header and "lat" in header:
-        return _curve(path, *_at_site(path, lines, header, comment, wanted))
+        return curve_of(path, *_at_site(path, lines, header, comment, wanted))
     if wanted.place is not None or wanted.name:
         raise InputError(path, "has no sites to choose from. Do not state a site for it.")
-    return _curve(path, _of_two_columns(path, lines, header))
+    return curve_of(path, _of_two_columns(path, lines, header))
 
 
 def has_uniform_spectra(path: Path) -> bool:
@@ -424,7 +395,7 @@ def refuse_other_targets(path: Path, header: Sequence[str], line: int) -> None:
         raise InputError(path, f"contains {what}. {_EXPORT_SPECTRA}.", line=line)
 
 
-def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
+def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> Points:
     """Read a column of intensities and one of rates or probabilities."""
     line = lines[0][0] if lines else 1
     measures = [measure_of_column(name) for name in header]
@@ -435,30 +406,18 @@ def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> _Points:
     if len(header) != 2 or len(often) != 1 or len(strong) != 1:
         known = ", ".join((*COLUMNS, "sa_1s_g"))
         stated = ", ".join(header)[:_SHOWN] or "missing"
-        raise InputError(path, f"columns {stated}. Must be {_RATE} and one of {known}.", line=line)
+        raise InputError(path, f"columns {stated}. Must be {RATE} and one of {known}.", line=line)
     measure, years = measures[strong[0]], _years(header[often[0]])
     assert measure is not None  # noqa: S101  `strong` has only such columns
     rows = np.array([_numbers(path, row, at) for at, row in lines[1:]]).reshape(-1, 2)
-    return _Points(
+    return Points(
         measure,
         [at for at, _ in lines[1:]],
         rows[:, strong[0]],
         rows[:, often[0]],
         years or 0.0,
-        np.array([_rounding(row[often[0]]) for _, row in lines[1:]]),
+        np.array([rounding_of(row[often[0]]) for _, row in lines[1:]]),
     )
-
-
-def _rounding(text: str) -> float:
-    """Return half of the last digit of a number as printed.
-
-    Examples
-    --------
-    >>> _rounding("1.000000E+00"), _rounding("0.10")
-    (5e-07, 0.005)
-    """
-    digits = Decimal(text.strip()).as_tuple().exponent
-    return 0.5 * 10.0 ** int(digits)
 
 
 def _years(heading: str) -> float | None:
@@ -466,12 +425,12 @@ def _years(heading: str) -> float | None:
     stated = _PROBABILITY.fullmatch(heading)
     if stated:
         return float(stated[1]) or None
-    return 0.0 if heading == _RATE or _USGS.search(heading) else None
+    return 0.0 if heading == RATE or _USGS.search(heading) else None
 
 
 def _at_site(
     path: Path, lines: Lines, header: Sequence[str], comment: str, site: Site
-) -> tuple[_Points, str]:
+) -> tuple[Points, str]:
     """Read the row of a site from a table of OpenQuake (``poe-0.1``) or the USGS (``0.1``)."""
     imt, years = _IMT_OF.search(comment), 0.0
     measure = _measure_of(path, imt[1], 1) if imt else _named_by(path)
@@ -483,8 +442,8 @@ def _at_site(
     values = np.array([_cell(path, row, i, header[i], line) for i in found])
     unit = _VELOCITY if measure.name == "pgv" else 1.0  # m/s and g are the units of the columns
     levels = np.array([*found.values()]) * unit
-    rounding = np.array([_rounding(row[i]) for i in found])
-    return _Points(measure, [line] * len(found), levels, values, years, rounding), called
+    rounding = np.array([rounding_of(row[i]) for i in found])
+    return Points(measure, [line] * len(found), levels, values, years, rounding), called
 
 
 def _investigation_time(path: Path, comment: str, line: int) -> float:
@@ -584,128 +543,6 @@ def _named_by(path: Path) -> Measure:
         "does not state its measure. The name of the file or of its folder must contain PGA, PGV "
         "or SA1P0 (1.0 s).",
     )
-
-
-def _curve(path: Path, points: _Points, site: str = "") -> HazardCurve:
-    """Return the curve of rates, without points that have no information."""
-    measure, rates = points.measure, points.values
-    printed, note = points.intensity, ""
-    if points.years:
-        wrong = np.flatnonzero(~((rates >= 0.0) & (rates <= 1.0)))
-        if wrong.size:
-            message = f"probability {rates[wrong[0]]:g}. Must be from 0 to 1."
-            raise InputError(path, message, line=points.lines[wrong[0]])
-    kept = np.ones(rates.size, dtype=bool)
-    if points.years or len(set(points.lines)) < rates.size:  # written by a hazard program
-        rates, note = _bounded(points)
-        # of equal rates the largest intensity is kept
-        kept = (rates > 0.0) & np.isfinite(rates) & (np.append(rates[1:], -1.0) != rates)
-        if kept.sum() < 2:
-            raise InputError(
-                path,
-                f"{kept.sum()} different rates at this site. Must be two or more.",
-                line=points.lines[-1] if points.lines else 1,
-            )
-    for line, x, rate in zip(np.array(points.lines)[kept], printed[kept], rates[kept], strict=True):
-        _require_possible(path, int(line), measure, float(x), float(rate))
-    lines = np.array(points.lines, dtype=int)[kept]
-    _require_monotone(path, lines, measure.column, printed[kept], rates[kept])
-    if not points.years:
-        _refuse_probabilities(path, lines, np.stack([printed[kept], rates[kept]], axis=1))
-    return HazardCurve(measure.name, printed[kept] * measure.printed, rates[kept], site, note)
-
-
-def _bounded(points: _Points) -> tuple[Float, str]:
-    """Return the rates of points, and what is uncertain about them in words.
-
-    A probability of 1 has no rate, and one of 0 none above 0, but both are rounded. At the last 1
-    the rate is at least, and at the first 0 at most, the one that the printed digits leave: this
-    bound is used, unless a neighbour is beyond it. The other such points have no information (NaN).
-    """
-    values, what = points.values, "probability" if points.years else "rate"
-    bounds, notes = values.copy(), []
-    ones = np.flatnonzero((values == 1.0) & (points.years > 0.0))
-    zeros = np.flatnonzero(values == 0.0)
-    bounds[ones] = bounds[zeros] = math.nan
-    for ends, place, sign in ((ones, ones[-1:], -1.0), (zeros, zeros[:1], 1.0)):
-        for k in place:
-            bound = values[k] + sign * points.rounding[k]
-            neighbour = max(k - 1, 0) if sign > 0.0 else min(k + 1, values.size - 1)
-            beside = values[neighbour]
-            above, below = (bound, beside) if sign < 0.0 else (beside, bound)
-            used = above > below and ends.size < values.size
-            bounds[k] = bound if used else math.nan
-            at = f"{points.intensity[k]:g} {points.measure.unit}"
-            stated = f"{what} {values[k]:g} {'from' if sign > 0.0 else 'up to'} {at}"
-            rate = f"{float(_annual(bound, points.years)):.2g} a year is used there"
-            most = "most" if sign > 0.0 else "least"
-            bounded = f"{rate}, the {most} that the printed digits leave"
-            near = f"{points.intensity[neighbour]:g} {points.measure.unit}"
-            order, change = ("below", f"above {near} count as {near}")
-            if sign < 0.0:
-                order, change = ("above", f"below {near} are not counted")
-            leave = f"the printed digits leave a {what} not {order} that at {near}"
-            beyond = f"left out, because {leave}; motions {change}"
-            notes.append(f"{stated}: {bounded if used else beyond}")
-    return _annual(bounds, points.years), "; ".join(notes)
-
-
-def _annual(values: Float | float, years: float) -> Float:
-    """Return the annual rates of probabilities in a number of years; rates as they are."""
-    return np.asarray(-np.log1p(-np.asarray(values)) / years if years else values)
-
-
-def _require_monotone(
-    path: Path, lines: NDArray[np.int_], column: str, intensity: Float, rates: Float
-) -> None:
-    """Require two points or more, with increasing intensities and decreasing, positive rates."""
-    if rates.size < 2:
-        line = int(lines[-1]) if lines.size else 1
-        raise InputError(path, f"{rates.size} points. Must be two or more.", line=line)
-    for values, name, sign, must in (
-        (intensity, column, 1.0, "larger"),
-        (rates, _RATE, -1.0, "smaller"),
-    ):
-        wrong = np.flatnonzero(sign * np.diff(values) <= 0.0)
-        if wrong.size:
-            one, other = values[wrong[0] : wrong[0] + 2]
-            raise InputError(
-                path,
-                f"{name} {other:g} after {one:g}. Must be {must}.",
-                line=int(lines[wrong[0] + 1]),
-            )
-    if rates[-1] <= 0.0:
-        raise InputError(path, f"{_RATE} {rates[-1]:g}. Must be above 0.", line=int(lines[-1]))
-
-
-def _require_possible(
-    path: Path, line: int, measure: Measure, intensity: float, rate: float
-) -> None:
-    if not 0.0 < intensity <= measure.largest:
-        message = (
-            f"{measure.column} {intensity:g}. Must be above 0 and at most {measure.largest:g}."
-        )
-        raise InputError(path, message, line=line)
-    if rate * (intensity / measure.yearly) ** _FALL > 1.0:
-        most = (measure.yearly / intensity) ** _FALL
-        raise InputError(
-            path,
-            f"{_RATE} {rate:g} at {measure.column} {intensity:g}. Must be at most {most:.2g}: the "
-            f"most active sites have less. {_CONVERT}.",
-            line=line,
-        )
-
-
-def _refuse_probabilities(path: Path, lines: NDArray[np.int_], values: Float) -> None:
-    """Reject a curve that starts just below 1 and stays there."""
-    (weak, often), (strong, less) = values[:2]
-    if _NEAR_ONE <= often <= 1.0 and often / less < (strong / weak) ** _LEVEL:
-        raise InputError(
-            path,
-            f"{_RATE} {often:g}, then {less:g}: level near 1, as probabilities in many years are. "
-            f"Must be rates. {_CONVERT}.",
-            line=int(lines[1]),
-        )
 
 
 def _numbers(path: Path, row: list[str], line: int) -> list[float]:
