@@ -53,6 +53,17 @@ def measure(only: Sequence[str] = (), *, older: bool = False) -> dict[str, float
     jobs: dict[str, Callable[[], object]] = {
         "responses to records": lambda: rockframe.respond_many(records, frames, scales),
         "responses to a pulse": lambda: rockframe.respond_many([pulse], frames, 20 * [*scales]),
+        "spectra": lambda: [
+            rockframe.spectral_acceleration(
+                record.acceleration, record.time_step, np.geomspace(0.05, 5.0, 100)
+            )
+            for record in records
+        ],
+        "RotD of spectra": lambda: [
+            rockframe.rotd_spectral_acceleration(pair, period)
+            for pair in rockframe.pair_horizontals(records)[0]
+            for period in (0.05, 0.5, 2.0)
+        ],
         "margins": lambda: rockframe.margins(records, frames),
         "pulses": lambda: [rockframe.find_pulses(record) for record in records[:2]],
         "reading": lambda: [

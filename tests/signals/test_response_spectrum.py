@@ -6,12 +6,17 @@ import math
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 from scipy.signal import lsim
 
 from rockframe.errors import ParameterError
-from rockframe.signals.measures import housner_intensity, spectral_acceleration
+from rockframe.signals.measures import (
+    housner_intensity,
+    oscillator_peak,
+    oscillator_response,
+    spectral_acceleration,
+)
 from rockframe.signals.processing import peak
 
 STEP = 0.02
@@ -76,6 +81,22 @@ def test_the_peak_between_steps_is_found_to_five_in_100000() -> None:
         found = spectral_acceleration(noise, STEP, periods)
         same = spectral_acceleration(np.interp(finer, samples, noise), STEP / 16, periods)
         assert_allclose(found, same, rtol=5e-5)
+
+
+def test_a_spectrum_does_not_depend_on_the_other_periods_of_the_request() -> None:
+    """Oscillators with equal steps are computed together, 16 at a time."""
+    periods = np.geomspace(0.2 * STEP, 20.0, 53)
+    together = spectral_acceleration(NOISE, STEP, periods)
+    alone = [spectral_acceleration(NOISE, STEP, [period])[0] for period in periods.tolist()]
+    assert_array_equal(together, alone)
+    assert_array_equal(spectral_acceleration(NOISE, STEP, periods[::-1]), together[::-1])
+
+
+def test_a_spectrum_is_the_peak_of_each_response() -> None:
+    periods = np.geomspace(0.2 * STEP, 20.0, 33)
+    responses = [oscillator_response(NOISE, STEP, period) for period in periods.tolist()]
+    expected = [oscillator_peak(response) for response in responses]
+    assert_allclose(spectral_acceleration(NOISE, STEP, periods), expected, rtol=1e-12)
 
 
 def test_stiff_oscillators_move_with_the_ground() -> None:

@@ -94,9 +94,24 @@ class HorizontalPair:
         one, other = (
             (self.first.acceleration, self.second.acceleration) if series is None else series
         )
+        factors = self.factors(azimuths)
+        return np.outer(factors[:, 0], one) + np.outer(factors[:, 1], other)
+
+    def factors(self, azimuths: Iterable[float]) -> Float:
+        """Return the factors of both components in the motion toward each azimuth.
+
+        Parameters
+        ----------
+        azimuths : iterable of float
+            Azimuths, clockwise from north [degree].
+
+        Returns
+        -------
+        array, shape (azimuths, 2)
+        """
         toward = np.array(list(azimuths), dtype=np.float64)
-        return np.outer(_cosine(toward - self.first.azimuth), one) + np.outer(
-            _cosine(toward - self.second.azimuth), other
+        return np.stack(
+            [_cosine(toward - self.first.azimuth), _cosine(toward - self.second.azimuth)], axis=1
         )
 
 

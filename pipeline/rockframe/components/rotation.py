@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -14,7 +13,8 @@ from numpy.typing import NDArray
 from rockframe.components.pairing import HorizontalPair
 from rockframe.errors import ParameterError
 from rockframe.record import LONGEST_ID, Orientation, Record, within_length
-from rockframe.signals.measures import oscillator_peak, oscillator_response
+from rockframe.signals.measures import spectral_acceleration_toward
+from rockframe.signals.processing import peak
 
 Float = NDArray[np.float64]
 
@@ -114,6 +114,8 @@ def fault_components(pair: HorizontalPair, strike: float) -> tuple[Record, Recor
 HALF_TURN: Final = tuple(float(azimuth) for azimuth in range(180))
 #: Number of azimuths that are rotated at a time, to limit memory.
 _TOGETHER: Final = 16
+#: Number of directions whose peaks are computed first.
+_FEW: Final = 12
 
 
 @dataclass(frozen=True)
@@ -201,14 +203,29 @@ def rotd(
         else transform(record.acceleration, record.time_step)
         for record in (pair.first, pair.second)
     ]
-    values: list[float] = []
-    for start in range(0, toward.size, _TOGETHER):
-        rotated = pair.toward(toward[start : start + _TOGETHER], components)
-        if measure is None:
-            values += np.abs(rotated).max(axis=1).tolist()
-        else:
-            values += [measure(series) for series in rotated]
+    if measure is None:
+        components, measure = _strong(components, pair.factors(toward)), peak
+    values = [
+        measure(series)
+        for start in range(0, toward.size, _TOGETHER)
+        for series in pair.toward(toward[start : start + _TOGETHER], components)
+    ]
     return Sweep(toward, np.array(values))
+
+
+def _strong(components: Sequence[Float], factors: Float) -> list[Float]:
+    """Return the samples of two components that can be the largest toward any direction.
+
+    A sample cannot if it is smaller than the least of the peaks over directions. That is at least
+    the least over all directions of the largest of a few samples: those largest toward some.
+    """
+    few = factors[:: max(1, len(factors) // _FEW)]
+    both = np.array(components)
+    furthest = both[:, np.abs(few @ both).argmax(axis=1)]
+    least = np.abs(factors @ furthest).max(axis=1).min()
+    size = np.hypot(*both) * np.hypot(*factors.T).max()
+    kept = ~(size < (1.0 - 1e-9) * least)  # true of NaN
+    return [series[kept] for series in both]
 
 
 def rotd_spectral_acceleration(
@@ -242,5 +259,9 @@ def rotd_spectral_acceleration(
     >>> print(f"{sweep.percentile(100):.3f} m/s2 toward {sweep.strongest_azimuth:g} degrees")
     0.247 m/s2 toward 45 degrees
     """
-    response = partial(oscillator_response, period=period, damping=damping)
-    return rotd(pair, transform=response, measure=oscillator_peak)
+    toward = np.array(HALF_TURN)
+    components = [pair.first.acceleration, pair.second.acceleration]
+    values = spectral_acceleration_toward(
+        components, pair.first.time_step, period, pair.factors(toward), damping=damping
+    )
+    return Sweep(toward, values)

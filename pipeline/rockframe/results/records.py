@@ -22,6 +22,7 @@ from rockframe.components import (
     rotd_spectral_acceleration,
 )
 from rockframe.components import rotd as rotd_of
+from rockframe.engines.engine import on_threads
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.record import Orientation, Part, Record
 from rockframe.results.reading import opened
@@ -223,7 +224,7 @@ def _rotd_of(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, Any]:
 
 
 def _rotd_of_spectra(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, list[float]]:
-    sweeps = [rotd_spectral_acceleration(pair, period) for period in periods]
+    sweeps = on_threads(partial(rotd_spectral_acceleration, pair), periods)
     return {
         name: [sweep.percentile(share) for sweep in sweeps]
         for name, share in zip(_ROTD_OF_SPECTRA, (50, 100), strict=True)

@@ -9,7 +9,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.signals.loops import through_oscillator
+from rockframe.signals.loops import (
+    AFTER,
+    BEFORE,
+    DISPLACEMENT,
+    FREE,
+    LANES,
+    LARGEST,
+    PHASE,
+    ROWS,
+    largest_displacements,
+    largest_toward,
+    orbit_of_oscillator,
+    through_oscillator,
+)
 from rockframe.signals.processing import Float, integrate, peak
 from rockframe.units import GRAVITY
 
@@ -166,12 +179,52 @@ def spectral_acceleration(
     [1.854]
     """
     natural = np.atleast_1d(np.asarray(periods, dtype=np.float64))
-    return np.array(
-        [
-            oscillator_peak(oscillator_response(acceleration, time_step, period, damping=damping))
-            for period in natural.tolist()
-        ]
-    )
+    return _largest_of_oscillators(acceleration, time_step, natural, damping, _PARTS)
+
+
+def spectral_acceleration_toward(
+    components: ArrayLike,
+    time_step: float,
+    period: float,
+    directions: ArrayLike,
+    *,
+    damping: float = 0.05,
+) -> Float:
+    """Return the pseudo-spectral acceleration of a motion toward each direction [m s-2].
+
+    Parameters
+    ----------
+    components : array_like, shape (2, samples)
+        Two components of the ground acceleration [m s-2], linear between samples.
+    time_step, damping
+        As in `spectral_acceleration`.
+    period : float
+        Period T of the oscillator [s].
+    directions : array_like, shape (directions, 2)
+        The motion toward a direction is the sum of the two components times these factors [1].
+
+    Raises
+    ------
+    ParameterError
+        As in `spectral_acceleration`.
+
+    Examples
+    --------
+    >>> north, east = np.ones(2000), np.zeros(2000)
+    >>> toward = [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]]
+    >>> spectral_acceleration_toward([north, east], 0.001, 0.5, toward).round(3).tolist()
+    [1.854, 0.927, 0.0]
+    """
+    _require_oscillator(time_step, period, damping)
+    ground = np.ascontiguousarray(components, dtype=np.float64)
+    toward = np.ascontiguousarray(directions, dtype=np.float64)
+    parts, rest = _steps_of(time_step, period, _PARTS)
+    phase = 2.0 * math.pi * (time_step / parts) / period
+    free, before, after = (factors[0] for factors in _step_factors(np.array([phase]), damping))
+    path = orbit_of_oscillator(free, before, after, ground, parts, rest)
+    if not np.isfinite(path[:, -1]).all():
+        return np.full(toward.shape[0], math.nan)
+    return largest_toward(path, phase, toward)
 
 
 def oscillator_response(
@@ -211,17 +264,15 @@ def oscillator_response(
     >>> oscillator_response([0.0, 1.0], 0.1, 1.0).shape
     (90,)
     """
-    for label, value in (("period", period), ("time step", time_step), ("damping", damping)):
-        if not 0.0 < value < (1.0 if label == "damping" else math.inf):
-            raise ParameterError(f"Invalid {label} {value:g}. Must be above 0 and finite.")
+    _require_oscillator(time_step, period, damping)
     ground = np.asarray(acceleration, dtype=np.float64)
-    parts = max(parts, math.ceil(_STEPS * time_step / period))
-    rest = math.ceil(period / time_step)
+    parts, rest = _steps_of(time_step, period, parts)
     at = np.arange((ground.size - 1) * parts + 1) / parts
     finer = np.interp(at, np.arange(ground.size), ground)
-    angle = 2.0 * math.pi * (time_step / parts) / period
-    x, v = _oscillation(angle, damping, finer, rest * parts)
-    return np.concatenate((x, angle * v))
+    phase = 2.0 * math.pi * (time_step / parts) / period
+    free, before, after = (factors[0] for factors in _step_factors(np.array([phase]), damping))
+    x, v = through_oscillator(free, before, after, finer, rest)
+    return np.concatenate((x, phase * v))
 
 
 def oscillator_peak(response: Float) -> float:
@@ -274,12 +325,9 @@ def housner_intensity(acceleration: ArrayLike, time_step: float) -> float:
     >>> print(f"{housner_intensity(np.r_[0.0, np.ones(9)], 0.1):.3f}")
     0.887
     """
-    largest = [
-        # One step between samples is enough for these periods, and takes a third of the time.
-        oscillator_peak(oscillator_response(acceleration, time_step, period, parts=1))
-        for period in _HOUSNER.tolist()
-    ]
-    return float(np.trapezoid(np.array(largest) * _HOUSNER / (2.0 * math.pi), _HOUSNER))
+    # One step between samples is enough for these periods, and takes a third of the time.
+    largest = _largest_of_oscillators(acceleration, time_step, _HOUSNER, 0.05, parts=1)
+    return float(np.trapezoid(largest * _HOUSNER / (2.0 * math.pi), _HOUSNER))
 
 
 def clipped_samples(acceleration: Float) -> int:
@@ -368,30 +416,78 @@ def _longest_run(flags: NDArray[np.bool_]) -> int:
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
-def _oscillation(angle: float, damping: float, ground: Float, steps: int) -> Float:
-    """Return w^2 x and its derivative by the phase w t, under piecewise linear ground acceleration.
+def _require_oscillator(time_step: float, period: float, damping: float) -> None:
+    for label, value in (("period", period), ("time step", time_step), ("damping", damping)):
+        if not 0.0 < value < (1.0 if label == "damping" else math.inf):
+            raise ParameterError(f"Invalid {label} {value:g}. Must be above 0 and finite.")
 
-    The oscillator is at rest at the first sample.
+
+def _steps_of(time_step: float, period: float, parts: int) -> tuple[int, int]:
+    """Return the number of steps between samples, and of those in a period after the last one."""
+    parts = max(parts, math.ceil(_STEPS * time_step / period))
+    return parts, math.ceil(period / time_step) * parts
+
+
+def _largest_of_oscillators(
+    acceleration: ArrayLike, time_step: float, periods: Float, damping: float, parts: int
+) -> Float:
+    """Return (2 pi / T)^2 max |x| at each period [m s-2], with at least `parts` steps between two
+    samples.
+    """
+    for period in periods.tolist():
+        _require_oscillator(time_step, period, damping)
+    ground = np.ascontiguousarray(acceleration, dtype=np.float64)
+    steps = [_steps_of(time_step, period, parts) for period in periods.tolist()]
+    largest = np.empty(periods.size)
+    for number in {number for number, _ in steps}:
+        alike = [k for k, (other, _) in enumerate(steps) if other == number]
+        phases = 2.0 * math.pi * (time_step / number) / periods[alike]
+        free, before, after = _step_factors(phases, damping)
+        for start in range(0, len(alike), LANES):
+            chosen = alike[start : start + LANES]
+            lanes, rows = slice(0, len(chosen)), slice(start, start + len(chosen))
+            block = np.zeros((ROWS, LANES))
+            block[FREE:BEFORE, lanes] = free[rows].reshape(-1, 4).T
+            block[BEFORE:AFTER, lanes] = before[rows].T
+            block[AFTER:PHASE, lanes] = after[rows].T
+            block[PHASE, lanes] = phases[rows]
+            largest_displacements(block, ground, number, max(steps[k][1] for k in chosen))
+            ended = np.isfinite(block[DISPLACEMENT, lanes])
+            largest[chosen] = np.where(ended, block[LARGEST, lanes], math.nan)
+    return largest
+
+
+def _step_factors(phases: Float, damping: float) -> tuple[Float, Float, Float]:
+    """Return the factors of a step of oscillators, see `through_oscillator`.
+
+    The state is (2 pi / T)^2 x and its derivative by the phase.
 
     Parameters
     ----------
-    angle : float
+    phases : array, shape (oscillators,)
         Phase w h of the free oscillation per step h [rad], at most 2 pi / `_STEPS`.
     damping : float
         Share of critical damping [1].
-    ground : array, shape (samples,)
-        Ground acceleration at each step [m s-2].
-    steps : int
-        Number of steps of free vibration after the last sample.
+
+    Returns
+    -------
+    free : array, shape (oscillators, 2, 2)
+    before, after : array, shape (oscillators, 2)
     """
-    system = angle * np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
-    # sums over k of system^k / (k + j)!, for j = 0 (free motion), 1 (constant ground), 2 (slope)
-    powers = [np.eye(2)]
+    system = np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
+    powers = np.cumprod(np.vstack([np.ones_like(phases), *[phases] * _TERMS]), axis=0)
+    matrices = [np.eye(2)]
     for _ in range(_TERMS):
-        powers.append(powers[-1] @ system)
+        matrices.append(matrices[-1] @ system)
+    # series of the matrix times the phase: that of the exponential for free motion, and those of
+    # its first two integrals for constant and for growing ground acceleration
     free, constant, slope = (
-        np.sum([power / math.factorial(k + j) for k, power in enumerate(powers)], axis=0)
+        np.einsum(
+            "kn,kab->nab",
+            powers,
+            [matrix / math.factorial(k + j) for k, matrix in enumerate(matrices)],
+        )
         for j in range(3)
     )
-    after, both = (-angle * of[:, 1] for of in (slope, constant))
-    return through_oscillator(free, both - after, after, ground, steps)
+    after, both = (-phases[:, None] * of[:, :, 1] for of in (slope, constant))
+    return free, both - after, after

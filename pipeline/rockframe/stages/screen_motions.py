@@ -22,6 +22,7 @@ from rockframe.components import (
     rotd_spectral_acceleration,
     vertical_beside,
 )
+from rockframe.engines.engine import on_threads
 from rockframe.errors import ParameterError
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
@@ -188,12 +189,14 @@ class Motions:
             if share in _SHARES:
                 for period in self._periods if quantity == "sa" else (0.0,):
                     wanted[quantity, period].append(share)
+        sweeps: list[Sweep] = []
+        if pair is not None:
+            sweeps = on_threads(lambda quantity: _sweep(pair, *quantity), list(wanted))
         found: dict[str, float] = {}
-        for (quantity, period), shares in wanted.items():
-            sweep = None if pair is None else _sweep(pair, quantity, period)
+        for number, ((quantity, period), shares) in enumerate(wanted.items()):
             for share in shares:
                 name = spectral(period, share).name if period else f"{quantity}_{share}"
-                found[name] = math.nan if sweep is None else sweep.percentile(_SHARES[share])
+                found[name] = sweeps[number].percentile(_SHARES[share]) if sweeps else math.nan
         return found
 
     def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None, site: str) -> str:
