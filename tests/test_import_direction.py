@@ -27,6 +27,7 @@ FLOORS = (
     {"outcome"},
     {"ingest", "fetch", "components", "matching", "rocking", "risk"},
     {"oscillators", "selection", "web", "wobbling"},
+    {"structures"},
     {"results"},
     {"figures", "report", "paper"},
     {"stages"},

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from numbers import Real
-from typing import Final, Self, cast
+from typing import ClassVar, Final, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -143,6 +143,8 @@ class RockingFrame:
     >>> round(bent.restitution, 3)
     0.947
     """
+
+    kind: ClassVar[str] = "rocking"
 
     height: float
     width: float

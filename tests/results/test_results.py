@@ -219,7 +219,7 @@ def test_every_variable_explains_itself(response_path: Path) -> None:
         assert bare["row_size"].attrs["sample_dimension"] == "obs"
         assert bare["record_id"].attrs["cf_role"] == "timeseries_id"
         meanings = bare["verdict"].attrs["flag_meanings"].split()
-        assert meanings == ["no_uplift", "stands", "overturns"]
+        assert meanings == ["no_uplift", "stands", "overturns", "not_computed"]
 
 
 def test_every_variable_is_compressed_and_checksummed(response_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import ParameterError, require_known
@@ -14,9 +14,10 @@ from rockframe.options.respond import RespondOptions
 from rockframe.record import Record
 from rockframe.results.reading import indexed
 from rockframe.results.response import responses_dataset
-from rockframe.rocking import GroundAcceleration, Response, as_ground
+from rockframe.rocking import GroundAcceleration, as_ground
 from rockframe.rocking.response import require_some
 from rockframe.stages.respond import ResponseTask, answer_task
+from rockframe.structures.contract import Structure
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
@@ -37,22 +38,22 @@ class Assessment(Shown):
     ----------
     motions : mapping of str to Record, Pulse or GroundAcceleration
         The motions by name.
-    responses : mapping of str to tuple of Response
+    responses : mapping of str to tuple of responses
         Responses to each motion, in the order of the structures.
     options : RespondOptions
         What was computed.
     """
 
     motions: Mapping[str, Motion]
-    responses: Mapping[str, tuple[Response, ...]]
+    responses: Mapping[str, tuple[Any, ...]]
     options: RespondOptions
 
     @property
-    def structures(self) -> tuple[RockingFrame, ...]:
+    def structures(self) -> tuple[Structure, ...]:
         """The structures."""
-        return tuple(response.frame for response in next(iter(self.responses.values())))
+        return tuple(response.structure for response in next(iter(self.responses.values())))
 
-    def sel(self, *, record: str | None = None, structure: str | None = None) -> Response:
+    def sel(self, *, record: str | None = None, structure: str | None = None) -> Any:
         """Return the response of a structure to a motion.
 
         Parameters
@@ -69,7 +70,7 @@ class Assessment(Shown):
         motion = _only("record", record, list(self.responses))
         return self.responses[motion][names.index(_only("structure", structure, names))]
 
-    def __iter__(self) -> Iterator[tuple[str, Response]]:
+    def __iter__(self) -> Iterator[tuple[str, Any]]:
         """Yield the name of the motion and the response, structures of a motion in their order."""
         return ((name, one) for name, responses in self.responses.items() for one in responses)
 
@@ -90,11 +91,12 @@ class Assessment(Shown):
     def _lines(self) -> Iterator[tuple[str, str, str]]:
         """Yield motion, structure, and the verdict in words with its share and margin."""
         for name, response in self:
-            ensemble, words = response.ensemble, response.spread_verdict.sentence
+            ensemble, verdict = response.ensemble, response.spread_verdict
             stated = (
                 f"{ensemble.overturned} of {ensemble.members} overturn" if ensemble else "nominal"
             )
-            yield name, f"{response.frame.name} ", f"{words} ({stated})"
+            words = f"{verdict.sentence} ({stated})" if verdict.is_computed else verdict.sentence
+            yield name, f"{response.structure.name} ", words
 
     def facts(self) -> dict[str, str]:
         """Return the verdict of each motion and structure, for the table in notebooks."""
@@ -194,12 +196,12 @@ def assess(
             uncertain={},
             parts={name: motion.parts} if isinstance(motion, Record) and motion.parts else {},
             pulses={name: pulses[name]} if pulses and name in pulses else {},
-            frames=tuple(frames),
+            structures=tuple(frames),
             options=options,
         )
         for name, motion in named.items()
     ]
-    found: dict[str, tuple[Response, ...]] = {}
+    found: dict[str, tuple[Any, ...]] = {}
     for answers in map_tasks(answer_task, tasks, engine=engine):
         for name, responses, reason in answers:
             if responses is None:

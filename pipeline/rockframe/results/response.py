@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, Final, Unpack
+from typing import Any, Final, Self, Unpack
 
 import numpy as np
 import xarray as xr
@@ -48,11 +50,11 @@ from rockframe.rocking import (
     ToPulse,
     correlation_by_chance,
 )
-from rockframe.rocking.response import Response
 from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum
 from rockframe.rocking.spectra.scan import OverturningSpectrum, islands
 from rockframe.rocking.verdict import Strip, Verdict, strip_of
+from rockframe.structures.contract import Structure, StructureResponse
 
 _HISTORIES: Final = ("theta", "u", "v")
 _ENVELOPES: Final = tuple(one.name for one in ENVELOPES)
@@ -63,13 +65,17 @@ _PARTS: Final = (
 )
 
 
+#: Column of the rank correlations between spreads and peaks.
+_CORRELATIONS: Final = "correlations"
+
+
 #: Those that are kept as arrays.
 _AS_ARRAYS: Final = ("ensemble", "contact", "forces", "force_bands")
 
 
 def write_responses(
-    answers: Iterable[tuple[str, Sequence[Response]]],
-    frames: Sequence[RockingFrame],
+    answers: Iterable[tuple[str, Sequence[StructureResponse]]],
+    structures: Sequence[Structure],
     path: Path,
     *,
     batch: str = "",
@@ -82,9 +88,9 @@ def write_responses(
     Parameters
     ----------
     answers : iterable of (str, sequence of Response)
-        For each record, its identifier and the responses in the order of the frames. Responses
+        For each record, its identifier and the responses in the order of the structures. Responses
         without nodes have no history in the file. If the iterable raises an error, no file is left.
-    frames : sequence of RockingFrame
+    structures : sequence of Structure
         At least one, with different names.
     path : Path
         The file to write; an older file is replaced.
@@ -103,12 +109,12 @@ def write_responses(
     """
     stated = origin["parameters"]
     rows = (response_row(name, responses, stated) for name, responses in answers)
-    return write_response_rows(rows, frames, path, batch=batch, motions=motions, **origin)
+    return write_response_rows(rows, structures, path, batch=batch, motions=motions, **origin)
 
 
 def write_response_rows(
     rows: Iterable[WrittenRow],
-    frames: Sequence[RockingFrame],
+    structures: Sequence[Structure],
     path: Path,
     *,
     batch: str = "",
@@ -117,13 +123,13 @@ def write_response_rows(
 ) -> xr.Dataset:
     """Write what `response_row` returned for each record; the rest is as for `write_responses`."""
     pulses = bool(origin["parameters"].get("pulses"))
-    complete = partial(_complete, frames=frames, pulses=pulses, motions=motions)
+    complete = partial(_complete, structures=structures, pulses=pulses, motions=motions)
     return write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
 
 
 def responses_dataset(
-    answers: Mapping[str, Sequence[Response]],
-    frames: Sequence[RockingFrame],
+    answers: Mapping[str, Sequence[StructureResponse]],
+    structures: Sequence[Structure],
     *,
     pulses: bool = False,
     motions: int = 0,
@@ -133,8 +139,8 @@ def responses_dataset(
     Parameters
     ----------
     answers : mapping of str to sequence of Response
-        For each record, the responses in the order of the frames.
-    frames : sequence of RockingFrame
+        For each record, the responses in the order of the structures.
+    structures : sequence of Structure
         At least one, with different names.
     pulses : bool
         Include the responses to the pulses alone.
@@ -143,19 +149,19 @@ def responses_dataset(
     """
     rows = [_values(name, responses) for name, responses in answers.items()]
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    made = RESPONSE_NC.dataset(_complete(columns, frames, pulses, motions))
+    made = RESPONSE_NC.dataset(_complete(columns, structures, pulses, motions))
     return made.assign_attrs(rockframe_kind=RESPONSE_NC.name)
 
 
 def response_row(
-    name: str, responses: Sequence[Response], parameters: Mapping[str, Any]
+    name: str, responses: Sequence[StructureResponse], parameters: Mapping[str, Any]
 ) -> WrittenRow:
     """Return the histories and the other values of a record; workers do, which is less to send."""
     names = _HISTORIES + (_ENVELOPES if _has_envelopes(parameters) else ())
     return _histories(responses, names), _values(name, responses)
 
 
-def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:
+def _values(name: str, responses: Sequence[StructureResponse]) -> dict[str, Any]:
     """Return the values of a record by the names of the objects that hold them in its responses."""
     return {
         "record_id": name,
@@ -163,22 +169,22 @@ def _values(name: str, responses: Sequence[Response]) -> dict[str, Any]:
         "history": [response.time.size > 0 for response in responses],
         **RESPONSE_NC.arrays(RESPONSE_NC.filled("response", list(responses))),
         **{part: _of_part(part, responses) for part in _PARTS},
+        _CORRELATIONS: _Correlations.of([response.ensemble for response in responses]),
     }
 
 
-def _of_part(part: str, responses: Sequence[Response]) -> Any:
+def _of_part(part: str, responses: Sequence[StructureResponse]) -> Any:
     """Return a part of the responses to a record: its objects, or as arrays, which need a tenth of
-    their memory; None if a response lacks it.
+    their memory; None if no response has it.
     """
-    found = [getattr(response, part) for response in responses]
+    found = [getattr(response, part, None) for response in responses]
     if part == "to_pulse":
         return RESPONSE_NC.arrays(to_pulse_values([found]))
     if part not in _AS_ARRAYS:
         return found
-    if None in found:
+    if all(one is None for one in found):
         return None
-    beside = _sensitivity([found]) if part == "ensemble" else {}
-    return RESPONSE_NC.arrays(RESPONSE_NC.filled(part, [found]) | beside)
+    return RESPONSE_NC.arrays(RESPONSE_NC.filled(part, [found]))
 
 
 def _has_envelopes(parameters: Mapping[str, Any]) -> bool:
@@ -187,7 +193,7 @@ def _has_envelopes(parameters: Mapping[str, Any]) -> bool:
 
 
 def _histories(
-    responses: Sequence[Response], names: Sequence[str]
+    responses: Sequence[StructureResponse], names: Sequence[str]
 ) -> dict[str, NDArray[np.float64]]:
     """Return the histories of the frames under one record; NaN if they are not kept."""
     time = max((response.time for response in responses), key=len)
@@ -196,61 +202,98 @@ def _histories(
         series[name] = np.full((len(responses), time.size), np.nan)
         for row, response in zip(series[name], responses, strict=True):
             if response.time.size:
-                row[:] = getattr(response, name)
+                row[:] = getattr(response, name, math.nan)
     return series
 
 
 def _complete(
     columns: Mapping[str, list[Any]],
-    frames: Sequence[RockingFrame],
+    structures: Sequence[Structure],
     pulses: bool,
     motions: int,
 ) -> dict[str, Any]:
     """Return the values of all variables except the histories."""
-    values = dict[str, Any]((key, one) for key, one in columns.items() if key not in _PARTS)
-    if all(frame.abutment is None for frame in frames):
+    beside = (*_PARTS, _CORRELATIONS)
+    values = dict[str, Any]((key, one) for key, one in columns.items() if key not in beside)
+    if all(getattr(structure, "abutment", None) is None for structure in structures):
         values = {name: column for name, column in values.items() if name not in ABUTMENT}
-    values |= RESPONSE_NC.filled("frame", list(frames))
-    before = [frame.before_crushing for frame in frames]
+    values |= RESPONSE_NC.filled("frame", list(structures))
+    before = [getattr(structure, "before_crushing", None) for structure in structures]
     if any(before):
         values |= RESPONSE_NC.filled("before_crushing", before)
-    values["structure"] = [frame.name for frame in frames]
+    values["structure"] = [structure.name for structure in structures]
     if pulses:
         values |= RESPONSE_NC.joined(columns["to_pulse"])
-    if all(margin is not None for row in columns["margin"] for margin in row):
+    if not any(reason for row in columns["not_computed"] for reason in row):
+        del values["not_computed"]
+    if any(margin is not None for row in columns["margin"] for margin in row):
         values |= margin_values(columns["margin"])
     for part in _AS_ARRAYS:
-        if all(row is not None for row in columns[part]):
-            values |= RESPONSE_NC.joined(columns[part])
+        if any(row is not None for row in columns[part]):
+            values |= _joined(part, columns[part], len(structures))
             values |= {"quantile": [*QUANTILES]} if part == "ensemble" else {}
+    values |= _sensitivity(columns[_CORRELATIONS])
     if motions:
         values |= _part_values(columns["parts"], motions)
-    if any(frame.restrained for frame in frames):
+    if any(getattr(structure, "restrained", False) for structure in structures):
         values |= RESPONSE_NC.filled("restraint", columns["restraint"])
     return values
 
 
-def _part_values(rows: Sequence[Sequence[Sequence[PartResponse]]], motions: int) -> dict[str, Any]:
+def _joined(part: str, rows: Sequence[Mapping[str, Any] | None], structures: int) -> dict[str, Any]:
+    """Return a part of the responses to all records; unknown where a record does not have it."""
+    unknown = RESPONSE_NC.arrays(RESPONSE_NC.filled(part, [[None] * structures]))
+    return RESPONSE_NC.joined([row if row is not None else unknown for row in rows])
+
+
+def _part_values(
+    rows: Sequence[Sequence[Sequence[PartResponse] | None]], motions: int
+) -> dict[str, Any]:
     """Return the values of the motions of sequences; NaN beyond those of a record."""
     shape = len(rows), len(rows[0]), motions
     found = {name: np.full(shape, np.nan) for name in RESPONSE_NC.filled("part", None)}
     for i, k in np.ndindex(*shape[:2]):
-        for j, part in enumerate(rows[i][k]):
+        for j, part in enumerate(rows[i][k] or ()):
             for name, value in RESPONSE_NC.filled("part", part).items():
                 found[name][i, k, j] = value
-    return {"parts": ["; ".join(str(one.part) for one in row[0]) for row in rows], **found}
+    stated = [next(filter(None, row), ()) for row in rows]
+    return {"parts": ["; ".join(str(one.part) for one in parts) for parts in stated], **found}
 
 
-def _sensitivity(rows: Sequence[Sequence[EnsembleResponse]]) -> dict[str, Any]:
-    """Return the values of the variables of sensitivity; none if all spreads are switched off."""
-    spreads = list(rows[0][0].rank_correlations)
-    chance = correlation_by_chance(rows[0][0].members)
-    found = {
+@dataclass(frozen=True)
+class _Correlations:
+    """Number of members of the ensembles of a record, and their rank correlations.
+
+    The names of the spreads are those of all its structures; structures without a spread have NaN.
+    """
+
+    members: int
+    spreads: tuple[str, ...]
+    values: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, ensembles: Sequence[EnsembleResponse | None]) -> Self:
+        each = [{} if one is None else one.rank_correlations for one in ensembles]
+        spreads = tuple(dict.fromkeys(name for of in each for name in of))
+        rows = [[of.get(name, math.nan) for name in spreads] for of in each]
+        members = max((one.members for one in ensembles if one is not None), default=0)
+        return cls(members, spreads, np.array(rows).reshape(len(each), len(spreads)))
+
+
+def _sensitivity(records: Sequence[_Correlations]) -> dict[str, Any]:
+    """Return the values of the variables of sensitivity; none without a spread."""
+    spreads = [*dict.fromkeys(name for record in records for name in record.spreads)]
+    if not spreads:
+        return {}
+    values = np.full((len(records), len(records[0].values), len(spreads)), math.nan)
+    for row, record in zip(values, records, strict=True):
+        row[:, [spreads.index(name) for name in record.spreads]] = record.values
+    chance = correlation_by_chance(max(record.members for record in records))
+    return {
         "spread": spreads,
-        "rank_correlation": [[list(one.rank_correlations.values()) for one in row] for row in rows],
+        "rank_correlation": values,
         "rank_correlation_by_chance": [chance] * len(spreads),
     }
-    return found if spreads else {}
 
 
 class ResponseFile:
@@ -364,31 +407,31 @@ def to_pulse_values(rows: list[list[ToPulse | None]]) -> dict[str, Any]:
     """Return the values by variable, (records, structures); rows have None without a pulse."""
     values = RESPONSE_NC.filled("to_pulse", rows)
     values["verdict_to_pulse"] = [
-        [FateUnderPulse.NO_PULSE if fate is None else fate for fate in row]
-        for row in values["verdict_to_pulse"]
+        [FateUnderPulse.NO_PULSE if one is None else one.verdict for one in row] for row in rows
     ]
     return values
 
 
-def margin_values(margins: list[list[Margin]]) -> dict[str, Any]:
+def margin_values(margins: list[list[Margin | None]]) -> dict[str, Any]:
     """Return the values of margins by variable, from those of the structures of each record."""
     islands = np.full((len(margins), len(margins[0]), ISLANDS, 2), np.nan)
     for i, row in enumerate(margins):
         for k, margin in enumerate(row):
-            kept = np.array(margin.islands[:ISLANDS]).reshape(-1, 2)
+            kept = np.array(margin.islands[:ISLANDS] if margin else ()).reshape(-1, 2)
             islands[i, k, : len(kept)] = kept
-    robust = [[margin.robust for margin in row] for row in margins]
+    robust = [[margin and margin.robust for margin in row] for row in margins]
+    searched = [[margin.largest_scale for margin in row if margin] for row in margins]
     return {
         **RESPONSE_NC.filled("margin", margins),
-        **(RESPONSE_NC.filled("robust", robust) if robust[0][0] else {}),
-        "largest_scale": [row[0].largest_scale for row in margins],
+        **(RESPONSE_NC.filled("robust", robust) if any(map(any, robust)) else {}),
+        "largest_scale": [max(row, default=math.nan) for row in searched],
         "safe_island_start": islands[..., 0],
         "safe_island_width": islands[..., 1] - islands[..., 0],
     }
 
 
 def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str, str], Strip]:
-    """Return the strips by record and structure; empty if the file has no margins."""
+    """Return the strips of computed responses by record and structure; empty without margins."""
     if "critical_scale" not in response:
         return {}
     names = [str(name) for name in response["record_id"].values]
@@ -399,6 +442,7 @@ def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str,
     robust = [name for name in ROBUST if name in response and "scale" in name]
     some = {name: response[name].isel(record=rows).values for name in (*wanted, *robust)}
     start, width = some["safe_island_start"], some["safe_island_width"]
+    verdicts = response["verdict"].values
     return {
         (names[row], structure): strip_of(
             float(some["critical_scale"][i, k]),
@@ -413,6 +457,7 @@ def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str,
         )
         for i, row in enumerate(rows)
         for k, structure in enumerate(structures)
+        if verdicts[row, k] != Verdict.NOT_COMPUTED
     }
 
 

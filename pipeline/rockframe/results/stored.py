@@ -37,6 +37,8 @@ _MAGIC: Final = (b"\x89HDF", b"CDF")
 _PACKED: Final = ("scale_factor", "add_offset", "missing_value", "_Unsigned")
 #: Kinds of NumPy types that are allowed for each declared type.
 _TYPES: Final = {"text": "SO", "flags": "iu", "integers": "iu", "numbers": "fiu"}
+#: Attributes of flags.
+_FLAGS: Final = ("flag_values", "flag_masks", "flag_meanings")
 #: Largest compression ratio that netCDF can reach.
 _MOST_COMPRESSED: Final = 1032
 #: Number of values that are checked at once.
@@ -294,10 +296,16 @@ class Stored:
             raise InputError(path, f"{what} in {self._stated!r}. Must be in {self.units!r}.")
         meanings = str(self.stored_attrs.get("flag_meanings", ""))
         former = meanings != "" and meanings == one.former_meanings
-        for name in () if former else ("flag_values", "flag_masks", "flag_meanings"):
+        for name in () if former or self._fewer_flags else _FLAGS:
             stated, must_be = self.stored_attrs.get(name, ()), self.attrs.get(name, ())
             if name in self.stored_attrs and not np.array_equal(stated, must_be):
                 raise InputError(path, f"{what} with {name} {stated}. Must be {must_be}.")
+
+    @property
+    def _fewer_flags(self) -> bool:
+        """True if some of the declared flags are stated, as in files of earlier versions."""
+        stated, declared = (_flags(attrs) for attrs in (self.stored_attrs, self.attrs))
+        return bool(stated) and stated.items() <= declared.items()
 
     @property
     def is_checked(self) -> bool:
@@ -339,6 +347,13 @@ class Stored:
         rest = (slice(None),) * (len(self.shape) - 1)
         for k in range(0, self.shape[0], rows):
             yield self.read((slice(k, k + rows), *rest))
+
+
+def _flags(attrs: Mapping[str, Any]) -> dict[str, int]:
+    """Return the values of flags by their meanings; none if there is not one for each."""
+    values = np.atleast_1d(attrs.get("flag_values", ())).tolist()
+    meanings = str(attrs.get("flag_meanings", "")).split()
+    return dict(zip(meanings, values, strict=True)) if len(meanings) == len(values) else {}
 
 
 def _joined(characters: NDArray[np.bytes_]) -> NDArray[np.object_]:

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-
 Float = NDArray[np.float64]
 
 #: Largest moment of ties over that of gravity. The stronger the ties, the smaller the kernel's
@@ -323,6 +322,11 @@ class Response(Shown):
             peak_rotation_ratio=self.peak_rotation_ratio,
             impacts=self.impacts,
         )
+
+    @property
+    def structure(self) -> RockingFrame:
+        """The frame."""
+        return self.frame
 
     @property
     def spread_verdict(self) -> SpreadVerdict:

@@ -67,6 +67,7 @@ class Verdict(IntEnum):
     NO_UPLIFT = kernels.NO_UPLIFT
     STANDS = kernels.STANDS
     OVERTURNS = kernels.OVERTURNS
+    NOT_COMPUTED = 4  # files of earlier versions have "undecided" as 3
 
     def __str__(self) -> str:
         return self.name
@@ -81,18 +82,23 @@ class Verdict(IntEnum):
         Examples
         --------
         >>> [outcome.label for outcome in Verdict]
-        ['no uplift', 'stands', 'overturns']
+        ['no uplift', 'stands', 'overturns', 'not computed']
         """
         return self.name.lower().replace("_", " ")
 
 
+#: Outcomes of responses that are computed.
+COMPUTED: Final = (Verdict.NO_UPLIFT, Verdict.STANDS, Verdict.OVERTURNS)
+
+
 class VerdictKind(StrEnum):
-    """Kinds of verdicts, in the order of the share that overturns."""
+    """Kinds of verdicts, in the order of the share that overturns; not computed is the last."""
 
     NO_UPLIFT = "no_uplift"
     STANDS = "stands"
     MAY_OVERTURN = "may_overturn"
     OVERTURNS = "overturns"
+    NOT_COMPUTED = "not_computed"
 
     @property
     def label(self) -> str:
@@ -201,12 +207,17 @@ class SpreadVerdict:
         return self.nominal is Verdict.OVERTURNS
 
     @property
+    def is_computed(self) -> bool:
+        """True unless the response was not computed, which is neither safe nor unsafe."""
+        return self.nominal is not Verdict.NOT_COMPUTED
+
+    @property
     def danger(self) -> float:
         """Position of the colour from safe, 0, to overturning, 1.
 
         Half of it is the share that overturns. The other half grows as the margin falls from 2 to
         1. A margin beyond the largest scale that was searched counts as this scale, and one that is
-        not known as 1.5.
+        not known as 1.5. NaN if the response was not computed.
 
         Examples
         --------
@@ -214,6 +225,8 @@ class SpreadVerdict:
         ...     2) for share, scale in ((0.0, 3.0), (0.02, 1.06), (0.31, 0.8), (1.0, 0.4))]
         [0.0, 0.48, 0.66, 1.0]
         """
+        if not self.is_computed:
+            return math.nan
         share = float(self.overturns) if self.is_nominal else self.share_overturned
         scale = self.critical_scale if self.robust_scale is None else self.robust_scale
         if scale is not None and math.isnan(scale):

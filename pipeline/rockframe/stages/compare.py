@@ -36,7 +36,7 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
-from rockframe.stages.respond import require_possible
+from rockframe.structures.contract import require_possible
 from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
 from rockframe.study.toml import line_of, read_text
 
@@ -154,7 +154,8 @@ def foresee_compare(options: CompareEntry, structures: Sequence[StructureEntry])
     for entry in structures:
         found.append(_next_rivals(found, entry, options))
     models = [model for rivals in found for model in rivals.models.values()]
-    require_possible(options.ensemble, (one for one in models if isinstance(one, RockingFrame)))
+    frames = [model for model in models if isinstance(model, RockingFrame)]
+    require_possible(frames, options.ensemble)
     for model in models if options.ensemble.members else ():
         if not isinstance(model, RockingFrame):
             bridge_members(options.ensemble, model)

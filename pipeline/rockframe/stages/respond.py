@@ -15,7 +15,7 @@ from rockframe.components import vertical_beside
 from rockframe.engines.engine import Engine, map_tasks, on_threads
 from rockframe.errors import ParameterError, RockframeWarning, require_known
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import Ensemble, RespondOptions
+from rockframe.options.respond import RespondOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
 from rockframe.quantities import PEAKS
@@ -36,23 +36,11 @@ from rockframe.results.writing import input_hash
 from rockframe.rocking import (
     EnsembleResponse,
     GroundAcceleration,
-    Histories,
-    Response,
     Versions,
     as_ground,
-    chosen_ensemble,
     ensemble_responses,
-    members,
     not_at_rest,
-    part_responses,
-    require_motion,
     respond,
-    ties_of,
-    with_contact,
-    with_envelope,
-    with_forces,
-    with_margins,
-    with_pulse,
 )
 from rockframe.stages.common import (
     WHOLE,
@@ -64,6 +52,14 @@ from rockframe.stages.common import (
     horizontal,
     silent,
     unseen,
+)
+from rockframe.structures.contract import (
+    Shaking,
+    Structure,
+    StructureResponse,
+    ensembles_of_each,
+    require_possible,
+    respond_each,
 )
 from rockframe.study.structures import SHIPPED_STRUCTURES, StructureEntry, read_structures
 from rockframe.wavelets.pulse import Pulse
@@ -95,7 +91,7 @@ class ResponseTask:
     uncertain: Mapping[str, Uncertain]
     parts: Mapping[str, tuple[Part, ...]]
     pulses: Mapping[str, Pulse]
-    frames: tuple[RockingFrame, ...]
+    structures: tuple[Structure, ...]
     options: RespondOptions
 
 
@@ -154,7 +150,7 @@ def respond_stage(
     beside = [Path(pulses_path)] if pulses_path else []
     refuse_overwriting([output], [records_path, structures_path, *beside])
     frames = choose_structures(structures_path, options.structure)
-    require_possible(options.ensemble, frames)
+    require_possible(frames, options.ensemble)
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
@@ -188,25 +184,10 @@ def foresee_respond(options: RespondOptions, structures: Sequence[StructureEntry
     lose least in impacts are tried with their members, because these are impossible first.
     """
     frames = made_structures(structures, options.structure)
-    for frame in frames:
-        ties_of(frame)
+    require_possible(frames, None)
     stoutest = sorted(frames, key=lambda frame: -frame.slenderness)[:_TRIED]
     bounciest = sorted(frames, key=lambda frame: -frame.restitution)[:_TRIED]
-    require_possible(options.ensemble, dict.fromkeys([*stoutest, *bounciest]))
-
-
-def require_possible(ensemble: Ensemble, frames: Iterable[RockingFrame]) -> None:
-    """Require structures, and members of an ensemble of each, that the kernel can compute.
-
-    Raises
-    ------
-    ParameterError
-        If there is another one.
-    """
-    for frame in frames:
-        ties_of(frame)
-        if ensemble.members:
-            members(ensemble, frame)
+    require_possible([*dict.fromkeys([*stoutest, *bounciest])], options.ensemble)
 
 
 def _warn_of_motion(response: xr.Dataset) -> None:
@@ -290,63 +271,53 @@ def _rows(task: ResponseTask) -> list[tuple[str, WrittenRow | None, str]]:
     ]
 
 
-def answer_task(task: ResponseTask) -> list[tuple[str, list[Response] | None, str]]:
+def answer_task(task: ResponseTask) -> list[tuple[str, list[StructureResponse] | None, str]]:
     """Return the responses to each record, or the reason why it is rejected.
 
     Margins take most of the time and run in threads, because the kernel releases the GIL.
     """
+    ensemble = task.options.ensemble
     several = {
-        name: made_of.versions(task.options.ensemble, task.motions[name])
+        name: made_of.versions(ensemble, task.motions[name])
         for name, made_of in task.uncertain.items()
     }
     answers = on_threads(partial(_answer_one, task, several), list(task.motions))
-    known = [name for name, responses, _ in answers if responses]
-    if not (known and task.options.ensemble.members):
+    names = [name for name, responses, _ in answers if responses]
+    if not (names and ensemble.members):
         return answers
-    motions = [task.motions[name] for name in known]
-    versions = [several.get(name) for name in known]
-    rows = ensemble_responses(motions, task.frames, task.options.ensemble, versions)
-    found = dict(zip(known, rows, strict=True))
+    motions = [task.motions[name] for name in names]
+    versions = [several.get(name) for name in names]
+    rows = ensembles_of_each(task.structures, motions, ensemble, versions)
+    of_name = dict(zip(names, rows, strict=True))
     return [
-        (name, responses and _with_ensembles(responses, found[name]), reason)
+        (name, responses and _with_ensembles(responses, of_name[name]), reason)
         for name, responses, reason in answers
     ]
 
 
 def _with_ensembles(
-    responses: Sequence[Response], found: Sequence[EnsembleResponse]
-) -> list[Response]:
-    return [replace(response, ensemble=one) for response, one in zip(responses, found, strict=True)]
+    responses: Sequence[StructureResponse], ensembles: Sequence[EnsembleResponse | None]
+) -> list[StructureResponse]:
+    return [
+        replace(response, ensemble=ensemble)  # type: ignore[type-var]  # rule 6 of the contract
+        for response, ensemble in zip(responses, ensembles, strict=True)
+    ]
 
 
 def _answer_one(
     task: ResponseTask, several: Mapping[str, Versions], name: str
-) -> tuple[str, list[Response] | None, str]:
+) -> tuple[str, list[StructureResponse] | None, str]:
+    shaking = Shaking(
+        task.motions[name],
+        task.options,
+        task.parts.get(name, ()),
+        task.pulses.get(name),
+        several.get(name),
+    )
     try:
-        motion = as_ground(task.motions[name])
-        require_motion(task.options.ensemble, motion)
-        responses = [with_contact(respond(frame, motion), motion) for frame in task.frames]
-        if name in task.parts:
-            parts = task.parts[name]
-            responses = [replace(one, parts=part_responses(one, parts)) for one in responses]
-        if name in task.pulses:
-            responses = [with_pulse(response, task.pulses[name]) for response in responses]
-        if task.options.margins != "none":
-            responses = with_margins(responses, motion, chosen_ensemble(task.options))
-        if task.options.forces:
-            beside = (motion, task.options.ensemble, several.get(name))
-            responses = [with_forces(one, *beside) for one in responses]
+        return name, respond_each(task.structures, shaking), ""
     except ParameterError as error:
         return name, None, str(error)
-    histories = Histories(task.options.histories)
-    kept = [histories.keep(response) for response in responses]
-    ensemble = chosen_ensemble(task.options)
-    if ensemble is not None:
-        versions = several.get(name)
-        kept = [
-            with_envelope(one, motion, ensemble, versions) if one.time.size else one for one in kept
-        ]
-    return name, kept, ""
 
 
 def scaled_rows(

@@ -54,7 +54,8 @@ from rockframe.risk import (
     shares_at_most,
 )
 from rockframe.risk.fragility import Curve, limited_in
-from rockframe.rocking import Design, Verdict, quantiles
+from rockframe.rocking import Design, quantiles
+from rockframe.rocking.verdict import COMPUTED
 from rockframe.stages.common import NamedFigure, Progress, Written, silent, unseen
 from rockframe.stages.respond import choose_structures, made_structures
 from rockframe.stages.screen_batches import ScreeningRequest, ScreeningRun
@@ -154,7 +155,7 @@ def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, 
         "mean_rank": ranks.mean(axis=1),
         "level": LEVELS,
         **SCREEN_NC.filled("band", bands),
-        "verdict_count": np.stack([(run.verdicts == k).sum(axis=0) for k in Verdict], axis=-1),
+        "verdict_count": np.stack([(run.verdicts == k).sum(axis=0) for k in COMPUTED], axis=-1),
         "outcome": OUTCOMES,
         "members": run.members,
         "quantile": [*QUANTILES],

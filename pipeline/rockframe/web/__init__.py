@@ -167,7 +167,8 @@ _LEAST: Final = 1.2
 
 
 def tone(verdict: SpreadVerdict) -> str:
-    """Return the class of a verdict's colour in the style sheets, one of eleven by its danger.
+    """Return the class of a verdict's colour in the style sheets, one of eleven by its danger, or
+    that of responses that were not computed.
 
     Examples
     --------
@@ -175,7 +176,7 @@ def tone(verdict: SpreadVerdict) -> str:
     >>> tone(SpreadVerdict(Verdict.STANDS, share_overturned=0.02, robust_scale=1.06))
     'tone-5'
     """
-    return f"tone-{round(10.0 * verdict.danger)}"
+    return f"tone-{round(10.0 * verdict.danger)}" if verdict.is_computed else "toneless"
 
 
 #: Classes of the parts of a strip: below the scale of 10 %, and above those of 10, 25 and 50 %.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum, IntFlag
 from functools import cache, cached_property
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -110,10 +110,30 @@ class Variable:
         # the fast path does not ask if the array is one of Dask, which would import Dask
         return xr.Variable(self.dims, self.array(data), self.described(units), fastpath=True)
 
+    @property
+    def unknown(self) -> Any:
+        """The value in place of one that is not there; a row of NaN for quantiles."""
+        if self.holds == "numbers":
+            return (math.nan,) * 3 if self.dims[-1:] == ("quantile",) else math.nan
+        return "" if self.holds == "text" else 0
+
+    def value_of(self, thing: object) -> Any:
+        """Return the value that an object has, or the unknown one; None is an object without any.
+
+        Examples
+        --------
+        >>> Variable("peak_u", "record", float, "m", "largest |u|").value_of(None)
+        nan
+        """
+        for name in self.attribute.split("."):
+            thing = getattr(thing, name, None)
+        return self.unknown if thing is None else thing
+
     def array(self, data: Any) -> NDArray[Any]:
         """Return values as an array of the type in the file."""
         if self.holds == "text":
-            return np.array([str(one) for one in data] if self.dims else data, dtype=object)
+            texts = np.array(data, dtype=object)
+            return np.array([str(one) for one in texts.flat], dtype=object).reshape(texts.shape)
         return np.asarray(data, dtype=np.int8 if self.holds == "flags" else self.dtype)
 
 
@@ -161,7 +181,7 @@ class FileKind:
     def filled(self, source: str, thing: object) -> dict[str, Any]:
         """Return the value of each variable, read from the attributes of an object.
 
-        For a list of objects, each value is a list.
+        For a list of objects, each value is a list. What an object does not have is unknown.
 
         Examples
         --------
@@ -174,7 +194,7 @@ class FileKind:
             rows = [self.filled(source, one) for one in thing]
             return {name: [row[name] for row in rows] for name in rows[0]}
         return {
-            one.name: None if thing is None else attrgetter(one.attribute)(thing)
+            one.name: one.value_of(thing)
             for one in self.variables
             if one.source.split(".")[0] == source
         }

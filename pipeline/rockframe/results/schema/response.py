@@ -18,7 +18,7 @@ from rockframe.risk import FURTHER, MEASURES, POOLED, Outcome
 from rockframe.rocking import DIMENSIONS
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
 from rockframe.rocking.margins.first_overturning import EDGE_TOLERANCE
-from rockframe.rocking.verdict import ModelEnd, Verdict
+from rockframe.rocking.verdict import COMPUTED, ModelEnd, Verdict
 from rockframe.wavelets.family import SHAPES, WAVELETS
 
 
@@ -267,6 +267,9 @@ RESPONSE_NC: Final = FileKind(
         Variable("row_size", "record", np.int64, "1", "number of samples of the record", attrs={"sample_dimension": "obs"}),
         Variable("verdict", "record structure", Verdict, "1", "nominal verdict: outcome of the structure and the motion as given", "response", former_meanings=FORMER_VERDICTS),
         Variable("history", "record structure", _Kept, "1", "whether the history is in the file"),
+        *optional("not computed",
+            Variable("not_computed", "record structure", str, "1", "why the response was not computed; empty if it was", "response.reason"),
+        ),
         *peaks("record structure", "response"),
         Variable("uplift_time", "record structure", float, "s", "time of the first uplift", "response"),
         Variable("overturning_time", "record structure", float, "s", "time at which |theta| reaches pi/2", "response"),
@@ -402,7 +405,7 @@ ROCKING_SPECTRUM_NC: Final = FileKind(
 
 
 #: Outcomes with counts.
-OUTCOMES: Final = tuple(outcome.name.lower() for outcome in Verdict)
+OUTCOMES: Final = tuple(outcome.name.lower() for outcome in COMPUTED)
 
 # fmt: off
 _DISTANCES: Final = ("epicentral_distance", "distance_rrup", "distance_rjb", "distance_hypocentral")

@@ -92,6 +92,11 @@ def standing(row: Cells, key: str) -> float | str:
     return verdict.label if verdict is Verdict.OVERTURNS else number(row[key])
 
 
+def is_computed(row: Cells) -> bool:
+    """Return False for a response that was not computed, which is neither safe nor unsafe."""
+    return Verdict[row["verdict"].upper()] is not Verdict.NOT_COMPUTED
+
+
 def magnitude_words(row: Cells, key: str) -> str:
     """Return a magnitude with the decimals that it was stated with, one at least and two at most.
 

@@ -21,6 +21,7 @@ from rockframe.results.tables.rows import (
     Row,
     band_words,
     critical_scale,
+    is_computed,
     peak_words,
     share_words,
     spread_verdict,
@@ -52,6 +53,8 @@ def share_overturned(row: Cells) -> float:
     1.0
     """
     share = number(row.get("share_overturned"))
+    if not is_computed(row):
+        return math.nan
     return float(_fell(row)) if math.isnan(share) else share
 
 
@@ -142,7 +145,7 @@ def severity(row: Cells) -> tuple[float, float, float]:
     """Return the key that sorts rows, the most severe first.
 
     The share that overturns decides, then the largest rotation (the median of the ensemble, if
-    there is one), then the margin.
+    there is one), then the margin. Responses that were not computed are the last.
 
     Examples
     --------
@@ -153,8 +156,11 @@ def severity(row: Cells) -> tuple[float, float, float]:
     margin = _margin(row)
     if math.isnan(margin):  # beyond the largest scale that was searched
         margin = number(row.get(_SEARCHED[_margin_of(row)]))
+    if not is_computed(row):
+        return math.inf, math.inf, math.inf
     rotation = _peak(QUANTITIES["peak_rotation_ratio"], row)
-    return -share_overturned(row), -rotation, math.inf if math.isnan(margin) else margin
+    most = 0.0 if math.isnan(rotation) else -rotation
+    return -share_overturned(row), most, math.inf if math.isnan(margin) else margin
 
 
 #: Largest number of records that are named for a reason, and of reasons that are stated.
@@ -297,13 +303,15 @@ class Summary:
         alike = all(one.names == each[0].names for one in each)
         groups = [each] if alike and each else [[one] for one in each]
         found = [row for group in groups for row in _rows_of_group(group, known)]
+        some = any(one.not_computed for one in each)  # only then there is a column
         return [
             row
             | {
                 "left_out": len(left_out or {}),
                 "left_out_words": left_out_words(left_out or {}, row["records"]),
             }
-            for row in found
+            | ({"not_computed": one.not_computed} if some else {})
+            for row, one in zip(found, each, strict=True)
         ]
 
 
@@ -328,8 +336,12 @@ class _OverRecords:
         self._drifts_of_uplifted = array("d")
         self._model_ends, self._largest_share_ends = 0, 0.0
         self._implausible: list[str] = []
+        self.not_computed = 0
 
     def include(self, row: Cells) -> None:
+        if not is_computed(row):
+            self.not_computed += 1
+            return
         verdict, severe = spread_verdict(row), severity(row)
         self.names.append(row["record_id"])
         self.shares.append(share_overturned(row))
@@ -407,6 +419,9 @@ def mean_shares_of(
     place: dict[Hashable, int] = {}
     keys = (recordings.get(name, name) for name in records)
     clusters = [place.setdefault(key, len(place)) for key in keys]
+    if not clusters:
+        names = [f"share_overturned{end}" for end in ("", "_low", "_high")]
+        return [dict.fromkeys(names, math.nan) for _ in shares]
     found = mean_shares((np.reshape(one, (-1, 1)) for one in shares), clusters=clusters)
     ends = [{"": one.share, "_low": one.low, "_high": one.high} for one in found]
     return [
@@ -502,6 +517,11 @@ def summary_notes(rows: Sequence[Cells]) -> list[str]:
             notes.append(
                 f"{name} uplifts under {uplifted} of {records} records, with a median drift {words}"
                 "; the others count as 0 cm."
+            )
+        if missing := int(row.get("not_computed") or 0):
+            notes.append(
+                f"{name}: not computed under {missing} of {records + missing} records, which are "
+                "in no number here."
             )
         if ends := int(row.get("model_ends") or 0):
             share = 100.0 * number(row["largest_share_model_ends"])

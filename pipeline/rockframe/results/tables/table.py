@@ -51,6 +51,8 @@ _COLUMNS: Final = (
     "model_end",
     *OF_BANDS,
 )
+#: Columns that only some files have.
+_SOME: Final = ("not_computed",)
 #: Columns of a record and columns of a response, with their variables.
 _OF_RECORD: Final = columns_of(
     "record_id event station component source_file facts_source magnitude",
@@ -71,7 +73,7 @@ _OF_RESPONSE: Final = columns_of(
     "restitution restitution_before_crushing",
     *(f"{name}_s={name}" for name in MODEL_ENDS),
     *SHARES,
-    "model_end",
+    "model_end not_computed",
     *(f"{column}={variable}" for column, variable in OF_BANDS.items()),
 )
 _NO_PULSE: Final[Row] = {
@@ -136,8 +138,9 @@ def _table_rows(
             "record": short if named[short] == 1 else name,
             "pulse_p_value": pulse["p_value"],
         }
-        forces = dict.fromkeys(FORCE_CELLS) if FORCE_CELLS[0] in answer else {}
-        yield {column: row[column] for column in dict.fromkeys(_COLUMNS) | forces}
+        further = [*_SOME] if "not_computed" in response else []
+        further += FORCE_CELLS if FORCE_CELLS[0] in answer else []
+        yield {column: row[column] for column in (*_COLUMNS, *further)}
 
 
 @contextmanager
@@ -197,8 +200,11 @@ def _response_rows(responses: xr.Dataset) -> Iterator[Row]:
     """Yield the rows of a block of records."""
     rows, robust = rows_along(responses, "record structure", _OF_RESPONSE), ROBUST[0] in responses
     for row, forces in zip(rows, force_cells(responses), strict=False):
+        verdict = spread_verdict(row)
+        if not verdict.is_computed:
+            row["largest_scale"] = math.nan  # no scale was searched
         searched = row["largest_scale"] if robust else math.nan
-        words = spread_verdict(row).words
+        words = verdict.words
         yield row | {"verdict_words": words, "largest_robust_scale": searched} | forces
 
 
