@@ -10,7 +10,7 @@ import tracemalloc
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import netCDF4
 import numpy as np
@@ -20,9 +20,11 @@ from tests.cli.test_verify import restated
 from tests.commands import run
 
 from rockframe.errors import InputError
+from rockframe.results import stored
 from rockframe.results.reading import opened
 from rockframe.results.records import open_records
 from rockframe.results.schema import KINDS, Variable
+from rockframe.results.stored import open_netcdf
 
 #: For each declared unit, an equivalent one and how many of it make one declared unit.
 OTHER_UNITS: Final = {
@@ -501,6 +503,32 @@ def test_of_the_files_of_a_run_too(
     assert status == (1 if verb == "verify" else 2)
     assert f"{folder / name}: variable " in message
     assert "Traceback" not in message
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems refuse to open such a file")
+@pytest.mark.parametrize("mode", ["r", "a"])
+def test_a_lock_that_ends_soon_is_waited_for(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: Literal["r", "a"]
+) -> None:
+    """A process that is just starting holds the locks of this one until its own program begins: a
+    run that had closed records.nc could not open it again.
+    """
+    path = tmp_path / "records.nc"
+    shutil.copy(made / "records.nc", path)
+    fcntl = pytest.importorskip("fcntl", reason="the system has no such locks")
+    pauses = []
+    with path.open("rb") as stream:
+        fcntl.flock(stream, fcntl.LOCK_EX)
+
+        def pause(_seconds: float) -> None:
+            pauses.append(mode)
+            if len(pauses) == 3:
+                fcntl.flock(stream, fcntl.LOCK_UN)
+
+        monkeypatch.setattr(stored, "sleep", pause)
+        with open_netcdf(path, mode) as file:
+            assert file.variables
+    assert len(pauses) == 3
 
 
 @pytest.mark.skipif(os.name != "posix", reason="other systems refuse to open such a file")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,7 +14,7 @@ import xarray as xr
 from xarray.core import indexing
 
 from rockframe.errors import require_known
-from rockframe.results.stored import Stored, kind_of, opened_file
+from rockframe.results.stored import Stored, kind_of, opened_file, unlocked
 
 #: Parts of xarray that read on demand; its documentation names most of them.
 _INTERNALS: Final = (
@@ -53,7 +54,7 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
 @contextmanager
 def _shared(path: Path) -> Iterator[tuple[netCDF4.Dataset, Any]]:
     """Open a file beside others that the caller reads by xarray."""
-    store = xr.backends.NetCDF4DataStore.open(str(path))  # type: ignore[no-untyped-call]
+    store = unlocked(path, "r", partial(xr.backends.NetCDF4DataStore.open, str(path)))
     try:
         yield store.ds, store.lock
     finally:

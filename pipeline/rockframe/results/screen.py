@@ -14,7 +14,6 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -26,7 +25,7 @@ from rockframe.quantities import OF_SCENARIO
 from rockframe.results.reading import opened, positions
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import SCREEN_NC
-from rockframe.results.stored import CHUNK
+from rockframe.results.stored import CHUNK, open_netcdf
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import (
     as_os_error,
@@ -135,7 +134,7 @@ def _filling(
 ) -> Iterator[Callable[[int, Scenario], None]]:
     """Yield a function that writes the scenarios of one motion."""
     width = min(sizes["scale"], CHUNK)
-    file = netCDF4.Dataset(partial, "w", format="NETCDF4")
+    file = open_netcdf(partial, "w")
     try:
         for dimension, size in sizes.items():
             file.createDimension(dimension, size)

@@ -14,7 +14,8 @@ from enum import IntFlag
 from functools import cached_property, reduce
 from operator import or_
 from pathlib import Path
-from typing import Any, Final
+from time import monotonic, sleep
+from typing import Any, Final, Literal, TypeVar
 
 import netCDF4
 import numpy as np
@@ -24,6 +25,9 @@ from rockframe.errors import InputError
 from rockframe.record import Orientation, is_record_id
 from rockframe.results.schema import KINDS, FileKind, Variable
 from rockframe.units import conversion_factor
+
+#: An open file, of the library that opens it.
+File = TypeVar("File")
 
 #: Title of the file of a batch without accepted records, which has no variables.
 WITHOUT_RECORDS: Final = "Batch without records"
@@ -41,6 +45,9 @@ _TYPES: Final = {"text": "SO", "flags": "iu", "integers": "iu", "numbers": "fiu"
 _FLAGS: Final = ("flag_values", "flag_masks", "flag_meanings")
 #: Largest compression ratio that netCDF can reach.
 _MOST_COMPRESSED: Final = 1032
+#: Longest time for which a lock is waited for, and the time between two looks [s].
+_PATIENCE: Final = 1.0
+_PAUSE: Final = 0.02
 #: Number of values that are checked at once.
 _BLOCK: Final = 2**20
 #: Global attributes that contain JSON, and the required type.
@@ -63,6 +70,27 @@ def require_netcdf(path: Path, instead: str) -> None:
             raise InputError(path, f"is not a netCDF file. {instead}")
 
 
+def open_netcdf(path: Path, mode: Literal["r", "w", "a"] = "r") -> netCDF4.Dataset:
+    """Open a netCDF file; the caller closes it. See `unlocked`."""
+    return unlocked(path, mode, lambda: netCDF4.Dataset(path, mode, format="NETCDF4"))
+
+
+def unlocked(path: Path, mode: str, opening: Callable[[], File]) -> File:
+    """Return what opens a file for HDF5, whose lock is waited for a second.
+
+    A process that another thread starts holds the files of this process, and with them their locks,
+    for a moment until its own program begins: also files that were closed here meanwhile.
+    """
+    end = monotonic() + _PATIENCE
+    while True:
+        try:
+            return opening()
+        except OSError:
+            if monotonic() > end or not _is_locked(path, exclusive=mode != "r"):
+                raise
+        sleep(_PAUSE)
+
+
 def kind_of(path: Path) -> str:
     """Return the kind that a file states in its attributes.
 
@@ -74,7 +102,7 @@ def kind_of(path: Path) -> str:
     require_file(path, "the output of a stage")
     try:
         require_netcdf(path, "Must be the output of a stage, such as `rockframe ingest`.")
-        with netCDF4.Dataset(path) as file:
+        with open_netcdf(path) as file:
             kind = str(getattr(file, "rockframe_kind", "unknown"))
     except UNREADABLE as error:
         raise _unreadable(path, error, "Must be the output of a stage.") from error
@@ -101,7 +129,7 @@ def attributes_of(path: Path, kind: str) -> Mapping[str, Any]:
     require_file(path, f"a {kind} file")
     try:
         require_netcdf(path, "Must be the output of a stage.")
-        with netCDF4.Dataset(path) as file:
+        with open_netcdf(path) as file:
             attrs = {name: file.getncattr(name) for name in file.ncattrs()}
     except UNREADABLE as error:
         must_be = f"Must be the output of `rockframe {KINDS[kind].stage}`."
@@ -112,18 +140,21 @@ def attributes_of(path: Path, kind: str) -> Mapping[str, Any]:
 
 def _unreadable(path: Path, error: Exception, must_be: str) -> InputError:
     """Return the error of a file that netCDF cannot open, or that another program is writing."""
-    if _is_being_written(path):
+    if _is_locked(path):
         return InputError(path, "another program has it open for writing. Close it there first.")
     return InputError(path, f"cannot be read as netCDF ({error}). {must_be}")
 
 
-def _is_being_written(path: Path) -> bool:
-    """Return True if a program holds the lock with which HDF5 writes, where the system has it."""
+def _is_locked(path: Path, *, exclusive: bool = False) -> bool:
+    """Return True if a program holds the lock with which HDF5 writes, where the system has it.
+
+    With `exclusive`, also if one holds the lock with which HDF5 reads.
+    """
     try:
         import fcntl
 
         with path.open("rb") as stream:
-            fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            fcntl.flock(stream, (fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH) | fcntl.LOCK_NB)
     except BlockingIOError:
         return True
     except (ImportError, OSError):
@@ -154,7 +185,7 @@ def require_attributes(path: Path, kind: str, attrs: Mapping[str, Any]) -> None:
 
 @contextmanager
 def _alone(path: Path) -> Iterator[tuple[netCDF4.Dataset, Any]]:
-    with netCDF4.Dataset(path) as file:
+    with open_netcdf(path) as file:
         yield file, nullcontext()
 
 

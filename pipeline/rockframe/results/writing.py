@@ -20,7 +20,7 @@ from rockframe.errors import InputError
 from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
 from rockframe.results.schema import KINDS
 from rockframe.results.schema.declare import FileKind
-from rockframe.results.stored import CHUNK, WITHOUT_RECORDS
+from rockframe.results.stored import CHUNK, WITHOUT_RECORDS, open_netcdf
 from rockframe.units import GRAVITY
 
 #: The series of a record and its other values, both by variable.
@@ -125,7 +125,7 @@ def put(
         str(name): _as_stored(one, KINDS[kind][str(name)].attrs.get("coordinates", ""))
         for name, one in dataset.variables.items()
     }
-    with as_os_error(), netCDF4.Dataset(partial, mode, format="NETCDF4") as file:
+    with as_os_error(), open_netcdf(partial, mode) as file:
         file.setncatts({**dataset.attrs, **of_all})
         for one in stored.values():
             for dimension, size in one.sizes.items():
@@ -205,7 +205,7 @@ def growing(
     series : mapping of str to Variable
         Templates of the variables, of double precision with ``obs`` as their last dimension.
     """
-    file = netCDF4.Dataset(partial, mode, format="NETCDF4")
+    file = open_netcdf(partial, mode)
     try:
         file.createDimension("obs", None)
         for name, like in series.items():
