@@ -17,6 +17,15 @@ PROFILE ?= workflows/profiles/default
 WORKFLOW := .venv-workflow
 SNAKEMAKE = PATH="$(CURDIR)/$(BIN):$$PATH" $(WORKFLOW)/bin/snakemake -s workflows/Snakefile
 
+# Both install the same packages, with the hashes of the lock file. `make setup UV=` never uses uv.
+UV ?= $(shell command -v uv 2>/dev/null)
+WITH_UV = $(UV) venv --quiet --clear --seed --python $(PYTHON) $(VENV) && \
+	$(UV) pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes -r requirements.lock && \
+	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation -e .
+PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check
+WITH_PIP = $(PYTHON) -m venv --clear $(VENV) && $(PIP) --require-hashes -r requirements.lock && \
+	$(PIP) --no-deps --no-build-isolation -e .
+
 # Tests with a target of their own: `make test` leaves them out where their extras are installed.
 BROWSER := tests/report/test_browser.py tests/explorer/test_browser.py
 DASK := tests/engines/test_dask.py tests/runs/test_dask_run.py
@@ -28,7 +37,7 @@ PYTEST = $(BIN)/python -m pytest -q $(DRAWS) --numprocesses auto --maxprocesses 
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 study report explore paper docs validation findings test test-examples test-browser test-dask test-workflow test-faults test-processors test-all check format bench coverage fuzz clean
+.PHONY: help setup table1 study report explore paper docs validation findings test test-examples test-browser test-dask test-workflow test-faults test-processors test-wheel test-all check format bench coverage fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -47,6 +56,7 @@ help:
 	@echo "make test-workflow  run the tests of the workflow, with Snakemake"
 	@echo "make test-faults  kill, starve and damage runs, and see that they resume (10 minutes)"
 	@echo "make test-processors  the tests and table1 with the instructions of other processors (an hour)"
+	@echo "make test-wheel  build the wheel and the sdist, and use the wheel as a stranger does (10 minutes)"
 	@echo "make test-all  every test there is, in one piece (half an hour on two cores)"
 	@echo "make docs     the documentation, in $(DOCS)/index.html; every reference checked"
 	@echo "make check    format, lint, strict types, doctests, direction of imports, small benchmarks"
@@ -65,15 +75,13 @@ setup: $(MADE)
 $(MADE): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "make: $(PYTHON) is too old. Must be Python 3.11 or newer: make PYTHON=python3.12"; exit 1; }
-	@echo "making $(VENV) from requirements.lock (once; a minute or two)"
-	@$(PYTHON) -m venv --clear $(VENV)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@echo "making $(VENV) from requirements.lock (once; a minute or two, some seconds with uv)"
+	@{ [ -n "$(UV)" ] && $(WITH_UV); } || { [ -z "$(UV)" ] || echo "uv could not; pip tries"; $(WITH_PIP); }
 	@touch $@
 
 $(EXTRAS): $(MADE) requirements-extras.lock
 	@echo "adding to $(VENV) from requirements-extras.lock (once; a minute)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-extras.lock
+	@$(PIP) --require-hashes -r requirements-extras.lock
 	@touch $@
 
 table1: $(MADE)
@@ -129,6 +137,9 @@ test-faults: $(MADE)
 
 test-processors: $(MADE)
 	@$(BIN)/python -m tests.recorded.processors
+
+test-wheel: $(MADE)
+	@$(BIN)/python -m pytest -q tests/examples/wheel.py
 
 test-all: DRAWS = --hypothesis-profile=others
 test-all: check test test-examples test-browser test-dask test-faults test-workflow

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import sys
-from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +14,12 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from generate import write_all
 
+from rockframe import __version__
+
 project = "rockframe"
 author = "The rockframe developers"
 copyright = "The rockframe developers, MIT licence"  # noqa: A001 -- Sphinx's name for it
-version = release = version_of("rockframe")
+version = release = __version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["generated/*.txt"]

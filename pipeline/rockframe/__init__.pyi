@@ -1,3 +1,5 @@
+__version__: str
+
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .components import BothDirections as BothDirections

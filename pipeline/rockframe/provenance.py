@@ -20,6 +20,7 @@ from functools import cache, lru_cache
 from pathlib import Path, PureWindowsPath
 from typing import Any, Final, Self
 
+from rockframe import __version__
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import check, undoing
 
@@ -38,9 +39,8 @@ MISSING: Final = "missing"
 MANIFEST: Final = "manifest.json"
 #: Hidden file in a folder of figures, with the hashes of the files from which each was drawn.
 DRAWN: Final = ".drawn.json"
-#: Distributions whose versions can change results.
+#: Other distributions whose versions can change results.
 _DISTRIBUTIONS: Final = (
-    "rockframe",
     "matplotlib",
     "netCDF4",
     "numba",
@@ -203,7 +203,7 @@ def versions() -> dict[str, str]:
     >>> "numpy" in versions()
     True
     """
-    return {name: _version(name) for name in _DISTRIBUTIONS}
+    return {"rockframe": __version__} | {name: _version(name) for name in _DISTRIBUTIONS}
 
 
 def key_of(*parts: Any) -> str:

@@ -37,6 +37,13 @@ def add_reading(
         add_options(parser, ReadingOptions, title="reading record files")
 
 
+def bundled() -> list[Path]:
+    """Return the folder of the bundled records, which commands read if no file is named."""
+    from rockframe.study.structures import bundled_records
+
+    return [bundled_records()]
+
+
 def add_structures(parser: argparse.ArgumentParser, *, one: bool = True) -> None:
     """Add ``--structures`` and, unless a model of options has it, ``--structure``."""
     parser.add_argument(
@@ -79,7 +86,7 @@ def add_motions(parser: argparse.ArgumentParser) -> None:
 def add_output(parser: argparse.ArgumentParser) -> None:
     """Add ``--output`` of a stage."""
     parser.add_argument(
-        "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
+        "-o", "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
 
 
@@ -187,9 +194,8 @@ def records_file(
 ) -> Iterator[tuple[Path, int]]:
     """Yield the stated records.nc, or a temporary one made from files, and the exit status."""
     from rockframe.stages.ingest import ingest_stage
-    from rockframe.study.structures import bundled_records
 
-    given = given or [bundled_records()]
+    given = given or bundled()
     if len(given) == 1 and given[0].suffix == ".nc":
         if workers == 0:
             raise ParameterError(

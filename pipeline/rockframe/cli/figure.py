@@ -25,6 +25,7 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
     numbers = "; ".join(f"{name}: {entry.summary}" for name, entry in FIGURES.items())
     parser.add_argument("figure", choices=FIGURES, metavar="FIGURE", help=numbers)
     parser.add_argument(
+        "-o",
         "--output",
         type=file_to_write(".png", ".pdf", ".svg"),
         required=True,

@@ -17,12 +17,11 @@ from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout, suppress
 from functools import partial
 from importlib import import_module
-from importlib.metadata import version
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, Final, NoReturn, TextIO, cast
 
-from rockframe import interruption
+from rockframe import __version__, interruption
 from rockframe.cells import plain
 from rockframe.cli.console import PlainStream
 from rockframe.compiled import before_compiling
@@ -59,6 +58,8 @@ _VERBS: Final = {
     "paper": ("shipped", "check the paper's numbers and claims, and draw its figures"),
     "formats": ("results", "list the supported formats of records"),
 }
+#: Shells in which `rockframe --completion` works.
+SHELLS: Final = ("bash", "zsh", "fish")
 #: Exit status of an internal error, as in sysexits.h.
 _FAULT: Final = 70
 #: Disk space that the cache of compiled code needs [bytes].
@@ -129,6 +130,24 @@ class _Parser(argparse.ArgumentParser):
         super().exit(status, message)
 
 
+class _Completion(argparse.Action):
+    """Print the code that a shell needs to complete commands, and exit."""
+
+    def __call__(self, parser: argparse.ArgumentParser, _options: Any, shell: Any, _: Any) -> None:
+        import argcomplete
+
+        print(argcomplete.shellcode(["rockframe"], shell=shell))
+        parser.exit()
+
+
+def _complete() -> None:
+    """Answer a shell that completes a line: argcomplete prints the words and ends the process."""
+    import argcomplete
+
+    words = os.environ.get("COMP_LINE", "").split()
+    argcomplete.autocomplete(parser(words[1] if len(words) > 1 else ""))
+
+
 def parser(only: str | None = None) -> argparse.ArgumentParser:
     """Return the parser of the command line.
 
@@ -146,7 +165,13 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
         "are listed); "
         "2 an error that you can correct; 70 an internal error: please report it.",
     )
-    whole.add_argument("--version", action="version", version=f"%(prog)s {version('rockframe')}")
+    whole.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    whole.add_argument(
+        "--completion",
+        action=_Completion,
+        choices=SHELLS,
+        help="print the code that completes commands, options and files at the Tab key in a shell",
+    )
     verbs = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name, (place, summary) in _VERBS.items():
         verb = verbs.add_parser(
@@ -223,6 +248,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status: 0 done, 1 done with rejected records, 2 an error that the user can correct, 70
         an internal error, with its traceback, 130 interrupted.
     """
+    if "_ARGCOMPLETE" in os.environ:
+        _complete()
     atexit.register(interruption.ignore)  # nothing is left to interrupt while Python ends
     with interruption.noting() as noted, telling(lambda line: _say(f"rockframe: {line}")):
         status = _main(arguments)

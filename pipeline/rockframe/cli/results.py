@@ -24,7 +24,9 @@ def add_draw(parser: argparse.ArgumentParser) -> None:
         help="outputs of stages: ingest, pulse and respond together give a figure of each record; "
         "screen gives fragility and peaks; spectrum gives curves",
     )
-    parser.add_argument("--output", type=folder_to_write, required=True, help="folder to write")
+    parser.add_argument(
+        "-o", "--output", type=folder_to_write, required=True, help="folder to write"
+    )
     add_options(parser, FigureOptions)
 
 
@@ -47,7 +49,7 @@ def add_table(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(name, type=path, help=f"output of `rockframe {stage}`")
     endings = tuple(TABLE_FORMATS.values())
     parser.add_argument(
-        "--output", type=file_to_write(*endings), required=True, help="file to write"
+        "-o", "--output", type=file_to_write(*endings), required=True, help="file to write"
     )
     arguments.add_format(parser, default=None, otherwise="by the ending of the file")
 
@@ -69,6 +71,7 @@ def add_export(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: a screening, the file to write, and what it contains."""
     parser.add_argument("screening", type=path, help="output of `rockframe screen`")
     parser.add_argument(
+        "-o",
         "--output",
         type=file_to_write(".xml"),
         required=True,
@@ -110,6 +113,7 @@ def add_report(parser: argparse.ArgumentParser) -> None:
         help="folder of a run, written by `rockframe table1` or `rockframe run`",
     )
     parser.add_argument(
+        "-o",
         "--output",
         type=file_to_write(".html"),
         help="page to write (default: report.html in the folder)",

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from hashlib import sha256
-from importlib.metadata import version
 from io import BytesIO
 from itertools import groupby
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any, Final, TypeVar
 
 from obspy import UTCDateTime
 
+from rockframe import __version__
 from rockframe.errors import InputError, ServiceError
 from rockframe.fetch.coverage import Coverage, Fetched, measure, read_whole
 from rockframe.fetch.metadata import (
@@ -103,7 +103,7 @@ class Ledger:
             "services": self.services,
             "files": self.files,
             "received_at": self.received_at,
-            "rockframe_version": version("rockframe"),
+            "rockframe_version": __version__,
             **found,
         }
         text = json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n"

@@ -24,6 +24,7 @@ from typing import Any, Final
 from obspy.clients.fdsn import Client
 from obspy.clients.fdsn.header import FDSNException
 
+from rockframe import __version__
 from rockframe.errors import ParameterError, RockframeWarning
 from rockframe.interruption import raising
 
@@ -219,7 +220,7 @@ LONGEST_PAUSE: Final = 120.0
 #: Largest reply [bytes]: five days of 3 components at 200 Hz.
 _MOST_BYTES: Final = 512 * 1024 * 1024
 _CHUNK: Final = 65536
-_AGENT: Final = f"rockframe/{version('rockframe')} (obspy {version('obspy')})"
+_AGENT: Final = f"rockframe/{__version__} (obspy {version('obspy')})"
 #: Allowed content types of each service; the first is the standard one.
 _CONTENT: Final = {
     "dataselect": re.compile(

@@ -33,7 +33,12 @@ def add_fetch(parser: argparse.ArgumentParser) -> None:
     )
     add_options(parser, FetchOptions)
     parser.add_argument(
-        "--output", type=folder_to_write, required=True, metavar="FOLDER", help="folder to write"
+        "-o",
+        "--output",
+        type=folder_to_write,
+        required=True,
+        metavar="FOLDER",
+        help="folder to write",
     )
 
 
@@ -73,7 +78,13 @@ def _show_coverage(coverage: tuple[Coverage, ...], folder: Path) -> None:
 
 def add_ingest(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: files, and metadata that the files do not contain."""
-    parser.add_argument("paths", nargs="+", type=path, metavar="PATH", help="record file or folder")
+    parser.add_argument(
+        "paths",
+        nargs="*",
+        type=path,
+        metavar="PATH",
+        help="record file or folder (default: the bundled 2019 Ridgecrest records)",
+    )
     arguments.add_output(parser)
     arguments.add_format(parser)
     add_options(parser, IngestOptions)
@@ -97,7 +108,7 @@ def run_ingest(options: argparse.Namespace) -> int:
     stated = chosen(options, IngestOptions)
     with console.progress_names("reading") as progress:
         result = ingest_stage(
-            options.paths,
+            options.paths or arguments.bundled(),
             options.output,
             stated,
             filters=chosen(options, Filters),

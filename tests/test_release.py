@@ -1,0 +1,144 @@
+"""A release as an index and a stranger see it: one version, whole links, every licence."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import tomllib
+from importlib.metadata import PackageNotFoundError, metadata
+from pathlib import Path
+from types import ModuleType
+
+import netCDF4
+import pytest
+from tests.commands import ingested
+from tests.conftest import REPOSITORY
+
+import rockframe
+from rockframe.cli.main import main
+from rockframe.provenance import versions
+
+PROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text("utf-8"))
+#: An address that a link may begin with outside the repository.
+FULL = re.compile(r"https://|mailto:")
+
+
+@pytest.fixture(scope="module")
+def build() -> ModuleType:
+    """Return the module that completes the metadata of the distribution."""
+    pytest.importorskip("hatchling", reason="hatchling builds the distribution")
+    place = importlib.util.spec_from_file_location("hatch_build", REPOSITORY / "hatch_build.py")
+    assert place is not None
+    assert place.loader is not None
+    module = importlib.util.module_from_spec(place)
+    place.loader.exec_module(module)
+    return module
+
+
+def text_of(name: str) -> str:
+    return (REPOSITORY / name).read_text(encoding="utf-8")
+
+
+def test_one_version_stands_in_all_places(capsys: pytest.CaptureFixture[str]) -> None:
+    """The package states it; the wheel reads it from there, and people from two other files."""
+    version = rockframe.__version__
+    assert re.fullmatch(r"\d+\.\d+\.\d+", version)
+    assert "version" in PROJECT["project"]["dynamic"]
+    assert f"\nversion: {version}\n" in text_of("CITATION.cff")
+    newest = re.search(r"^## (\S+)", text_of("CHANGELOG.md"), re.MULTILINE)
+    assert newest is not None
+    assert newest[1] == version
+    assert versions()["rockframe"] == version
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert capsys.readouterr().out == f"rockframe {version}\n"
+
+
+def test_no_relative_link_is_left_in_the_long_description(build: ModuleType) -> None:
+    shown = build.long_description(text_of("README.md"), "somebody", "1.2.3")
+    links = re.findall(r"\]\(([^)]*)\)|(?:src|href)=[\"']([^\"']*)", shown)
+    targets = [first or second for first, second in links]
+    assert len(targets) >= 5
+    assert [target for target in targets if not FULL.match(target)] == []
+    assert "<!--" not in shown
+    assert [path for path in linked_files(targets) if not (REPOSITORY / path).is_file()] == []
+
+
+def linked_files(targets: list[str]) -> list[str]:
+    """Return the paths in the repository to which links at the tag of the version lead."""
+    at_tag = r"https://github\.com/somebody/rockframe/(?:raw|blob)/v1\.2\.3/([^#]+)"
+    return [match[1] for match in (re.match(at_tag, target) for target in targets) if match]
+
+
+def test_links_lead_to_the_tag_and_pictures_to_their_bytes(build: ModuleType) -> None:
+    readme = "![a](docs/a.png) [b](docs/b.md#c) [d](#e) [f](https://g.org) <!-- not run: h -->\n"
+    at_tag = "https://github.com/me/rockframe"
+    assert build.long_description(readme, "me", "1.0.0").split(" ") == [
+        f"![a]({at_tag}/raw/v1.0.0/docs/a.png)",
+        f"[b]({at_tag}/blob/v1.0.0/docs/b.md#c)",
+        f"[d]({at_tag}/blob/v1.0.0/README.md#e)",
+        "[f](https://g.org)",
+        "",
+    ]
+
+
+def test_all_addresses_follow_from_one_owner(build: ModuleType) -> None:
+    owner = PROJECT["tool"]["hatch"]["metadata"]["hooks"]["custom"]["owner"]
+    links = build.links(owner)
+    assert {"Documentation", "Source", "Changelog", "Issues"} == {*links}
+    assert f'repository-code: "{links["Source"]}"' in text_of("CITATION.cff")
+    assert all(owner.lower() in link.lower() for link in links.values())
+    assert all("other" in link for link in build.links("other").values())
+
+
+def test_the_licence_of_everything_that_the_wheel_contains_is_declared() -> None:
+    files = PROJECT["project"]["license-files"]
+    assert all((REPOSITORY / name).is_file() for name in files)
+    assert {"LICENSE", "records/README.md"} < {*files}
+    vendored = (REPOSITORY / "pipeline").rglob("*LICENSE*")
+    assert {path.relative_to(REPOSITORY).as_posix() for path in vendored} <= {*files}
+
+
+def test_classifiers_name_the_versions_that_are_tested() -> None:
+    tested = re.search(r"python: \[([^\]]*)\]", text_of(".github/workflows/tests.yml"))
+    assert tested is not None
+    for version in re.findall(r"3\.\d+", tested[1]):
+        assert f"Programming Language :: Python :: {version}" in PROJECT["project"]["classifiers"]
+    assert PROJECT["project"]["requires-python"] == ">=3.11"
+
+
+def test_an_installed_package_states_where_its_documentation_is() -> None:
+    try:
+        urls = metadata("rockframe").get_all("Project-URL") or []
+    except PackageNotFoundError:
+        pytest.skip("the package is not installed here")
+    if not urls:
+        pytest.skip("installed before the package had links: make setup")
+    assert any(url.startswith("Documentation, https://") for url in urls)
+
+
+def test_workflows_name_the_commit_of_each_action() -> None:
+    """A tag can be moved to other code; a commit cannot."""
+    folder: Path = REPOSITORY / ".github" / "workflows"
+    used = [
+        line
+        for path in folder.glob("*.yml")
+        for line in re.findall(r"uses: (\S+)", path.read_text("utf-8"))
+    ]
+    assert used
+    assert [one for one in used if not re.fullmatch(r"[\w./-]+@[0-9a-f]{40}", one)] == []
+
+
+def test_every_reference_of_the_paper_is_in_its_bibliography_and_used() -> None:
+    cited = set(re.findall(r"@(\w+)", text_of("paper.md").split("---", 2)[2]))
+    listed = re.findall(r"^@\w+\{(\w+),", text_of("paper.bib"), re.MULTILINE)
+    assert len(listed) == len({*listed}) > 5
+    assert cited == {*listed}
+
+
+def test_a_file_of_a_later_version_opens_without_what_is_not_known_here(motion: Path) -> None:
+    records = ingested(motion)
+    with netCDF4.Dataset(records, "a") as file:
+        file.createVariable("quantity_of_a_later_version", "f8", ("record",))
+    with rockframe.open_records(records) as opened:
+        assert len(list(opened)) == 1
