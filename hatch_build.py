@@ -1,4 +1,4 @@
-"""Metadata of the distribution that follow from one address: its links, and the README for an index.
+"""Metadata of the distribution that follow from one address: its links, and its README.
 
 An index shows the README outside the repository, where links to files of the repository lead
 nowhere. In the wheel and the sdist they lead to the same files in the repository, at the tag of

@@ -54,7 +54,9 @@ def public_names() -> dict[str, list[str]]:
     """Return the public names by room, from the stub of the package."""
     found = defaultdict(list)
     stub = _STUB.read_text(encoding="utf-8")
-    for room, name in re.findall(r"^from \.(\w+)[.\w]* import (\w+) as", stub, re.MULTILINE):
+    for room, name in re.findall(
+        r"^from \.(\w+)[.\w]* import ([A-Za-z]\w*) as", stub, re.MULTILINE
+    ):
         found[room].append(name)
     return dict(found)
 

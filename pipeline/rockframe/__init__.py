@@ -6,7 +6,4 @@
 
 import lazy_loader
 
-#: Version of the package, the only place that states it: the wheel and `rockframe --version` read it.
-__version__ = "1.0.0"
-
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,5 +1,3 @@
-__version__: str
-
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .components import BothDirections as BothDirections
@@ -61,6 +59,7 @@ from .parts import Tendon as Tendon
 from .parts import hollow as hollow
 from .parts import inertia_ratio_of as inertia_ratio_of
 from .parts import tapered as tapered
+from .provenance import __version__ as __version__
 from .record import Orientation as Orientation
 from .record import Part as Part
 from .record import Record as Record

@@ -20,10 +20,11 @@ from functools import cache, lru_cache
 from pathlib import Path, PureWindowsPath
 from typing import Any, Final, Self
 
-from rockframe import __version__
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import check, undoing
 
+#: Version of the package; the wheel and `rockframe --version` read it from here.
+__version__ = "1.0.0"
 #: Suffixes of the package's own files on which results depend, and of those that only pages show.
 _SOURCES: Final = frozenset([".py", ".toml", ".mplstyle"])
 _PAGE_SOURCES: Final = frozenset([".html", ".css", ".js"])

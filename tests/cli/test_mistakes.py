@@ -142,7 +142,7 @@ def test_what_is_written_must_fit_its_name(
     with pytest.raises(SystemExit, match="2"):
         run("table", "records.nc", "pulses.nc", "response.nc", "--output", "table.txt")
     must = "Must end in .csv, .xlsx, .md, .tex or .parquet"
-    said = f"argument --output: 'table.txt'. {must}. See rockframe table --help."
+    said = f"argument --output/-o: 'table.txt'. {must}. See rockframe table --help."
     assert capsys.readouterr().err == f"rockframe: error: {said}\n"
     assert not list(tmp_path.iterdir())
 
@@ -422,7 +422,7 @@ def test_help_states_the_unit_of_a_velocity_not_that_of_its_last_letter(
     [
         (["ingset", "a.csv"], "unknown command 'ingset'. Did you mean ingest? See"),
         (["ingest", "a.csv", "--xyzzy"], "unknown option --xyzzy. See"),
-        (["ingest", "--", "--odd"], "arguments are required: --output. See"),
+        (["ingest", "--", "--odd"], "arguments are required: --output/-o. See"),
         (
             ["ingest", "a.csv", "--ouput", "a.nc"],
             "unknown option --ouput. Did you mean --output? See",

@@ -86,7 +86,7 @@ def add_motions(parser: argparse.ArgumentParser) -> None:
 def add_output(parser: argparse.ArgumentParser) -> None:
     """Add ``--output`` of a stage."""
     parser.add_argument(
-        "-o", "--output", type=file_to_write(".nc"), required=True, help="netCDF file to write"
+        "--output", "-o", type=file_to_write(".nc"), required=True, help="netCDF file to write"
     )
 
 

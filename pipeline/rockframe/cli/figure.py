@@ -25,8 +25,8 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
     numbers = "; ".join(f"{name}: {entry.summary}" for name, entry in FIGURES.items())
     parser.add_argument("figure", choices=FIGURES, metavar="FIGURE", help=numbers)
     parser.add_argument(
-        "-o",
         "--output",
+        "-o",
         type=file_to_write(".png", ".pdf", ".svg"),
         required=True,
         help="file to write: .png, .pdf or .svg",

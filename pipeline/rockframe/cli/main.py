@@ -21,13 +21,13 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, Final, NoReturn, TextIO, cast
 
-from rockframe import __version__, interruption
+from rockframe import interruption
 from rockframe.cells import plain
 from rockframe.cli.console import PlainStream
 from rockframe.compiled import before_compiling
 from rockframe.errors import RockframeError, RockframeWarning, meant
 from rockframe.options import STAGES
-from rockframe.provenance import staying
+from rockframe.provenance import __version__, staying
 from rockframe.watch import telling
 
 #: The commands in the order of the help, each with its module and summary.
@@ -133,10 +133,12 @@ class _Parser(argparse.ArgumentParser):
 class _Completion(argparse.Action):
     """Print the code that a shell needs to complete commands, and exit."""
 
-    def __call__(self, parser: argparse.ArgumentParser, _options: Any, shell: Any, _: Any) -> None:
-        import argcomplete
+    def __call__(
+        self, parser: argparse.ArgumentParser, _options: Any, values: Any, _name: str | None = None
+    ) -> None:
+        from argcomplete.shell_integration import shellcode
 
-        print(argcomplete.shellcode(["rockframe"], shell=shell))
+        print(shellcode(["rockframe"], shell=values))
         parser.exit()
 
 

@@ -25,7 +25,7 @@ def add_draw(parser: argparse.ArgumentParser) -> None:
         "screen gives fragility and peaks; spectrum gives curves",
     )
     parser.add_argument(
-        "-o", "--output", type=folder_to_write, required=True, help="folder to write"
+        "--output", "-o", type=folder_to_write, required=True, help="folder to write"
     )
     add_options(parser, FigureOptions)
 
@@ -49,7 +49,7 @@ def add_table(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(name, type=path, help=f"output of `rockframe {stage}`")
     endings = tuple(TABLE_FORMATS.values())
     parser.add_argument(
-        "-o", "--output", type=file_to_write(*endings), required=True, help="file to write"
+        "--output", "-o", type=file_to_write(*endings), required=True, help="file to write"
     )
     arguments.add_format(parser, default=None, otherwise="by the ending of the file")
 
@@ -71,8 +71,8 @@ def add_export(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: a screening, the file to write, and what it contains."""
     parser.add_argument("screening", type=path, help="output of `rockframe screen`")
     parser.add_argument(
-        "-o",
         "--output",
+        "-o",
         type=file_to_write(".xml"),
         required=True,
         help="NRML file to write; the tables of oq-vmtk and Pelicun are written beside it",
@@ -113,8 +113,8 @@ def add_report(parser: argparse.ArgumentParser) -> None:
         help="folder of a run, written by `rockframe table1` or `rockframe run`",
     )
     parser.add_argument(
-        "-o",
         "--output",
+        "-o",
         type=file_to_write(".html"),
         help="page to write (default: report.html in the folder)",
     )

@@ -26,7 +26,7 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the study, the folder of its run, and where it is computed."""
     parser.add_argument("study", type=path, help="study file (TOML); `rockframe init` writes one")
     parser.add_argument(
-        "-o", "--output", type=folder_to_write, required=True, help="folder of the run"
+        "--output", "-o", type=folder_to_write, required=True, help="folder of the run"
     )
     parser.add_argument(
         "--replace",

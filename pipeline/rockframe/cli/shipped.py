@@ -56,8 +56,8 @@ def add_table1(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, structures, and the folder to write."""
     arguments.add_records(parser, ready=False)
     parser.add_argument(
-        "-o",
         "--output",
+        "-o",
         type=folder_to_write,
         default=Path("outputs/table1"),
         help="folder to write (default: outputs/table1)",
@@ -350,8 +350,8 @@ _PAPER_GRID: Final = 400
 def add_paper(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the paper's records, if available, and the folder to write."""
     parser.add_argument(
-        "-o",
         "--output",
+        "-o",
         type=folder_to_write,
         default=_PAPER_FOLDER,
         help="folder to write (default: outputs/paper)",

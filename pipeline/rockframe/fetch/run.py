@@ -16,7 +16,6 @@ from typing import Any, Final, TypeVar
 
 from obspy import UTCDateTime
 
-from rockframe import __version__
 from rockframe.errors import InputError, ServiceError
 from rockframe.fetch.coverage import Coverage, Fetched, measure, read_whole
 from rockframe.fetch.metadata import (
@@ -31,7 +30,7 @@ from rockframe.fetch.metadata import (
 )
 from rockframe.fetch.service import Kind, Service, ServiceReply, Sleep, open_service
 from rockframe.options.ingest import FetchOptions
-from rockframe.provenance import read_json, refuse_obstacles, sha256_of, whole_file
+from rockframe.provenance import __version__, read_json, refuse_obstacles, sha256_of, whole_file
 
 #: File with the request and the SHA-256 of everything received.
 REQUEST: Final = "request.json"

@@ -24,9 +24,9 @@ from typing import Any, Final
 from obspy.clients.fdsn import Client
 from obspy.clients.fdsn.header import FDSNException
 
-from rockframe import __version__
 from rockframe.errors import ParameterError, RockframeWarning
 from rockframe.interruption import raising
+from rockframe.provenance import __version__
 
 #: Longest quotation of a service's own message in an error [characters].
 _LONGEST_WORDS: Final = 200

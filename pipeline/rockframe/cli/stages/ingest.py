@@ -33,8 +33,8 @@ def add_fetch(parser: argparse.ArgumentParser) -> None:
     )
     add_options(parser, FetchOptions)
     parser.add_argument(
-        "-o",
         "--output",
+        "-o",
         type=folder_to_write,
         required=True,
         metavar="FOLDER",

@@ -26,7 +26,7 @@ def add_pulse(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "records", type=path, help="output of `rockframe ingest`; with --paper also record files"
     )
-    parser.add_argument("-o", "--output", type=file_to_write(".nc"), help="netCDF file to write")
+    parser.add_argument("--output", "-o", type=file_to_write(".nc"), help="netCDF file to write")
     parser.add_argument(
         "--paper",
         action="store_true",
