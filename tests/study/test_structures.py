@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+from tests.conftest import REPOSITORY
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError, RockframeWarning
@@ -203,3 +204,31 @@ def test_a_depth_of_a_solid_column_names_what_it_is_for(tmp_path: Path) -> None:
         read_structures(written(tmp_path, GOOD + "depth_m = 0.8\n"))
     [frame] = read_structures(written(tmp_path, GOOD + "depth_m = 0.8\ndensity_kg_m3 = 2500.0\n"))
     assert frame.column_mass == pytest.approx(2500.0 * frame.height * frame.width * 0.8)
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("height_m = [7, 9]\nwidth_m = 1.6", "height_m [7, 9]. Must be a number. Columns are"),
+        ("height_m = 7.0\ndrums = 6", "unknown key 'drums'. Not modelled: drums. See"),
+        ("[structure.soil]\nstiffness_n_m = 1e9", "unknown key 'soil'. Not modelled: soil and"),
+        ("height_m = 7.0\nsupport = 'frame'", "unknown key 'support'. Not modelled: pedestals."),
+    ],
+)
+def test_a_structure_that_is_not_modelled_is_told_which_page_names_another_program(
+    lines: str, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "structures.toml"
+    path.write_text(f'[[structure]]\nname = "a"\n{lines}\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"What it cannot do, and what to use instead") as error:
+        read_structures(path)
+    assert said in str(error.value)
+    page = (REPOSITORY / "docs" / "limits.md").read_text("utf-8")
+    assert page.startswith("# What it cannot do, and what to use instead\n")
+
+
+def test_a_misspelt_key_is_not_taken_for_a_structure_that_is_not_modelled(tmp_path: Path) -> None:
+    path = tmp_path / "structures.toml"
+    path.write_text('[[structure]]\nname = "a"\nhieght_m = 7.0\n', encoding="utf-8")
+    with pytest.raises(InputError, match="Did you mean height_m"):
+        read_structures(path)

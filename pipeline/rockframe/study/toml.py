@@ -29,6 +29,16 @@ if TYPE_CHECKING:
 
 #: Endings of keys that state their unit.
 _UNIT: Final = "(_(m|m2|s|pa|n|nm|n_m|kg|kg_m3))?"
+#: Keys that people try for structures that the model does not have, and the subject.
+_BEYOND: Final = {
+    "drums": r"drums?|blocks?",
+    "soil and footings": r".*(soil|footing|foundation).*",
+    "flexible columns": r".*(flexib|column_modulus|column_stiffness|period).*",
+    "sliding": r".*sliding.*",
+    "pedestals": r".*(pedestal|support).*",
+}
+#: Page of the documentation about structures that the model does not have.
+_LIMITS_PAGE: Final = "See the page 'What it cannot do, and what to use instead'."
 _Location = tuple[str | int, ...]
 File = TypeVar("File", bound=Options)
 #: Largest depth of nested tables and lists; no model has more than four levels.
@@ -101,6 +111,8 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
         known = [_written(owner, key, table) for key in option_fields(owner)]
         hint = meant(names[-1], option_fields(owner))
         key = _dotted(model, names)
+        if "structure" in names and not hint and (subject := _beyond(names[-1])):
+            return f"unknown key {key!r}. Not modelled: {subject}. {_LIMITS_PAGE}", where
         return f"unknown key {key!r}. Must be one of: {', '.join(known)}.{hint}", where
     whole = _written(owner, names[-1], table)
     if whole.startswith("[["):
@@ -111,7 +123,14 @@ def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]
         return f"key {names[-1]!r} missing. State it{each}.", where[:-1]
     if kind in {"model_type", "dataclass_type"}:
         return f"{names[-1]} {error['input']!r}. Must be a table, [{'.'.join(names)}].", where
+    if kind == "float_type" and "structure" in names and isinstance(error["input"], list):
+        return f"{of_value[0]} Columns are equal. {_LIMITS_PAGE}", where
     return of_value
+
+
+def _beyond(key: str) -> str:
+    """Return the subject of a key if the model lacks it, or ""."""
+    return next((name for name, keys in _BEYOND.items() if re.fullmatch(keys, key)), "")
 
 
 def _invalid_quantity(
