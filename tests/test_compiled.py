@@ -227,6 +227,31 @@ def test_wide_vectors_are_used_where_they_are_fast(
     assert used == cast("Any", numba.config).CPU_FEATURES
 
 
+AFTER_OTHERS = """
+import sys, numba
+
+if sys.argv[1] == "others first":
+    numba.njit(lambda x: x + 1)(1)  # numba then takes no further features of the processor
+from rockframe.signals.loops import through_sections
+import numpy as np
+
+through_sections(np.ones((1, 6)), np.ones(3))
+print(sum(through_sections.stats.cache_hits.values()))
+"""
+
+
+def test_code_is_compiled_once_also_by_processes_that_compiled_others_first(tmp_path: Path) -> None:
+    """A notebook with a compiled function of its own compiled all kernels again."""
+
+    def hits(order: str) -> str:
+        words = [sys.executable, "-c", AFTER_OTHERS, order]
+        env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+        return subprocess.run(words, env=env, check=True, capture_output=True, text=True).stdout
+
+    orders = ("others first", "alone", "others first")
+    assert [hits(order).strip() for order in orders] == ["0", "1", "1"]
+
+
 def test_a_processor_that_the_user_names_is_taken_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numba.config, "CPU_NAME", "generic")
     monkeypatch.setattr(numba.config, "CPU_FEATURES", None)

@@ -85,6 +85,7 @@ def _compile(function: F, *, forceinline: bool) -> F:
 INTERNALS: Final = (
     *(("numba.core.caching", f"FunctionCache.{name}") for name in ("cache_path", "flush")),
     *(("numba.core.caching", f"FunctionCache.{name}_overload") for name in ("load", "save")),
+    ("numba.core.caching", "FunctionCache._index_key"),
     *(("numba.core.dispatcher", f"Dispatcher.{name}") for name in ("compile", "get_call_template")),
     *(("numba.core.options", f"DefaultOptions.{name}") for name in ("_nrt", "forceinline")),
     *(("numba.core.options", f"DefaultOptions.no_{name}_wrapper") for name in ("cfunc", "cpython")),
@@ -92,6 +93,8 @@ INTERNALS: Final = (
     ("numba.core.codegen", "get_host_cpu_features"),
     ("numba.core.types", "unliteral"),
 )
+#: The feature of a processor that LLVM takes as advice against vectors of 512 bits.
+_NARROW: Final = "prefer-256-bit"
 #: Options that every version of numba has. They give the same results.
 _PLAIN: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy"}
 
@@ -259,19 +262,33 @@ def _allow_wide_vectors() -> None:
     if stated.CPU_NAME is None and stated.CPU_FEATURES is None:
         features = codegen.get_host_cpu_features()  # type: ignore[no-untyped-call]
         if "+avx512vbmi2" in features.split(","):
-            stated.CPU_FEATURES = f"{features},-prefer-256-bit"
+            stated.CPU_FEATURES = f"{features},-{_NARROW}"
+
+
+def _of_any_width(key_of: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    """Return the function of the keys of cached code, without the preferred width of vectors."""
+
+    def key(signature: Any, codegen: Any) -> Any:
+        types, (*processor, features), digests = key_of(signature, codegen)
+        names = [name for name in features.split(",") if name[1:] != _NARROW]
+        return types, (*processor, ",".join(names)), digests
+
+    return key
 
 
 class _Cache:
     """Numba's cache on disk. After a full disk or a corrupted file, functions compile again.
 
-    Code that another process is compiling is waited for, not compiled twice.
+    Code that another process is compiling is waited for, not compiled twice. The key of the code
+    does not say how wide its vectors are: that depends on what numba compiled before in the
+    process, and only the speed depends on it.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         from numba.core.caching import FunctionCache
 
         self._files = cast("Any", FunctionCache)(function)
+        self._files._index_key = _of_any_width(self._files._index_key)  # noqa: SLF001  numba's own
         self._name = function.__qualname__
         self._lock: _Lock | None = None
 
