@@ -154,15 +154,15 @@ def test_a_computation_that_does_not_end_is_ended(tmp_path: Path, how: str) -> N
 
 _TOO_LATE = """
 import os, signal, sys, time
-from rockframe.cli import results
+from rockframe.cli import formats
 from rockframe.cli.main import main
 
-formats = results.run_formats
+run_formats = formats.run_formats
 def late(options):
-    formats(options)
+    run_formats(options)
     os.kill(os.getpid(), signal.SIGINT)
     time.sleep(0.5)
-results.run_formats = late
+formats.run_formats = late
 sys.exit(main(["formats"]))
 """
 

@@ -21,6 +21,7 @@ from .errors import RockframeWarning as RockframeWarning
 from .frame import RockingFrame as RockingFrame
 from .frame import crushed as crushed
 from .ingest import ReadOptions as ReadOptions
+from .ingest import TextLayout as TextLayout
 from .ingest import read_file as read_file
 from .matching.match import PulseMatch as PulseMatch
 from .matching.match import match_pulse as match_pulse
@@ -30,7 +31,7 @@ from .matching.record_pulses import PulseVerdict as PulseVerdict
 from .matching.record_pulses import RecordPulses as RecordPulses
 from .matching.record_pulses import find_pulses as find_pulses
 from .matching.signal import Weighting as Weighting
-from .options.ingest import FetchOptions as FetchOptions
+from .options.fetch import FetchOptions as FetchOptions
 from .options.ingest import Filters as Filters
 from .options.ingest import IngestOptions as IngestOptions
 from .options.ingest import PassportLimits as PassportLimits

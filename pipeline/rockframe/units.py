@@ -15,17 +15,22 @@ from rockframe.errors import require_known
 #: cancels in their ratio, on which rocking depends.
 GRAVITY: Final = 9.81
 
-#: Acceleration units in m s-2. `gal` is cm s-2, never the gallon.
+#: Acceleration units in m s-2. `gal` is cm s-2, never the gallon; `mg` is a thousandth of `g`.
 ACCELERATION_UNITS: Final = {
     "g": GRAVITY,
     "gal": 0.01,
     "cm/s2": 0.01,
     "mm/s2": 0.001,
     "m/s2": 1.0,
+    "mg": GRAVITY / 1000.0,
+    "%g": GRAVITY / 100.0,
+    "in/s2": 0.0254,
+    "ft/s2": 0.3048,
 }
 
 
 _RAISED: Final = str.maketrans("²⁻−", "2--")
+_OTHER_NAMES: Final = {"milli-g": "mg", "millig": "mg", "gals": "gal", "g's": "g"}
 
 
 def plain_units(units: str) -> str:
@@ -33,13 +38,14 @@ def plain_units(units: str) -> str:
 
     Examples
     --------
-    >>> plain_units("m/s²"), plain_units("G"), plain_units("cm/sec/sec"), plain_units("ft/s2")
-    ('m/s2', 'g', 'cm/s2', 'ft/s2')
+    >>> plain_units("m/s²"), plain_units("G"), plain_units("cm/sec/sec"), plain_units("km/s2")
+    ('m/s2', 'g', 'cm/s2', 'km/s2')
     >>> plain_units("m s-2"), plain_units("cm·s⁻²")
     ('m/s2', 'cm/s2')
     """
     plain = units.lower().translate(_RAISED)
-    plain = re.sub(r"[\s^.·]|\*\*", "", plain).replace("sec", "s")
+    plain = re.sub(r"[\s^.·]|\*\*", "", plain).replace("sec", "s").replace("inch", "in")
+    plain = _OTHER_NAMES.get(plain, plain)
     plain = re.sub(r"/s/s$|/?s-2$", "/s2", plain)
     return plain if plain in ACCELERATION_UNITS else units
 
@@ -50,7 +56,7 @@ def acceleration_factor(units: str) -> float:
     Parameters
     ----------
     units : str
-        One of ``g``, ``gal``, ``cm/s2``, ``mm/s2``, ``m/s2``.
+        One of `ACCELERATION_UNITS`, such as ``g``, ``gal`` or ``m/s2``.
 
     Raises
     ------

@@ -11,7 +11,8 @@ from tests.commands import commands, run
 
 from rockframe.cli.options import flag
 from rockframe.errors import ParameterError, RockframeWarning
-from rockframe.options.ingest import FetchOptions, IngestOptions, SelectOptions
+from rockframe.options.fetch import FetchOptions
+from rockframe.options.ingest import IngestOptions, SelectOptions
 from rockframe.options.model import Options
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import DesignOptions, RespondOptions, ScreenOptions

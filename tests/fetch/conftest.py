@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import rockframe.fetch  # noqa: F401  # imports obspy without its warning
-from rockframe.options.ingest import FetchOptions
+from rockframe.options.fetch import FetchOptions
 
 from .centre import EPICENTRE, ORIGIN, DataCentre, serving
 

@@ -15,7 +15,7 @@ from rockframe.errors import RockframeError, ServiceError
 from rockframe.fetch.coverage import Fetched
 from rockframe.fetch.metadata import read_event, read_stations
 from rockframe.fetch.run import fetch
-from rockframe.options.ingest import FetchOptions
+from rockframe.options.fetch import FetchOptions
 
 from .centre import MSEED, STATIONS, DataCentre, Reply, miniseed, stationxml, waveform
 

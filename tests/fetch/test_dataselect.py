@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rockframe.fetch.run import fetch
-from rockframe.options.ingest import FetchOptions
+from rockframe.options.fetch import FetchOptions
 
 from .centre import miniseed, waveform
 

@@ -13,7 +13,7 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError, ServiceError
 from rockframe.fetch.run import fetch
 from rockframe.ingest import collect, read_catalogue, sorted_out
-from rockframe.options.ingest import FetchOptions
+from rockframe.options.fetch import FetchOptions
 from rockframe.stages.table import fetch_stage
 
 from .centre import MSEED, ORIGIN, DataCentre, Reply, miniseed, waveform

@@ -56,7 +56,10 @@ _VERBS: Final = {
         "show the response in a browser while the structure and the motion change",
     ),
     "paper": ("shipped", "check the paper's numbers and claims, and draw its figures"),
-    "formats": ("results", "list the supported formats of records"),
+    "formats": (
+        "formats",
+        "list the supported formats of records, or show how files would be read",
+    ),
 }
 #: Shells in which `rockframe --completion` works.
 SHELLS: Final = ("bash", "zsh", "fish")

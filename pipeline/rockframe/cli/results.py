@@ -1,4 +1,4 @@
-"""Commands on results: draw, table, report and verify; and the formats of records."""
+"""Commands on results: draw, table, report and verify."""
 
 from __future__ import annotations
 
@@ -133,30 +133,6 @@ def run_report(options: argparse.Namespace) -> None:
     else:
         total = counts["histories"] + counts["left_out"]
         print(f"{output}: {size / 1e6:.1f} MB, {counts['histories']} of {total} histories")
-
-
-def add_formats(_parser: argparse.ArgumentParser) -> None:
-    """Add no arguments."""
-
-
-def run_formats(options: argparse.Namespace) -> None:
-    """Print the table of formats."""
-    from rockframe.ingest import FORMATS
-
-    heads = {
-        "name": "name",
-        "obspy_name": "obspy",
-        "extensions": "usual extensions",
-        "description": "description",
-    }
-    rows = [{key: getattr(entry, key) for key in heads} for entry in FORMATS]
-    if options.json:
-        console.show_json(rows)
-        return
-    cells = [
-        [text if isinstance(text, str) else " ".join(text) for text in row.values()] for row in rows
-    ]
-    console.show_table("Formats of strong-motion records", list(heads.values()), cells)
 
 
 def add_verify(parser: argparse.ArgumentParser) -> None:

@@ -15,7 +15,7 @@ from obspy.core.util.obspy_types import ObsPyException
 from obspy.geodetics import gps2dist_azimuth
 
 from rockframe.errors import ParameterError, ServiceError
-from rockframe.options.ingest import FetchOptions, utc
+from rockframe.options.fetch import FetchOptions, utc
 
 
 @dataclass(frozen=True, kw_only=True)

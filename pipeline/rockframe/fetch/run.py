@@ -29,7 +29,7 @@ from rockframe.fetch.metadata import (
     without_response,
 )
 from rockframe.fetch.service import Kind, Service, ServiceReply, Sleep, open_service
-from rockframe.options.ingest import FetchOptions
+from rockframe.options.fetch import FetchOptions
 from rockframe.provenance import __version__, read_json, refuse_obstacles, sha256_of, whole_file
 
 #: File with the request and the SHA-256 of everything received.

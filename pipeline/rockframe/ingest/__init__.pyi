@@ -19,6 +19,7 @@ from .files import load as load
 from .files import read_file as read_file
 from .files import sources_of as sources_of
 from .options import ReadOptions as ReadOptions
+from .options import TextLayout as TextLayout
 from .registry import FORMATS as FORMATS
 from .registry import Format as Format
 from .registry import read_bytes as read_bytes

@@ -1,7 +1,4 @@
-"""Metadata of records from a `catalogue.csv` and from the catalogues of archives.
-
-The archives' catalogues are PEER, NGA-West2, ESM and gmprocess tables, ComCat and QuakeML.
-"""
+"""Metadata of records from `catalogue.csv`, PEER, NGA-West2, ESM, gmprocess, ComCat, QuakeML."""
 
 from __future__ import annotations
 
@@ -11,6 +8,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from dataclasses import field as default
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, TextIO
@@ -88,6 +86,8 @@ class CatalogueEntry:
         then, at the station of the entry if it names one.
     trust : tuple of str
         Words of `rockframe.errors.TRUSTED`: which of two contradictory statements is right.
+    reading : mapping
+        Fields of `rockframe.ReadOptions` and `rockframe.TextLayout` for the file: its units, ...
 
     Examples
     --------
@@ -112,6 +112,7 @@ class CatalogueEntry:
     origin_time: str = ""
     source: str = ""
     trust: tuple[str, ...] = ()
+    reading: Mapping[str, Any] = default(default_factory=dict)
 
 
 def archive_catalogue(name: str, head: bytes) -> str:
@@ -358,7 +359,7 @@ _FIELDS: Final = {
     TRUST: "trust",
 }
 #: Fields of an entry that are no field of a record.
-_NO_FACTS: Final = frozenset(["file", "origin_time", "trust"])
+_NO_FACTS: Final = frozenset(["file", "origin_time", "trust", "reading"])
 _TEXTS: Final = ("file", "event", "station", "network", "mechanism", "source")
 #: Bounds of numbers that are not distances; the others are zero or positive.
 _BOUNDS: Final = {"magnitude": (-2.0, 10.0), VS30: (0.0, 10_000.0)}
@@ -542,10 +543,12 @@ def _applies(entry: CatalogueEntry, record: Record, known: Mapping[str, Any]) ->
 
 def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
     rows = read_rows(stream)
+    from rockframe.ingest.options import READING  # runs that only plan read no catalogue
+
     header = [name.strip() for name in next(rows, (1, []))[1]]
     for name in header:
-        if name not in _FIELDS or header.count(name) > 1:
-            known = ", ".join(_FIELDS)
+        if name not in {**_FIELDS, **READING} or header.count(name) > 1:
+            known = ", ".join((*_FIELDS, *READING))
             message = f"column {name!r} unknown or repeated. Must be one of: {known}."
             raise InputError(path, message, 1)
     if "file" not in header:
@@ -562,6 +565,8 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
     file = row["file"]
     if not file or Path(file).name != file:
         raise InputError(path, f"file {file!r}. Must be the name of a file.", line=line)
+    from rockframe.ingest.options import parse_reading
+
     texts = {field: row.get(field, "") for field in _TEXTS}
     numbers = {
         field: _number(path, row, column, line)
@@ -573,8 +578,9 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
     if site not in sites:
         known = ", ".join(filter(None, sites))
         raise InputError(path, f"site {site!r}. Must be one of: {known}.", line=line)
-    words = parse_words(path, row.get(TRUST, ""), line)
-    return CatalogueEntry(**texts, **numbers, site_type=sites[site], trust=words)  # type: ignore[arg-type]
+    stated: dict[str, Any] = {"trust": parse_words(path, row.get(TRUST, ""), line)}
+    stated |= {"reading": parse_reading(path, row, line), "site_type": sites[site]}
+    return CatalogueEntry(**texts, **numbers, **stated)  # type: ignore[arg-type]
 
 
 def _number(path: Path, row: dict[str, str], column: str, line: int) -> float:

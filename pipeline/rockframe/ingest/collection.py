@@ -183,10 +183,13 @@ def _with_measures(reading: Reading, ratio: float) -> Reading:
 
 
 def _trusting(source: Source, options: ReadOptions) -> ReadOptions:
-    """Return options with what the catalogues beside a file say of its contradictions."""
+    """Return options with what the catalogues beside a file say of reading it."""
     entries = {**source.others, **source.catalogue}
     words = {name: entry.trust for name, entry in entries.items() if entry.trust}
-    return replace(options, trust_of=words) if words else options
+    reading = {name: entry.reading for name, entry in entries.items() if entry.reading}
+    if not (words or reading):
+        return options
+    return replace(options, trust_of=words, of_files=reading)
 
 
 def _outcomes(

@@ -362,8 +362,9 @@ def _read(
     if content.refusal:
         raise InputError(content.where, content.refusal)
     try:
-        chosen, source = identified(content.path, content.data, file_format)
         names = dict.fromkeys(re.split("[:/]", content.name))
+        options = options.of_file(names)
+        chosen, source = identified(content.path, content.data, file_format, options)
         records, left_out = read_format(chosen, content.path, content.data, options, names)
     except InputError as error:
         raise type(error)(content.where, error.reason, error.line) from None
@@ -582,9 +583,17 @@ def _outcomes(
 
 
 def _trusting(name: str, options: ReadOptions, catalogues: _Catalogues) -> ReadOptions:
-    """Return options with what the catalogues in an archive trust, below those beside it."""
-    within: dict[str, tuple[str, ...]] = {}
+    """Return options with what the catalogues in an archive say, below those beside it."""
+    within: dict[str, CatalogueEntry] = {}
     for folder, entries in catalogues.items():
         if folder and name.startswith(folder):
-            within |= {file: entry.trust for file, entry in entries.items() if entry.trust}
-    return replace(options, trust_of={**within, **options.trust_of}) if within else options
+            within |= entries
+    words = {file: entry.trust for file, entry in within.items() if entry.trust}
+    reading = {file: entry.reading for file, entry in within.items() if entry.reading}
+    if not (words or reading):
+        return options
+    return replace(
+        options,
+        trust_of={**words, **options.trust_of},
+        of_files={**reading, **options.of_files},
+    )

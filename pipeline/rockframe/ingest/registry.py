@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-from rockframe.errors import InputError, trusting
+from rockframe.errors import InputError, OtherQuantityError, trusting
 from rockframe.ingest.formats import (
     afad,
     bhrc,
@@ -121,6 +121,22 @@ FORMATS: Final = (
 )
 
 
+def _read_unclaimed(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Read a table that no format claims; the error says so."""
+    try:
+        return text.read(path, data, options)
+    except OtherQuantityError:
+        raise
+    except InputError as error:
+        message = f"unknown format; taken as a table of numbers: {error.reason}"
+        raise InputError(path, message, error.line) from None
+
+
+_TABLE: Final = replace(
+    next(known for known in FORMATS if known.name == "acceleration_text"), read=_read_unclaimed
+)
+
+
 def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
     r"""Return the one format that recognises a file.
 
@@ -148,7 +164,7 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
     if claims:
         names = ", ".join(known.name for known in claims)
         raise InputError(source, f"ambiguous format: {names} all recognise it.")
-    if _CALTECH.search("\n".join(head_lines(head)[:2])):
+    if _is_caltech(head):
         raise InputError(
             source,
             "is a Caltech/USC tape in a layout that cannot be read. "
@@ -191,7 +207,8 @@ def read_bytes(
     >>> read_bytes("shake.csv", b"time_s,acc_g\n0.00,0.0\n0.01,0.2\n")[0].record_id
     'shake'
     """
-    chosen, source = identified(Path(path), data, file_format)
+    options = options.of_file([Path(path).name])
+    chosen, source = identified(Path(path), data, file_format, options)
     whole = replace(chosen, read_streams=None)  # an error if no stream can be used
     records, _ = read_format(whole, Path(path), data, options, [Path(path).name])
     return [replace(one, source_file=source_file or Path(path).name, **source) for one in records]
@@ -220,7 +237,10 @@ def read_format(
 
 
 def identified(
-    path: Path, data: bytes, file_format: Format | None = None
+    path: Path,
+    data: bytes,
+    file_format: Format | None = None,
+    options: ReadOptions = NO_OPTIONS,
 ) -> tuple[Format, dict[str, Any]]:
     """Return the format of a file, and the fields of its records that name their source.
 
@@ -233,9 +253,22 @@ def identified(
         raise InputError(path, "empty file.")
     if is_utf16(data):
         raise InputError(path, "text in UTF-16. Save it as ASCII or UTF-8.")
-    chosen = sniff_format(data[:HEAD], path) if file_format is None else file_format
+    chosen = file_format or _recognised(path, data, options)
     source = {"source_format": chosen.name, "source_sha256": hashlib.sha256(data).hexdigest()}
     return chosen, source
+
+
+def _recognised(path: Path, data: bytes, options: ReadOptions) -> Format:
+    """Return the format of a file; that of tables if rows of numbers follow title lines."""
+    head = data[:HEAD]
+    unclaimed = not any(known.sniff(head) for known in FORMATS) and not _is_caltech(head)
+    if unclaimed and text.reads(data, options):
+        return _TABLE
+    return sniff_format(head, path)
+
+
+def _is_caltech(head: bytes) -> bool:
+    return bool(_CALTECH.search("\n".join(head_lines(head)[:2])))
 
 
 def _beginning(head: bytes) -> str:

@@ -1,11 +1,9 @@
-"""Options of reading, downloading and selecting records, filters, and limits of the passport."""
+"""Options of reading and selecting records, filters, and limits of the passport."""
 
 from __future__ import annotations
 
 import math
-import re
-from datetime import UTC, datetime
-from typing import Annotated, ClassVar, Final, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -41,6 +39,34 @@ _AT_LEAST: Final = frozenset(
     ["signal_to_noise", "usable_period_longest", "significant_duration", "arias_intensity"]
 )
 
+
+Separator = Literal["comma", "semicolon", "tab", "blank"]
+DecimalMark = Literal["point", "comma"]
+FirstLine = Literal["names", "sizes", "numbers"]
+
+
+def _not_zero(value: float) -> float:
+    if value == 0.0:
+        raise value_error("0. Must not be zero")
+    return value
+
+
+def _channels(channels: tuple[str, ...]) -> tuple[str, ...]:
+    for channel in channels:
+        if not all(part.strip() for part in channel.rpartition("=")):
+            must = "Must be a column and its component, such as 2=NS or acc_x=045"
+            raise value_error(f"{channel!r}. {must}")
+    return channels
+
+
+#: A finite number other than zero.
+NotZero = Annotated[Finite, AfterValidator(_not_zero)]
+#: Columns and their components.
+Channels = Annotated[
+    tuple[Annotated[str, Field(title="COLUMN=COMPONENT")], ...],
+    Field(min_length=1, strict=False),
+    AfterValidator(_channels),
+]
 
 #: Range of factors on a selected motion: wider than any use, and without overflow.
 LEAST_FACTOR: Final = 1e-3
@@ -188,22 +214,49 @@ class PassportLimits(Options):
         return self
 
 
-class IngestOptions(Options):
-    """Options of reading and processing record files."""
+class FileOptions(Options):
+    """Metadata that files of records do not state, and the layout of text tables.
 
-    conditions: ClassVar[Conditions] = {
-        "rest_s": Condition("sequence", lambda one: one.sequence is not None)
-    }
+    Examples
+    --------
+    >>> FileOptions(units="gal", values_per_line=5).values_per_line
+    5
+    """
 
     units: Annotated[Units | None, Field(examples=["g"])] = None
-    """Acceleration units of files that do not state them: g, gal, cm/s2, mm/s2 or m/s2 (a file
-    that states other units is rejected)."""
+    """Acceleration units of files that do not state them: g, mg, %g, gal, cm/s2, mm/s2, m/s2, in/s2
+    or ft/s2 (a file that states other units is rejected)."""
+    factor_m_s2: Annotated[NotZero | None, Field(examples=[0.0098])] = None
+    """Acceleration of the number 1 in files that state no units [m/s2], instead of units."""
     time_step_s: Annotated[Positive | None, Field(examples=[0.01])] = None
     """Time step of text files that do not state it [s] (a file that states another time step is
     rejected)."""
     column: Annotated[str | None, Field(examples=["acc_x"])] = None
     """Name or number of the column of acceleration in text files, or `all` if the columns are one
     series, line by line; by default the columns whose names mean acceleration."""
+    skip_lines: Annotated[int, Field(ge=0, le=100_000)] = 0
+    """Number of lines at the top of text files that are not read."""
+    comment: Annotated[str, Field(min_length=1), Field(examples=["!"])] | None = None
+    """Beginning of comment lines in text files; by default # or %."""
+    separator: Annotated[Separator | None, Field(examples=["semicolon"])] = None
+    """Separator of the columns of text files; by default recognised."""
+    decimal: Annotated[DecimalMark | None, Field(examples=["comma"])] = None
+    """Decimal mark of text files; by default recognised."""
+    first_line: Annotated[FirstLine | None, Field(examples=["sizes"])] = None
+    """Contents of the first line of text files below comments and skipped lines: names of the
+    columns, sizes (the number of samples, and perhaps the time step), or numbers; by default
+    recognised."""
+    values_per_line: Annotated[int, Field(ge=1, le=1000), Field(examples=[5])] | None = None
+    """Number of values of one series in each line of text files; by default recognised."""
+    time_column: Annotated[str | None, Field(examples=["none"])] = None
+    """Name or number of the column of times in text files, in seconds or as clock times, or none to
+    leave the times out; by default recognised."""
+    channels: Annotated[Channels | None, Field(examples=[("2=NS", "3=EW")])] = None
+    """Columns of acceleration in text files and their components: number or name of the column, and
+    an azimuth of three digits, a compass name, or UP."""
+    sensitivity_counts_s2_m: Annotated[NotZero | None, Field(examples=[213945.0])] = None
+    """Counts per m/s2 of files with counts, instead of a StationXML; negative if the counts have
+    the opposite sign."""
     streams: Annotated[str | None, Field(examples=["raw"])] = None
     """Streams of ASDF files: processed, raw, or their label; by default the processed ones that
     passed the checks of gmprocess."""
@@ -217,6 +270,21 @@ class IngestOptions(Options):
     water_level_db: Annotated[Positive | None, Field(examples=[60.0])] = None
     """Remove the full instrument response from miniSEED files, with this water level [dB]; by
     default they are divided by the sensitivity."""
+
+    @model_validator(mode="after")
+    def _one_unit(self) -> Self:
+        if self.units is not None and self.factor_m_s2 is not None:
+            raise rule("units and factor_m_s2 both stated. State only one of them")
+        return self
+
+
+class IngestOptions(FileOptions):
+    """Options of reading and processing record files."""
+
+    conditions: ClassVar[Conditions] = {
+        "rest_s": Condition("sequence", lambda one: one.sequence is not None)
+    }
+
     band_pass_hz: Annotated[Range | None, Field(examples=[(0.1, 40.0)])] = None
     """Corner frequencies for uncorrected records [Hz]; by default the lower one is chosen for each
     record from its noise before the event and from its displacement, and the upper one is 40."""
@@ -411,142 +479,3 @@ class SelectOptions(Options):
         if self.conditioning_period_s is None or self.conditioning_sa_g is None:
             return None
         return self.conditioning_period_s, self.conditioning_sa_g * GRAVITY
-
-
-#: Codes with the wild cards of the FDSN services; ``--`` is the blank location.
-_CODES: Final = re.compile(r"[A-Za-z0-9?*-]{1,8}(,[A-Za-z0-9?*-]{1,8})*")
-
-
-def utc(text: str) -> str:
-    """Convert an ISO 8601 time to UTC, with microseconds; a time without a zone is already UTC.
-
-    Raises
-    ------
-    ValueError
-        If the text is not an ISO 8601 time.
-
-    Examples
-    --------
-    >>> utc("2019-07-05T20:19:53-07:00")
-    '2019-07-06T03:19:53.000000Z'
-    """
-    time = datetime.fromisoformat(text)
-    time = time.replace(tzinfo=UTC) if time.tzinfo is None else time.astimezone(UTC)
-    return time.strftime("%Y-%m-%dT%H:%M:%S.%fZ")
-
-
-def _time(text: str) -> str:
-    try:
-        return utc(text)
-    except ValueError:
-        must = "Must be a time in ISO 8601, such as 2019-07-06T03:19:53Z"
-        raise value_error(f"{text!r}. {must}") from None
-
-
-def _codes(codes: str) -> str:
-    if not _CODES.fullmatch(codes):
-        must = "letters, digits, '?' and '*', separated by commas ('--' for a blank location)"
-        raise value_error(f"{codes!r}. Must be codes of {must}")
-    return codes
-
-
-Codes = Annotated[str, Field(title="CODES"), AfterValidator(_codes)]
-Time = Annotated[str, Field(title="TIME"), AfterValidator(_time)]
-Url = Annotated[str, Field(title="URL")]
-Seconds = Annotated[float, Field(ge=0.0, title="SECONDS", allow_inf_nan=False)]
-Degrees = Annotated[float, Field(title="DEGREES", allow_inf_nan=False)]
-
-
-class FetchOptions(Options):
-    """The records to download: those of one event, or of a time span.
-
-    Examples
-    --------
-    >>> FetchOptions(url="SCEDC", event="38457511", network="CI", radius_km=50.0).channel
-    'HN?,HG?,BN?'
-    """
-
-    conditions: ClassVar[Conditions] = dict.fromkeys(
-        ("before", "after"), Condition("event or origin", lambda one: one.start is None)
-    )
-
-    url: Url
-    """Data centre: URL, or a short name known to obspy (SCEDC, INGV, GEONET...)."""
-    event_url: Url = ""
-    """URL of the event service, if different."""
-    station_url: Url = ""
-    """URL of the station service, if different."""
-    event: Annotated[str, Field(title="ID")] = ""
-    """Event identifier of the service."""
-    origin: Time | None = None
-    """Origin time (UTC), such as 2019-07-06T03:19:53, with latitude and longitude; replaces the
-    event identifier."""
-    latitude: Annotated[Degrees, Field(ge=-90.0, le=90.0)] | None = None
-    """Latitude of the epicentre [degree], with origin."""
-    longitude: Annotated[Degrees, Field(ge=-180.0, le=180.0)] | None = None
-    """Longitude of the epicentre [degree], with origin."""
-    magnitude: Annotated[float, Field(allow_inf_nan=False)] | None = None
-    """Magnitude of the event, with origin."""
-    event_name: str = ""
-    """Name of the event, with origin."""
-    start: Time | None = None
-    """Start of a time span (UTC); replaces the event."""
-    end: Time | None = None
-    """End of the time span (UTC)."""
-    network: Codes = "*"
-    """Codes with ? and *, separated by commas."""
-    station: Codes = "*"
-    """Codes with ? and *, separated by commas."""
-    location: Codes = "*"
-    """Codes with ? and *, separated by commas; -- is a blank location."""
-    channel: Codes = "HN?,HG?,BN?"
-    """Codes with ? and *, separated by commas; by default those of accelerometers."""
-    radius_km: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
-    """Largest epicentral distance [km], along the WGS84 geodesic."""
-    min_radius: Annotated[Degrees, Field(ge=0.0)] | None = None
-    """Smallest epicentral distance in degrees of arc; replaces the radius in kilometres."""
-    max_radius: Annotated[Degrees, Field(ge=0.0)] | None = None
-    """Largest epicentral distance in degrees of arc; replaces the radius in kilometres."""
-    before: Seconds = 30.0
-    """Length of the requested records before the origin time [s]."""
-    after: Seconds = 300.0
-    """Length of the requested records after the origin time [s]."""
-    timeout: Positive = 120.0
-    """Longest wait for one response [s]."""
-
-    @model_validator(mode="after")
-    def _states_one_source(self) -> Self:
-        stated = sum(map(bool, (self.event, self.origin, self.start or self.end)))
-        if stated != 1:
-            raise rule(f"{stated} of event, origin and start are given. Give exactly one of them")
-        for name in ("latitude", "longitude", "magnitude", "event_name"):
-            given = getattr(self, name) not in (None, "")
-            if given and self.origin is None:
-                raise rule(f"{name} is given without origin")
-            if self.origin and not given and name in ("latitude", "longitude"):
-                raise rule(f"origin is given without {name}")
-        if not self.origin and not self.event and not (self.start or "") < (self.end or ""):
-            raise rule(f"Invalid end {self.end}. Must be after the start {self.start}")
-        if self.before + self.after == 0.0:
-            raise rule("before and after are both 0 s: nothing is requested")
-        return self
-
-    @model_validator(mode="after")
-    def _is_bounded(self) -> Self:
-        degrees = [radius for radius in (self.min_radius, self.max_radius) if radius is not None]
-        if self.radius_km is not None and degrees:
-            raise rule("radius_km is given with min_radius or max_radius. Give one or the other")
-        if self.start and (degrees or self.radius_km is not None):
-            raise rule("A radius is given without an event")
-        near = self.radius_km is not None or self.max_radius is not None
-        if not near and "*" in self.station.split(","):
-            raise rule(
-                f"Invalid station {self.station!r} without a radius. Name stations, or state "
-                "radius_km or max_radius"
-            )
-        return self
-
-    @property
-    def largest_km(self) -> float:
-        """Largest epicentral distance [km]; infinite if not stated."""
-        return math.inf if self.radius_km is None else self.radius_km

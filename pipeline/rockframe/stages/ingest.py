@@ -17,7 +17,6 @@ from rockframe.components import HorizontalPair, pair_horizontals, rotate
 from rockframe.engines.pool import Limits
 from rockframe.errors import InputError, ParameterError, RockframeWarning
 from rockframe.ingest import (
-    ReadOptions,
     Source,
     collect_sources,
     is_catalogue,
@@ -25,6 +24,7 @@ from rockframe.ingest import (
     sources_of,
 )
 from rockframe.ingest.collection import read_and_measured
+from rockframe.ingest.options import read_options
 from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
 from rockframe.outcome import InputOutcome
@@ -212,7 +212,7 @@ def ingest_stage(
         closing(
             collect_sources(
                 sources,
-                _read_options(options),
+                read_options(options),
                 progress,
                 workers=workers,
                 limits=limits,
@@ -254,7 +254,13 @@ def ingest_stage(
 
 #: Formats of the files that an option concerns.
 _OF_FORMATS: Final = {
-    "column": ("acceleration_text",),
+    **dict.fromkeys(
+        (
+            *("column", "skip_lines", "comment", "separator", "decimal", "first_line"),
+            *("values_per_line", "time_column", "channels"),
+        ),
+        ("acceleration_text",),
+    ),
     "streams": ("asdf",),
     "station_xml": ("miniseed", "sac"),
     "water_level_db": ("miniseed",),
@@ -269,7 +275,7 @@ def _warn_of_idle_options(
         return
     formats = {record.source_format for record in accepted}
     for name, concerned in _OF_FORMATS.items():
-        if getattr(options, name) is not None and formats.isdisjoint(concerned):
+        if getattr(options, name) not in (None, 0) and formats.isdisjoint(concerned):
             kinds = " or ".join(concerned)
             words = f"{name} has no effect: none of the {len(accepted)} records is of {kinds}."
             warnings.warn(words, RockframeWarning, stacklevel=3)
@@ -323,18 +329,6 @@ def _limits(options: IngestOptions) -> PassportLimits:
     from rockframe.study.toml import read_limits  # few runs state limits
 
     return read_limits(options.limits)
-
-
-def _read_options(options: IngestOptions) -> ReadOptions:
-    return ReadOptions(
-        units=options.units,
-        time_step=options.time_step_s,
-        station_xml=options.station_xml,
-        water_level=options.water_level_db,
-        column=options.column,
-        streams=options.streams,
-        trust=options.trust or (),
-    )
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
-from rockframe.options.ingest import FetchOptions
+from rockframe.options.fetch import FetchOptions
 from rockframe.outcome import InputOutcome
 from rockframe.paper.pulses import with_paper_facts
 from rockframe.provenance import refuse_obstacles, refuse_overwriting

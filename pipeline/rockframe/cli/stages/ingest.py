@@ -7,12 +7,12 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
-from rockframe.options.ingest import FetchOptions, Filters, IngestOptions
+from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import ReadingOptions
 from rockframe.units import GRAVITY
 
@@ -23,8 +23,14 @@ if TYPE_CHECKING:
     from rockframe.stages.acceptance import Ingested
 
 
+#: Beginning of the note of a record on the layout of its table.
+_LAYOUT: Final = "table: "
+
+
 def add_fetch(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: data centre, event, stations, time span, folder."""
+    from rockframe.options.fetch import FetchOptions  # only this command needs it
+
     parser.epilog = (
         "Exit status: 0 everything was received; 1 something is missing (it is listed); 2 nothing "
         "was received, or an error that you can correct. The same command resumes an interrupted "
@@ -44,6 +50,7 @@ def add_fetch(parser: argparse.ArgumentParser) -> None:
 
 def run_fetch(options: argparse.Namespace) -> int:
     """Download, and print what was requested and received."""
+    from rockframe.options.fetch import FetchOptions
     from rockframe.stages.table import fetch_stage
 
     request = chosen(options, FetchOptions)
@@ -126,6 +133,7 @@ def run_ingest(options: argparse.Namespace) -> int:
     else:
         _show(accepted, options.output)
         _show_unpaired(unpaired)
+        _show_layouts(accepted)
         _show_trusted(accepted, stated.trust or ())
         filtered = sum(entry.status == "filtered" for entry in result.entries)
         if filtered:
@@ -211,6 +219,18 @@ def _show(accepted: list[dict[str, Any]], output: Path) -> None:
     ]
     many = "s" if len(accepted) > 1 else ""
     console.show_rows(f"{len(accepted)} record{many} in {output}", columns, accepted)
+
+
+def _show_layouts(accepted: list[dict[str, Any]]) -> None:
+    """Print how tables were read, where they are not plain columns; equal layouts in one line."""
+    together: defaultdict[str, list[str]] = defaultdict(list)
+    for row in accepted:
+        for note in row["processing"]:
+            if note.startswith(_LAYOUT):
+                together[note.removeprefix(_LAYOUT)].append(row["record_id"])
+    for note, names in together.items():
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        print(f"{names[0]}{more}: read as {note}")
 
 
 def _show_trusted(accepted: list[dict[str, Any]], words: Sequence[str]) -> None:

@@ -11,23 +11,28 @@ import io
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from rockframe.errors import InputError, settle
-from rockframe.ingest.identify import directed, record_ids
-from rockframe.ingest.options import ReadOptions, factor_to_si
+from rockframe.ingest.identify import directed, record_ids, seed_letter
+from rockframe.ingest.options import NO_TIMES, ReadOptions, TextLayout, factor_to_si
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.column_headers import (
+from rockframe.ingest.parsing.columns import (
     Columns,
+    are_pairs,
     column_names,
+    column_place,
     is_known,
     is_row,
+    is_series,
     read_headers,
     split_fields,
+    time_column,
+    unclear,
     units_in,
 )
 from rockframe.ingest.parsing.lines import (
@@ -38,14 +43,15 @@ from rockframe.ingest.parsing.lines import (
     head_lines,
     is_number,
     parse_numbers,
-    plain_text,
     require_even_lines,
     require_whole_end,
 )
 from rockframe.ingest.parsing.timing import even_time_step
-from rockframe.ingest.parsing.unnamed_columns import are_pairs, is_series, time_column, unclear
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
+
+if TYPE_CHECKING:
+    from rockframe.ingest.parsing.table_layout import Table
 
 DESCRIPTION = "CSV or white-space text: time and acceleration, or acceleration alone"
 
@@ -56,39 +62,22 @@ _STATED_STEP: Final = re.compile(
     r"\bdt\b\s*[:=]\s*(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)\s*(?:s|sec|seconds?)?\s*(?:[,;]|$)",
     re.I,
 )
-#: Number of samples, and perhaps the time step, in a line of their own above the rows.
-_SIZES: Final = re.compile(
-    r"\s*(?P<count>[1-9]\d{0,8})(?:[\s,;]+(?P<step>\d*\.?\d+(?:e-?\d{1,2})?))?\s*", re.I
+_STATED_RATE: Final = re.compile(
+    r"\bsampl(?:e|ing)[ _]?(?:rate|freq\w*)\b[^\d\n]{0,14}(\d{1,5}(?:\.\d{1,6})?)(?=\s|$|[,;]|Hz)",
+    re.I,
 )
 #: Number of rows whose decimal points are compared with the first row.
 _FIRST_ROWS: Final = 20
-#: Possible numbers of values per line, in a series without times.
+#: Numbers of values per line of a series that `sniff` recognises.
 _SERIES: Final = (8, 10)
+#: Largest number of values per line of a series without times that is recognised.
+_LONGEST_SERIES: Final = 12
 #: Column that the user states for a series with several values per line.
 ALL_COLUMNS: Final = "all"
+#: Number of bytes in which the rows of a table are sought.
+_TABLE_HEAD: Final = 65_536
 #: Relative tolerance between two time steps, one of which is rounded.
 _SAME_STEP: Final = 1e-3
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """Comments and column names, and the rows of numbers with their separator."""
-
-    comments: list[str]
-    names: list[str]
-    names_line: int
-    body: bytes
-    first_line: int
-    separator: bytes | None
-    sizes: re.Match[str] | None = None
-
-    @property
-    def rows(self) -> list[bytes]:
-        return self.body.split(b"\n")
-
-    @property
-    def columns(self) -> int:
-        return len(self.body.partition(b"\n")[0].split(self.separator))
 
 
 def sniff(head: bytes) -> bool:
@@ -154,234 +143,281 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     >>> record.time_step, record.acceleration
     (0.01, array([ 0.981, -1.962]))
     """
-    layout = _split(path, data)
-    table, columns, per_row = _read_columns(path, layout, options)
+    from rockframe.ingest.parsing.table_layout import split  # most records are no tables
+
+    table = split(path, data, options.layout, options.column)
+    numbers, columns, per_row, taken = _read_columns(path, table, options)
     stated = columns.units
-    factor = factor_to_si(path, stated, options, layout.names_line or None)
-    taken = f"{stated!r} in the column name" if stated else f"{options.units!r} given"
-    _require_units(path, layout, factor, taken)
+    factor = _factor(path, table, stated, options)
+    given = f"{options.units!r} given" if options.units else f"{factor:g} m/s2 given"
+    _require_units(path, table, factor, f"{stated!r} in the column name" if stated else given)
     if not data[-1:].isspace():
-        require_whole_end(path, layout.body, layout.first_line, per_row)
-    _require_count(path, layout, len(table))
-    _require_sample(path, layout)
-    step = _agreed_step(path, layout, _time_step(path, layout, columns.time, table, options))
+        require_whole_end(path, table.body, table.first_line, per_row)
+    _require_count(path, table, len(numbers))
+    _require_sample(path, table)
+    step = _agreed_step(path, table, _time_step(path, table, columns.time, numbers, options))
     ids = record_ids(path, [*columns.accelerations.values()])
+    words = [*filter(None, (*table.taken, taken))]
+    units = stated or options.units or f"{factor:g} m/s2"
+    note = f"table: {', '.join((*words, f'{step:g} s', units))}"
     return [
         Record(
             record_id=record_id,
-            acceleration=table[:, place] * factor,
+            acceleration=numbers[:, place] * factor,
             time_step=step,
-            **directed(name),
+            **directed(name, seed_letter(name) or name),
+            processing=(note,) if words else (),
         )
         for (place, name), record_id in zip(columns.accelerations.items(), ids, strict=True)
     ]
 
 
-def _read_columns(path: Path, layout: _Layout, options: ReadOptions) -> tuple[Float, Columns, int]:
-    """Return the numbers, the meaning of their columns, and the number of columns of a line."""
-    count, chosen, line = layout.columns, options.column, layout.names_line or layout.first_line
-    if layout.names:
-        columns = read_headers(path, layout.names, count, line, chosen)
-        return _parse(path, layout, columns), columns, count
-    if chosen is not None and chosen.strip().lower() == ALL_COLUMNS:
-        return _values(path, layout).reshape(-1, 1), Columns(None, {0: ""}, None), 1
-    if count > 2 and chosen is None:
-        return _many_columns(path, layout)
-    columns = read_headers(path, [], count, line, chosen)
-    table, [place] = _parse(path, layout, columns), [*columns.accelerations]
-    if count > 2 and are_pairs(table.ravel(), count):
+def _factor(path: Path, table: Table, stated: str | None, options: ReadOptions) -> float:
+    """Return the acceleration of the number 1 [m s-2]; the error names units in the comments."""
+    try:
+        return factor_to_si(path, stated, options, table.names_line or None)
+    except InputError as error:
+        units = {units for units in map(units_in, table.comments) if units}
+        if stated or options.units or len(units) != 1:
+            raise
+        [word] = units
+        line = next(k for k, comment in enumerate(table.comments, 1) if units_in(comment))
+        message = f"{error.reason} The text above the numbers states {word!r}: --units {word}."
+        raise InputError(path, message, line) from None
+
+
+def reads(head: bytes, options: ReadOptions) -> bool:
+    r"""Return True if rows of numbers follow title lines, or are laid out as the user states.
+
+    Examples
+    --------
+    >>> reads(b"Ridgecrest, 2019\n0.1\n0.2\n0.3\n", ReadOptions())
+    True
+    """
+    from rockframe.ingest.parsing.table_layout import is_table
+
+    return is_table(head[:_TABLE_HEAD], options.layout)
+
+
+def _read_columns(
+    path: Path, table: Table, options: ReadOptions
+) -> tuple[Float, Columns, int, str]:
+    """Return the numbers, the meaning of their columns, the number of columns of a line, and what
+    was recognised of them, in words.
+    """
+    count, chosen, words = table.columns, options.column, options.layout
+    line = table.names_line or table.first_line
+    if words.values_per_line is not None or (chosen or "").strip().lower() == ALL_COLUMNS:
+        if words.values_per_line not in (None, count):
+            message = f"{count} values in a line. Must be {words.values_per_line}, as stated."
+            raise InputError(path, message, table.first_line)
+        values = _values(path, table).reshape(-1, 1)
+        return values, Columns(None, {0: ""}, None), 1, f"{count} values a line, as stated"
+    if words.channels:
+        return *_stated_channels(path, table, words), count, "channels as stated"
+    if table.names:
+        columns = read_headers(path, table.names, count, line, chosen, table.index)
+        columns = replace(columns, time=_stated_time(path, table, columns.time, words))
+        return _parse(path, table, columns), columns, count, ""
+    if count > 2 and chosen is None and words.time_column is None:
+        return _many_columns(path, table)
+    if chosen is None and count == 2 and words.time_column is not None:
+        time = _stated_time(path, table, None, words)
+        chosen = None if time is None else str(2 - time)
+    columns = read_headers(path, [], count, line, chosen, table.index)
+    numbers, [place] = _parse(path, table, columns), [*columns.accelerations]
+    if count > 2 and are_pairs(numbers.ravel(), count):
         message = f"each line holds {count // 2} pairs of time and acceleration, which are one"
         raise InputError(path, f"{message} series. Leave out --column.", line)
-    time = time_column(path, table, place, options.time_step, line)
-    if count == 2 and time is None and chosen is None and len(table) > 1:
-        raise unclear(path, table.ravel(), 2, line)
-    return table, replace(columns, time=time), count
+    if words.time_column is not None:
+        return numbers, replace(columns, time=_stated_time(path, table, None, words)), count, ""
+    time = time_column(path, numbers, place, options.time_step, line)
+    if count == 2 and time is None and chosen is None and len(numbers) > 1:
+        raise unclear(path, numbers.ravel(), 2, line, commas=table.separator == b",")
+    return numbers, replace(columns, time=time), count, ""
 
 
-def _many_columns(path: Path, layout: _Layout) -> tuple[Float, Columns, int]:
+def _stated_channels(path: Path, table: Table, words: TextLayout) -> tuple[Float, Columns]:
+    """Return the numbers, and the columns that the user states with their components."""
+    line = table.names_line or table.first_line
+    accelerations: dict[int, str] = {}
+    for channel in words.channels:
+        column, _, component = channel.rpartition("=")
+        place = column_place(path, table.names, table.columns, line, column, table.index)
+        accelerations[place] = component.strip()
+    stated = table.names and read_headers(
+        path, table.names, table.columns, line, str(min(accelerations) + 1)
+    )
+    columns = Columns(None, accelerations, stated.units if stated else None)
+    numbers = _parse(path, table, columns)
+    if words.time_column is None and not table.names:
+        time = time_column(path, numbers, min(accelerations), None, line)
+    else:
+        time = _stated_time(path, table, stated.time if stated else None, words)
+    if time in accelerations:
+        raise InputError(path, f"column {time + 1} is both time and acceleration.", line)
+    return numbers, replace(columns, time=time)
+
+
+def _stated_time(path: Path, table: Table, time: int | None, words: TextLayout) -> int | None:
+    """Return the index of the column of times: the stated one, none, or the recognised one."""
+    if words.time_column is None:
+        return time
+    if words.time_column.strip().lower() == NO_TIMES:
+        return None
+    line = table.names_line or table.first_line
+    return column_place(path, table.names, table.columns, line, words.time_column, table.index)
+
+
+def _many_columns(path: Path, table: Table) -> tuple[Float, Columns, int, str]:
     """Return the numbers in three columns or more without names, as `_read_columns`."""
-    values, count = _values(path, layout), layout.columns
+    values, count = _values(path, table), table.columns
     if are_pairs(values, count):
         if values.size % 2:
-            last = layout.first_line + len(layout.rows) - 1
+            last = table.first_line + len(table.rows) - 1
             raise InputError(path, f"time {values[-1]:g} s without an acceleration.", last)
-        return values.reshape(-1, 2), Columns(0, {1: ""}, None), 2
-    if (count in _SERIES or layout.sizes) and is_series(values, count):
-        return values.reshape(-1, 1), Columns(None, {0: ""}, None), 1
-    raise unclear(path, values, count, layout.first_line)
+        taken = f"{count // 2} pairs of time and acceleration a line"
+        return values.reshape(-1, 2), Columns(0, {1: ""}, None), 2, taken
+    if count <= _LONGEST_SERIES and is_series(values, count):
+        return values.reshape(-1, 1), Columns(None, {0: ""}, None), 1, f"{count} values a line"
+    raise unclear(path, values, count, table.first_line)
 
 
-def _split(path: Path, data: bytes) -> _Layout:
-    comments, body = _skip_comments(plain_text(path, data).rstrip())
-    top, _, below = body.partition(b"\n")
-    names = column_names(decoded(top))
-    sizes = None if names else _sizes(decoded(top), below)
-    names_line = len(comments) + 1 if names else 0
-    skipped: list[str] = []
-    if names or sizes:
-        skipped, body = _skip_comments(below)
-    if not body:
-        raise InputError(path, "no rows of numbers.")
-    first_row = body.partition(b"\n")[0]
-    separator = b";" if b";" in first_row else b"," if b"," in first_row else None
-    if separator == b";":
-        body = body.replace(b",", b".")  # decimal commas
-    first_line = len(comments) + bool(names or sizes) + len(skipped) + 1
-    return _Layout(comments, names, names_line, body, first_line, separator, sizes)
-
-
-def _sizes(line: str, below: bytes) -> re.Match[str] | None:
-    """Return the match of a line that states the number of samples, and perhaps the time step.
-
-    Unlike a row, it has another number of fields than the rows, or the number of the rows.
-    """
-    stated = _SIZES.fullmatch(line)
-    rows = below.split(b"\n")
-    row = next((decoded(one) for one in rows if one.strip()), "")
-    if not stated or not is_row(row):
-        return None
-    if len(split_fields(row)) == len(split_fields(line)):
-        return stated if int(stated["count"]) == sum(1 for one in rows if one.strip()) else None
-    return stated if stated["step"] or len(split_fields(row)) > 2 else None
-
-
-def _skip_comments(text: bytes) -> tuple[list[str], bytes]:
-    """Return the leading comment lines and blank lines, and the text after them."""
-    count = _first_content(map(decoded, io.BytesIO(text)))
-    *lines, rest = text.split(b"\n", count)
-    if len(lines) < count:
-        lines, rest = [*lines, rest], b""
-    return [decoded(line) for line in lines], rest
-
-
-def _values(path: Path, layout: _Layout) -> Float:
+def _values(path: Path, table: Table) -> Float:
     """Return all numbers of lines of equal length; the last line may be shorter."""
-    separator = layout.separator or b" "
-    rows = layout.rows
-    for line, row in enumerate(rows, layout.first_line):
-        count = len(row.split(layout.separator))
-        last = line == layout.first_line + len(rows) - 1
-        if count > layout.columns or (count < layout.columns and not last):
-            message = f"{count} values in a line. Must be {layout.columns}, as in the first row."
+    separator = table.separator or b" "
+    rows = table.rows
+    for line, row in enumerate(rows, table.first_line):
+        count = len(row.split(table.separator))
+        last = line == table.first_line + len(rows) - 1
+        if count > table.columns or (count < table.columns and not last):
+            message = f"{count} values in a line. Must be {table.columns}, as in the first row."
             raise InputError(path, message, line=line)
         # A spreadsheet fills the last line with empty cells.
         filled = row.rstrip(separator + b" ") if last else row
-        if not all(field.strip() for field in filled.split(layout.separator)):
+        if not all(field.strip() for field in filled.split(table.separator)):
             raise bad_number(path, b"", line)
     body = b"\n".join(row.replace(separator, b" ") for row in rows)
-    values = parse_numbers(path, body + b"\n", layout.first_line)
-    require_even_lines(path, body, layout.first_line)
+    values = parse_numbers(path, body + b"\n", table.first_line)
+    require_even_lines(path, body, table.first_line)
     return values
 
 
-def _parse(path: Path, layout: _Layout, columns: Columns) -> Float:
+def _parse(path: Path, table: Table, columns: Columns) -> Float:
     """Return all numbers, shape (rows, columns)."""
-    quantities = ["acceleration"] * layout.columns
+    quantities = ["acceleration"] * table.columns
     if columns.time is not None:
         quantities[columns.time] = "time"
     try:
-        parts = [_parse_rows(block, layout) for block in blocks(layout.body + b"\n")]
+        parts = [_parse_rows(block, table) for block in blocks(table.body + b"\n")]
     except ValueError:
-        raise _first_bad_row(path, layout, quantities) from None
-    table = np.concatenate(parts)
-    if not are_finite(table):
-        raise _first_bad_row(path, layout, quantities)
-    if layout.columns == 1:  # times become wider, and the first row may be a header
-        require_even_lines(path, layout.body.partition(b"\n")[2], layout.first_line + 1)
-    return table
+        raise _first_bad_row(path, table, quantities) from None
+    numbers = np.concatenate(parts)
+    if not are_finite(numbers):
+        raise _first_bad_row(path, table, quantities)
+    if table.columns == 1:  # times become wider, and the first row may be a header
+        require_even_lines(path, table.body.partition(b"\n")[2], table.first_line + 1)
+    return numbers
 
 
-def _parse_rows(text: bytes, layout: _Layout) -> Float:
+def _parse_rows(text: bytes, table: Table) -> Float:
     if text.translate(None, _USUAL):
         raise ValueError("characters that are in no number")
-    separator = layout.separator.decode() if layout.separator else None
-    table: Float = np.loadtxt(io.BytesIO(text), comments=None, delimiter=separator, ndmin=2)
-    if table.shape != (text.count(b"\n"), layout.columns):  # loadtxt skips blank lines
+    separator = table.separator.decode() if table.separator else None
+    numbers: Float = np.loadtxt(io.BytesIO(text), comments=None, delimiter=separator, ndmin=2)
+    if numbers.shape != (text.count(b"\n"), table.columns):  # loadtxt skips blank lines
         raise ValueError("blank lines")
-    return table
+    return numbers
 
 
-def _first_bad_row(path: Path, layout: _Layout, quantities: list[str]) -> InputError:
-    for line, row in enumerate(layout.rows, layout.first_line):
-        tokens = row.split(layout.separator)
-        if len(tokens) != layout.columns:
+def _first_bad_row(path: Path, table: Table, quantities: list[str]) -> InputError:
+    for line, row in enumerate(table.rows, table.first_line):
+        tokens = row.split(table.separator)
+        if len(tokens) != table.columns:
             shown = decoded(row).strip()[:40]
             count = f"{len(tokens)} column{'s' * (len(tokens) != 1)}"
-            return InputError(path, f"{count} in {shown!r}. Must be {layout.columns}.", line)
+            return InputError(path, f"{count} in {shown!r}. Must be {table.columns}.", line)
         for token, quantity in zip(tokens, quantities, strict=True):
             if not is_number(token):
                 return bad_number(path, token, line, quantity)
     raise AssertionError("every row is sound, yet they could not be read together")
 
 
-def _require_count(path: Path, layout: _Layout, rows: int) -> None:
+def _require_count(path: Path, table: Table, rows: int) -> None:
     if rows < 2:
-        raise InputError(path, f"{rows} row of numbers. Must be 2 or more.", line=layout.first_line)
-    for line, comment in enumerate(layout.comments, 1):
+        raise InputError(path, f"{rows} row of numbers. Must be 2 or more.", line=table.first_line)
+    for line, comment in enumerate(table.comments, 1):
         stated = _STATED_COUNT.search(comment)
         if stated and int(stated[1]) != rows:
             message = f"npts {stated[1]} in the comment, {rows} rows in the file."
             settle(path, message, {"samples": rows}, line)
-    if layout.sizes and int(layout.sizes["count"]) != rows:
-        message = f"{layout.sizes['count']} samples stated above {rows} rows of them."
-        settle(path, message, {"samples": rows}, len(layout.comments) + 1)
+    if table.sizes and int(table.sizes["count"]) != rows:
+        message = f"{table.sizes['count']} samples stated above {rows} rows of them."
+        settle(path, message, {"samples": rows}, table.sizes_line)
 
 
-def _require_sample(path: Path, layout: _Layout) -> None:
+def _require_sample(path: Path, table: Table) -> None:
     """Reject a whole number above a column of decimals, such as a count or the number of a station.
 
     Zero is a sample: it adds nothing to the motion.
     """
-    if layout.names or layout.columns > 1:
+    if table.names or table.columns > 1:
         return
-    first, *rows = (row.strip() for row in layout.body.split(b"\n", _FIRST_ROWS)[:_FIRST_ROWS])
+    first, *rows = (row.strip() for row in table.body.split(b"\n", _FIRST_ROWS)[:_FIRST_ROWS])
     if re.fullmatch(rb"[-+]?0*[1-9]\d*", first) and all(b"." in row for row in rows):
         message = f"{decoded(first)!r} is a whole number above decimals: a sample, or a header?"
         must = "Put # before a header."
-        settle(path, message, {"samples": None}, layout.first_line, must)
+        settle(path, message, {"samples": None}, table.first_line, must)
 
 
-def _require_units(path: Path, layout: _Layout, factor: float, taken: str) -> None:
-    for line, comment in enumerate(layout.comments, 1):
+def _require_units(path: Path, table: Table, factor: float, taken: str) -> None:
+    for line, comment in enumerate(table.comments, 1):
         stated = units_in(comment)
         if stated and acceleration_factor(stated) != factor:
             message = f"acceleration units {stated!r} in the comment, {taken}."
             raise InputError(path, message, line=line)
 
 
-def _agreed_step(path: Path, layout: _Layout, step: float) -> float:
+def _agreed_step(path: Path, table: Table, step: float) -> float:
     """Return the time step [s] of the samples, or of a comment that the user trusts."""
-    stated = [_STATED_STEP.search(comment.strip()) for comment in layout.comments]
-    for line, found in enumerate([*stated, layout.sizes], 1):
-        printed = found and found["step"]
+    stated = [_STATED_STEP.search(comment.strip()) for comment in table.comments]
+    for line, match in [*enumerate(stated, 1), (table.sizes_line, table.sizes)]:
+        printed = match and match["step"]
         if printed and not math.isclose(float(printed), step, rel_tol=_SAME_STEP):
-            where = "comment" if line <= len(stated) else "header"
+            where = "header" if match is table.sizes else "comment"
             message = f"dt {printed} s in the {where}, time step {step:g} s of the samples."
             steps = {"waveform": step, "header": float(printed)}
             return settle(
                 path, message, steps if steps["header"] > 0.0 else {"waveform": step}, line
             )
+    for line, comment in enumerate(table.comments, 1):
+        rate = _STATED_RATE.search(comment)
+        if rate and not math.isclose(float(rate[1]) * step, 1.0, rel_tol=_SAME_STEP):
+            message = f"{rate[0].strip()!r} in the header, time step {step:g} s of the samples."
+            rates = {"waveform": step, "header": 1.0 / float(rate[1])}
+            return settle(path, message, rates, line)
     return step
 
 
 def _time_step(
-    path: Path, layout: _Layout, time: int | None, table: Float, options: ReadOptions
+    path: Path, table: Table, time: int | None, numbers: Float, options: ReadOptions
 ) -> float:
     if time is not None:
-        pairs = layout.columns // 2 if table.shape[1] < layout.columns else 1
+        pairs = table.columns // 2 if numbers.shape[1] < table.columns else 1
 
         def printed() -> list[bytes]:
-            rows = [row.split(layout.separator) for row in layout.rows]
+            rows = [row.split(table.separator) for row in table.rows]
             return [token for row in rows for token in (row[::2] if pairs > 1 else [row[time]])]
 
         try:
-            return even_time_step(path, table[:, time], printed, 0, options.time_step)
+            return even_time_step(path, numbers[:, time], printed, 0, options.time_step)
         except InputError as error:
-            line = None if error.line is None else layout.first_line + error.line // pairs
-            raise InputError(path, error.reason, line) from None
+            line = None if error.line is None else table.first_line + error.line // pairs
+            do = "Leave the times out with --time-column none and --time-step-s."
+            raise InputError(path, f"{error.reason} {do}", line) from None
     step = options.time_step
-    if step is None and layout.sizes and layout.sizes["step"]:
-        step = float(layout.sizes["step"])
+    if step is None and table.sizes and table.sizes["step"]:
+        step = float(table.sizes["step"])
     if step is None or not step > 0.0:
         message = "time step unstated. State it with --time-step-s, or add a column of times"
         raise InputError(path, f"{message} before the acceleration.")

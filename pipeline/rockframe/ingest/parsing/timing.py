@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Final
@@ -27,6 +28,66 @@ _LONGEST_GAP: Final = 4.0
 _FEW: Final = 4
 #: Largest number of decimals of a time step.
 _MOST_DECIMALS: Final = 20
+
+
+#: A clock time, perhaps after a date: `03:19:53.01`, `2019-07-06T03:19:53.01Z`.
+_CLOCK: Final = re.compile(
+    r"(?:(?P<date>\d{4}[-/]\d{1,2}[-/]\d{1,2})[T ]\s*)?"
+    r"(?P<hour>\d{1,2}):(?P<minute>[0-5]\d):(?P<second>[0-5]\d)(?:\.(?P<parts>\d{1,9}))?"
+    r"(?:Z|\+00:?00)?",
+    re.ASCII,
+)
+_DAY: Final = 86_400
+
+
+def is_clock(text: str) -> bool:
+    """Return True if a text is a clock time, perhaps after a date.
+
+    Examples
+    --------
+    >>> is_clock("03:19:53.01"), is_clock("2019-07-06T03:19:53Z"), is_clock("19:53.0")
+    (True, True, False)
+    """
+    return ":" in text and _CLOCK.fullmatch(text.strip()) is not None
+
+
+def clock_seconds(texts: Sequence[str]) -> list[str]:
+    """Return clock times as seconds after the first midnight, with their decimals.
+
+    A time without a date that is half a day before the one above it is of the next day. Texts that
+    are no clock times stay as they are.
+
+    Examples
+    --------
+    >>> clock_seconds(["23:59:59.99", "00:00:00.00"])
+    ['86399.99', '86400.00']
+    """
+    seconds: list[str] = []
+    days, last, first_day = 0, -1, None
+    for text in texts:
+        match = _CLOCK.fullmatch(text.strip()) if ":" in text else None
+        try:
+            day = _ordinal(match["date"]) if match and match["date"] else None
+        except ValueError:
+            match = None
+        if match is None:
+            seconds.append(text)
+            continue
+        whole = 3600 * int(match["hour"]) + 60 * int(match["minute"]) + int(match["second"])
+        if day is None:
+            days += last - whole > _DAY // 2
+            last = whole
+        else:
+            first_day = day if first_day is None else first_day
+            days = day - first_day
+        parts = f".{match['parts']}" if match["parts"] else ""
+        seconds.append(f"{days * _DAY + whole}{parts}")
+    return seconds
+
+
+def _ordinal(text: str) -> int:
+    year, month, day = map(int, re.split("[-/]", text))
+    return datetime(year, month, day, tzinfo=UTC).toordinal()
 
 
 def utc_time(date: tuple[int, int, int], hour: int, minute: int, second: str) -> str:

@@ -1,0 +1,527 @@
+"""Layout of a text table: title lines, names, units and sizes above rows, in one plain form.
+
+What the user states is used. The rest is recognised where only one reading is possible, and noted:
+names or units in a line above the rows, a column of row numbers, a separator after the last column,
+quotes, clock times, and title lines that state neither a scale nor another quantity.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+from rockframe.errors import InputError
+from rockframe.ingest.options import SEPARATORS, TextLayout
+from rockframe.ingest.parsing.columns import (
+    is_index,
+    is_known,
+    is_unit,
+    split_fields,
+    with_units,
+)
+from rockframe.ingest.parsing.lines import decoded, is_utf16, plain_text, unify_line_ends
+from rockframe.ingest.parsing.timing import clock_seconds, is_clock
+
+#: Number of lines at the top in which the first row is sought, below skipped lines.
+_TOP: Final = 200
+#: Number of rows from which the form of all rows is recognised.
+_FIRST_ROWS: Final = 20
+#: Least number of row numbers that are recognised without a name.
+_FEWEST_NUMBERED: Final = 10
+#: Number of rows that must follow the first one.
+_FOLLOWING: Final = 2
+_MARKS: Final = ("#", "%")
+_NUMBER: Final = re.compile(
+    r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.I | re.A
+)
+_DECIMAL_COMMA: Final = re.compile(r"[-+]?\d*,\d+([eEdD][-+]?\d+)?", re.A)
+#: Exponents of double precision as Fortran prints them.
+_FORTRAN: Final = re.compile(rb"\d\.?\d*[Dd][-+]?\d")
+_LIKE_NUMBER: Final = re.compile(r"\s*[\"']?[-+.]?\d", re.A)
+#: Number of samples, and perhaps the time step, in a line of their own above the rows.
+_SIZES: Final = re.compile(
+    r"\s*(?P<count>[1-9]\d{0,8})(?:[\s,;]+(?P<step>\d*\.?\d+(?:e-?\d{1,2})?))?\s*", re.I
+)
+#: Words of a title without which the numbers below it cannot be understood.
+_SCALED: Final = re.compile(
+    r"\b(scal(?:e|ing)|calibration|conversion|factors?|sensitivity|gain|counts?|lsb|volts?)\b"
+    r"(?=.*\d)",
+    re.I,
+)
+_OTHER: Final = re.compile(r"\b(velocit(?:y|ies)|displacements?|spectr(?:um|a|al))\b", re.I)
+_ACCELERATION: Final = re.compile(r"\bacc", re.I)
+_UNITS_OF_COLUMNS: Final = re.compile(r"[^:=]*\bunits?\s*[:=]\s*(.+)", re.I)
+
+
+@dataclass(frozen=True)
+class Form:
+    """Separator, decimal mark and quotes of the rows of a table.
+
+    Parameters
+    ----------
+    separator : str or None
+        None is any white space.
+    comma : bool
+        True if the decimal mark is a comma.
+    trailing : bool
+        True if a separator follows the last column.
+
+    Examples
+    --------
+    >>> Form(";", comma=True).cells("0,01;0,2"), Form(",", trailing=True).cells("0.01,0.2,")
+    (['0.01', '0.2'], ['0.01', '0.2'])
+    """
+
+    separator: str | None = None
+    comma: bool = False
+    trailing: bool = False
+
+    def cells(self, line: str) -> list[str]:
+        """Return the cells of a line without quotes, with decimal points."""
+        if '"' in line and self.separator:
+            cells = next(csv.reader([line.strip()], delimiter=self.separator), [])
+        else:
+            cells = line.replace('"', "").split(self.separator)
+        cells = [cell.strip() for cell in cells]
+        if self.trailing and len(cells) > 1 and not cells[-1]:
+            cells.pop()
+        return [cell.replace(",", ".") for cell in cells] if self.comma else cells
+
+
+@dataclass(frozen=True)
+class Table:
+    """Lines above a table, names of its columns, and its rows in one plain form.
+
+    Parameters
+    ----------
+    comments : list of str
+        All lines above names and rows: comments, and titles.
+    names : list of str
+        Names of the columns with their units; empty if there are none.
+    names_line : int
+        Line number of the names; 0 without names.
+    body : bytes
+        Rows of numbers with decimal points.
+    first_line : int
+        Line number of the first row.
+    separator : bytes or None
+        Separator of the columns in `body`; None is any white space.
+    columns : int
+        Number of columns of the rows.
+    sizes : re.Match or None
+        Number of samples (``count``), and perhaps time step (``step``), of a line above the rows.
+    sizes_line : int
+        Line number of that line.
+    taken : tuple of str
+        What was recognised, in words.
+    index : str
+        Name of the column of row numbers that was left out; None if there is none.
+    """
+
+    comments: list[str]
+    names: list[str]
+    names_line: int
+    body: bytes
+    first_line: int
+    separator: bytes | None
+    columns: int
+    sizes: re.Match[str] | None = None
+    sizes_line: int = 0
+    taken: tuple[str, ...] = ()
+    index: str | None = None
+
+    @property
+    def rows(self) -> list[bytes]:
+        """Rows as they are read."""
+        return self.body.split(b"\n")
+
+
+@dataclass
+class _Top:
+    """Lines above the rows, and what they mean."""
+
+    lines: list[str]
+    names: list[str] = field(default_factory=list)
+    names_line: int = 0
+    units: list[str] = field(default_factory=list)
+    sizes: re.Match[str] | None = None
+    sizes_line: int = 0
+    titles: list[int] = field(default_factory=list)
+    taken: list[str] = field(default_factory=list)
+
+
+def is_table(head: bytes, words: TextLayout) -> bool:
+    r"""Return True if rows of numbers follow at most 200 lines at the top of a text.
+
+    Examples
+    --------
+    >>> is_table(b"Ridgecrest\n3 0.01\n0.1\n0.2\n0.3\n", TextLayout())
+    True
+    >>> is_table(b"Ridgecrest, 2019\nTwo stations.\n", TextLayout())
+    False
+    """
+    if is_utf16(head) or b"\0" in head:
+        return False
+    lines = unify_line_ends(head).rstrip().split(b"\n")[: words.skip_lines + _TOP]
+    rows = _first_row([decoded(line) for line in lines], words)
+    return rows is not None and rows[0] + 1 < len(lines)
+
+
+def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Table:
+    r"""Return the lines above a table, and its rows in one plain form.
+
+    Parameters
+    ----------
+    data : bytes
+        Contents of the file.
+    words : TextLayout
+        Layout as the user states it.
+    chosen : str, optional
+        Name or number of the column of acceleration.
+
+    Raises
+    ------
+    InputError
+        If there are no rows, if a title states a scale or another quantity, or if numbers stand
+        above a title.
+
+    Examples
+    --------
+    >>> table = split(Path("a.csv"), b"t,acc_g,\n0.0,0.1,\n0.1,0.2,", TextLayout(), None)
+    >>> table.names, table.rows, table.taken
+    (['t', 'acc_g'], [b'0.0,0.1', b'0.1,0.2'], ('separator after the last column',))
+    """
+    text = plain_text(path, data).rstrip()
+    pieces = text.split(b"\n", words.skip_lines + _TOP)
+    lines = [decoded(line) for line in pieces[: words.skip_lines + _TOP]]
+    place = _first_row(lines, words) or _any_row(lines, words)
+    if place is None:
+        raise InputError(path, "no rows of numbers.")
+    start, form, count = place
+    body = text.split(b"\n", start)[start]
+    first_rows = [line for line in lines[start:] if line.strip()][:_FIRST_ROWS]
+    above = [line for line in lines[words.skip_lines : start] if line.strip()]
+    named = bool(above) and all(map(is_known, split_fields(above[-1])))
+    if sizes := None if named else _sizes_as_row(lines[start], body, words):
+        start, body, first_rows = start + 1, body.partition(b"\n")[2], first_rows[1:]
+        below = _skip(body, words)
+        start, body = start + below[0], below[1]
+        if not body:
+            raise InputError(path, "no rows of numbers.")
+        form = _form(decoded(body.partition(b"\n")[0]), words)
+        count = len(form.cells(decoded(body.partition(b"\n")[0])))
+    form = _with_trailing(form, first_rows)
+    count -= form.trailing
+    cells = [row for row in map(form.cells, first_rows) if len(row) == count]
+    top = _Top(lines[:start])
+    if sizes:
+        top.sizes, top.sizes_line = sizes, place[0] + 1
+    _read_top(path, top, form, cells, words, chosen)
+    return _plain(top, form, cells, body, start, count)
+
+
+def _first_row(lines: list[str], words: TextLayout) -> tuple[int, Form, int] | None:
+    """Return the index of the first row, form and number of columns; None if there are no rows."""
+    content = [
+        k
+        for k in range(words.skip_lines, len(lines))
+        if lines[k].strip() and not _is_comment(lines[k], words)
+    ]
+    if words.first_line == "numbers" or words.first_line == "sizes":
+        form = _form(lines[content[0]], words) if content else Form()
+        return (content[0], form, len(form.cells(lines[content[0]]))) if content else None
+    if words.first_line == "names":
+        content = content[1:]
+    for order, place in enumerate(content):
+        form = _form(lines[place], words)
+        count = _numbers_in(lines[place], form)
+        following = content[order + 1 : order + 1 + _FOLLOWING]
+        counts = [_numbers_in(lines[k], form) for k in following]
+        # the last line of a series may be shorter
+        shorter = bool(counts) and following[-1] == content[-1] and 0 < counts[-1] <= count
+        if count and all(other == count for other in counts[: len(counts) - shorter]):
+            while order and _is_broken_row(lines[content[order - 1]], form):
+                order -= 1
+            return content[order], form, count
+    return None
+
+
+def _any_row(lines: list[str], words: TextLayout) -> tuple[int, Form, int] | None:
+    """Return what `_first_row` does, of the first line of numbers, whatever follows it."""
+    for k in range(words.skip_lines, len(lines)):
+        form = _form(lines[k], words)
+        if not _is_comment(lines[k], words) and _numbers_in(lines[k], form):
+            return k, form, len(form.cells(lines[k]))
+    return None
+
+
+def _is_comment(line: str, words: TextLayout) -> bool:
+    return line.lstrip().startswith(words.comment or _MARKS)
+
+
+def _form(row: str, words: TextLayout) -> Form:
+    """Return the form of a row: a semicolon, a comma, a tab or blanks between its columns."""
+    plain = row.replace('"', "")
+    pieces = plain.split("\t" if "\t" in plain else None)
+    commas = [piece for piece in pieces if _DECIMAL_COMMA.fullmatch(piece.strip())]
+    if words.separator is not None:
+        code = SEPARATORS[words.separator]
+        separator = None if code is None else code.decode()
+    elif ";" in plain:
+        separator = ";"
+    elif words.decimal == "comma" or (len(commas) > 1 and "." not in plain and '"' not in row):
+        separator = "\t" if "\t" in plain else None
+    else:
+        separator = "," if "," in plain else None
+    if words.decimal is not None or separator == ",":
+        quoted = separator == "," and _are_quoted_commas(row)
+        return Form(separator, comma=words.decimal == "comma" or quoted)
+    return Form(separator, comma="," in plain)
+
+
+def _are_quoted_commas(row: str) -> bool:
+    """Return True if cells in quotes have decimal commas."""
+    cells = next(csv.reader([row.strip()]), [])
+    return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
+
+
+def _with_trailing(form: Form, rows: Sequence[str]) -> Form:
+    separator = form.separator
+    if not separator or not separator.strip() or not rows:
+        return form
+    ends = all(row.rstrip().rstrip('"').endswith(separator) for row in rows)
+    return Form(separator, form.comma, trailing=ends and len(rows) > 1)
+
+
+def _numbers_in(line: str, form: Form) -> int:
+    """Return the number of cells of a row; 0 if it is no row."""
+    cells = form.cells(line)
+    filled = [cell for cell in cells if cell]
+    return len(cells) if filled and all(map(_is_value, filled)) else 0
+
+
+def _is_value(cell: str) -> bool:
+    return bool(_NUMBER.fullmatch(cell)) or is_clock(cell)
+
+
+def _is_broken_row(line: str, form: Form) -> bool:
+    """Return True if half of the cells of a line are numbers, or it begins like a number."""
+    cells = form.cells(line)
+    numbers = sum(map(_is_value, filter(None, cells)))
+    if numbers < len(cells) and _SIZES.fullmatch(line):
+        return False
+    if len(cells) == 1:
+        return bool(_LIKE_NUMBER.match(line))
+    return 2 * numbers >= len(cells)
+
+
+def _sizes_as_row(line: str, body: bytes, words: TextLayout) -> re.Match[str] | None:
+    """Return the match of a line above the rows that states the number of samples.
+
+    Unlike a row, it has another number of fields than the rows, or the number of the rows.
+    """
+    sizes = _SIZES.fullmatch(line)
+    rows = body.split(b"\n")[1:]
+    row = next((decoded(other) for other in rows if other.strip()), "")
+    if words.first_line == "sizes" and sizes:
+        return sizes
+    if not sizes or words.first_line is not None or not _numbers_in(row, _form(row, words)):
+        return None
+    fields, of_row = len(split_fields(line)), len(_form(row, words).cells(row))
+    if fields == of_row:
+        return sizes if int(sizes["count"]) == sum(1 for other in rows if other.strip()) else None
+    return sizes if sizes["step"] or of_row > 2 else None
+
+
+def _skip(body: bytes, words: TextLayout) -> tuple[int, bytes]:
+    """Return the number of comments and blank lines at the beginning, and the rest."""
+    count = 0
+    while body:
+        line, _, rest = body.partition(b"\n")
+        if line.strip() and not _is_comment(decoded(line), words):
+            break
+        count, body = count + 1, rest
+    return count, body
+
+
+def _read_top(
+    path: Path,
+    top: _Top,
+    form: Form,
+    cells: list[list[str]],
+    words: TextLayout,
+    chosen: str | None,
+) -> None:
+    """Fill in names, units, sizes and titles from the lines above the rows, from the last one."""
+    count = len(cells[0]) if cells else 0
+    content = [k for k in range(words.skip_lines, len(top.lines)) if top.lines[k].strip()]
+    if top.sizes:
+        content = [k for k in content if k != top.sizes_line - 1]
+    own = [k for k in content if not _is_comment(top.lines[k], words)]
+    for k in reversed(content):
+        line, is_comment = top.lines[k], k not in own
+        text = line.strip().lstrip("".join(_MARKS)).strip() if is_comment else line
+        names = _names(text, form, cells, is_first=k == own[0] if own else False)
+        if not top.names and not top.units and _are_units(names, count):
+            top.units = names
+            top.taken.append(f"units in line {k + 1}")
+        elif not top.names and _is_names(names, count, chosen, words, is_comment=is_comment):
+            top.names, top.names_line = names, k + 1
+            if is_comment:
+                top.taken.append(f"names in the comment of line {k + 1}")
+        elif not is_comment and not top.sizes and (sizes := _SIZES.fullmatch(line)):
+            top.sizes, top.sizes_line = sizes, k + 1
+        elif not is_comment:
+            break
+    _read_titles(path, top, own, count, form)
+
+
+def _names(text: str, form: Form, cells: list[list[str]], *, is_first: bool) -> list[str]:
+    """Return the cells of a line of names or units; a bracket belongs to the word before it."""
+    count = len(cells[0]) if cells else 0
+    joined = re.sub(r"\s+(?=[\[(])", "", text)
+    if form.separator in (",", ";") and count > 1 and not re.search(r"[,;\t]", text):
+        words = joined.split()
+        return words if all(map(is_known, words)) else []
+    separator = "\t" if text.rstrip().count("\t") == count - 1 > 0 else form.separator
+    if separator and separator in text:
+        names = Form(separator).cells(text)
+    else:
+        names = [name.strip().strip('"') for name in split_fields(joined)]
+    while len(names) > count and not names[-1]:
+        names.pop()
+    if len(names) == count - 1 and is_first and is_index("", [row[0] for row in cells]):
+        names.insert(0, "")  # R writes no name above the numbers of rows
+    return [re.sub(r"\s+(?=[\[(])", "", name) for name in names]
+
+
+def _is_names(
+    names: list[str], count: int, chosen: str | None, words: TextLayout, *, is_comment: bool
+) -> bool:
+    known = [is_known(name) for name in names if name]
+    if is_comment:
+        wanted = chosen is not None and chosen.strip().casefold() in map(str.casefold, names)
+        return len(names) == count and bool(known) and (all(known) or wanted)
+    if words.first_line == "names":
+        return True
+    if all(_is_value(name) for name in names if name):
+        return False
+    if names and names[0].endswith(":"):
+        return False
+    begins = next(filter(None, names), "")[:1]
+    return (begins.isalpha() and len(names) == count) or (bool(known) and all(known))
+
+
+def _are_units(cells: list[str], count: int) -> bool:
+    filled = [cell for cell in cells if cell.strip("-")]
+    return len(cells) == count and bool(filled) and all(map(is_unit, filled))
+
+
+def _read_titles(path: Path, top: _Top, own: list[int], count: int, form: Form) -> None:
+    """Note the title lines; refuse those without which the numbers cannot be understood."""
+    taken = {top.names_line - 1, top.sizes_line - 1}
+    units = {int(words.rpartition(" ")[2]) - 1 for words in top.taken if "units in" in words}
+    titles = [k for k in own if k not in taken | units]
+    for k in titles:
+        line = top.lines[k]
+        stated = _UNITS_OF_COLUMNS.fullmatch(line)
+        cells = re.split(r"\s*[,;\t]\s*", stated[1].strip()) if stated else []
+        if not top.units and _are_units(cells, count) and count > 1:
+            top.units = cells
+            top.taken.append(f"units in line {k + 1}")
+        if _numbers_in(line, form) == count:
+            message = f"numbers in {line.strip()[:40]!r}, with text between them and the table."
+            raise InputError(path, f"{message} Leave lines out with --skip-lines NUMBER.", k + 1)
+        scale, other = _SCALED.search(line), _OTHER.search(line)
+        if scale or (other and not any(_ACCELERATION.search(top.lines[j]) for j in titles)):
+            word = (scale or other or line)[0]
+            message = f"the title {line.strip()[:60]!r} states {word!r}, which is not understood."
+            do = f"If the numbers below are accelerations, state --skip-lines {max(titles) + 1}"
+            raise InputError(path, f"{message} {do} and their --units or --factor-m-s2.", k + 1)
+    if titles:
+        top.taken.append(f"{len(titles)} title line{'s' * (len(titles) > 1)}")
+
+
+def _plain(
+    top: _Top, form: Form, cells: list[list[str]], body: bytes, start: int, count: int
+) -> Table:
+    """Return the table with its rows in one plain form."""
+    names, taken = top.names, list(top.taken)
+    if top.units and len(names) in (0, len(top.units)):
+        names = with_units(names, top.units)
+    index = None
+    if _has_index(names, cells, count):
+        index, names = (names[0], names[1:]) if names else ("", [])
+        taken.append("column of row numbers left out")
+    code = form.separator.encode() if form.separator else None
+    first = body.partition(b"\n")[0]
+    clocks = [k for k in range(count) if any(is_clock(row[k]) for row in cells if k < len(row))]
+    if clocks:
+        taken.append("clock times")
+        places = [k - (index is not None) for k in clocks]
+        names = ["time" if k in places else name for k, name in enumerate(names)]
+    if form.trailing:
+        taken.append("separator after the last column")
+    if form.comma:
+        taken.append("decimal commas")
+    if index is not None or clocks or form.trailing or b'"' in first:
+        body, code = _rewritten(body, form, clocks, from_column=int(index is not None)), b","
+    elif form.comma:
+        body = body.replace(b",", b".")
+    if _FORTRAN.search(first):
+        body = body.replace(b"D", b"E").replace(b"d", b"e")
+    return Table(
+        comments=top.lines[: max(top.names_line - 1, 0) if names else start],
+        names=names,
+        names_line=top.names_line or (start if names else 0),
+        body=body,
+        first_line=start + 1,
+        separator=code,
+        columns=count - (index is not None),
+        sizes=top.sizes,
+        sizes_line=top.sizes_line,
+        taken=tuple(taken),
+        index=index,
+    )
+
+
+def _has_index(names: list[str], cells: list[list[str]], count: int) -> bool:
+    """Return True if the first column has the numbers of rows, by its name or beside times."""
+    first, others = [row[0] for row in cells if row], [row[1] for row in cells if len(row) > 1]
+    if names:
+        return len(names) == count > 1 and is_index(names[0], first)
+    if count < 2 or len(first) < _FEWEST_NUMBERED or not is_index("", first):
+        return False
+    if count == 2:
+        return not _are_times(others)
+    steps = [later > earlier for earlier, later in pairwise(others)]
+    return all(steps) if any(is_clock(cell) for cell in others) else _are_times(others)
+
+
+def _are_times(cells: list[str]) -> bool:
+    """Return True if printed numbers increase evenly by steps that are not 1."""
+    try:
+        times = [float(cell) for cell in cells]
+    except ValueError:
+        return False
+    steps = [later - earlier for earlier, later in pairwise(times)]
+    return min(steps) > 0.0 and max(steps) < 2.0 * min(steps) and not 0.99 < min(steps) < 1.01
+
+
+def _rewritten(body: bytes, form: Form, clocks: Iterable[int], *, from_column: int) -> bytes:
+    """Return rows with commas between columns, without quotes and row numbers.
+
+    Clock times become seconds since midnight, and go on after it.
+    """
+    rows = [form.cells(decoded(row)) if row.strip() else [] for row in body.split(b"\n")]
+    for k in clocks:
+        times = clock_seconds([row[k] if k < len(row) else "" for row in rows])
+        for row, time in zip(rows, times, strict=True):
+            if k < len(row):
+                row[k] = time
+    return b"\n".join(",".join(row[from_column:]).encode() for row in rows)

@@ -1,0 +1,184 @@
+"""Preview of a file of records: its first lines, how it is read, and what the user must state."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from rockframe.errors import TRUSTED, RockframeError
+from rockframe.ingest.containers import ARCHIVE_HEAD, contents, is_archive, printable
+from rockframe.ingest.files import companions, load, note_of_member, read_content, with_archived
+from rockframe.ingest.options import NO_OPTIONS, ReadOptions
+from rockframe.ingest.parsing.lines import decoded, is_utf16, unify_line_ends
+from rockframe.ingest.registry import identified
+from rockframe.record import Record
+from rockframe.units import ACCELERATION_UNITS
+
+#: Number of lines and of characters of a line that are shown.
+_LINES, _WIDTH = 8, 76
+#: Largest number of missing options.
+_MOST: Final = 5
+#: Beginning of the note of a record on the layout of its table.
+NOTE: Final = "table: "
+
+
+@dataclass(frozen=True)
+class Missing:
+    """An option that a file needs, its placeholder in the command, and what is allowed."""
+
+    option: str
+    value: str
+    allowed: str
+
+
+@dataclass(frozen=True)
+class Preview:
+    """First lines of a file, how it is read, and what the user must state.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    lines : tuple of str
+        Its first lines; empty if it is no text.
+    format : str
+        Name of the format that recognises it; empty if none does.
+    recognised : str
+        Layout of the table, in words; empty if there is nothing to say.
+    records : tuple of Record
+        Records in the file, read with the options given; empty if something is missing.
+    missing : tuple of Missing
+        Options without which the file cannot be read.
+    refusal : str
+        Reason why the file cannot be read, beside the options that are missing; or "".
+    """
+
+    file: str
+    lines: tuple[str, ...]
+    format: str = ""
+    recognised: str = ""
+    records: tuple[Record, ...] = ()
+    missing: tuple[Missing, ...] = ()
+    refusal: str = ""
+
+
+def preview(path: str | Path, options: ReadOptions = NO_OPTIONS) -> Preview:
+    r"""Return the first lines of a file, how it is read, and what the user must state.
+
+    Of an archive the first file that is no document is shown.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    options : ReadOptions
+        What the user states already.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "shake.txt")
+    ...     _ = path.write_text("Ridgecrest\n" + "0.1\n-0.2\n" * 3)
+    ...     shown = preview(path)
+    >>> shown.recognised, [missing.option for missing in shown.missing]
+    ('1 title line', ['--units', '--time-step-s'])
+    """
+    path = Path(path)
+    data = load(path)
+    options = with_archived(options, path, companions(path, data))
+    inside = is_archive(data[:ARCHIVE_HEAD])
+    members = [one for one in contents(path, data) if not note_of_member(one)]
+    content = members[0] if members else next(iter(contents(path, data)))
+    name = content.name if inside else printable(path.name)
+    lines = _first_lines(content.data)
+    try:
+        chosen, _ = identified(content.path, content.data, options=options)
+    except RockframeError as error:
+        return Preview(name, lines, refusal=_reason(error))
+    records, missing, refusal = _tried(
+        lambda trial: [one.completed() for one in read_content(content, trial)], options
+    )
+    notes = [note.removeprefix(NOTE) for one in records[:1] for note in one.processing]
+    words = ", ".join(notes).split(", ") if records and records[0].processing else []
+    named = {one.option for one in missing}
+    unstated = 2 if named & {"--units", "--time-step-s"} else 0
+    return Preview(
+        name,
+        lines,
+        chosen.name,
+        ", ".join(words[: len(words) - unstated]),
+        tuple(records) if not missing else (),
+        tuple(missing),
+        refusal,
+    )
+
+
+def _tried(
+    read: Callable[[ReadOptions], list[Record]], options: ReadOptions
+) -> tuple[list[Record], list[Missing], str]:
+    """Read a file; while its refusal names an option, note that and try a value of it."""
+    missing: list[Missing] = []
+    trial = options
+    while True:
+        try:
+            return read(trial), missing, ""
+        except RockframeError as error:
+            reason = _reason(error)
+        tried = _trial(reason, {one.option for one in missing})
+        if tried is None or len(missing) >= _MOST:
+            return [], missing, reason
+        missing.append(tried[0])
+        try:
+            trial = replace(trial, **tried[1])
+        except RockframeError as error:
+            return [], missing, str(error)
+
+
+def _trial(reason: str, named: set[str]) -> tuple[Missing, dict[str, Any]] | None:
+    """Return the option that a refusal names, with a value to try; None if it names no other."""
+    units = re.search(r"--units (\S+?)\.?(?:\s|$)", reason)
+    if "--units" in reason and "--units" not in named:
+        word = units[1] if units and units[1] in ACCELERATION_UNITS else ""
+        return Missing("--units", word or "UNITS", ", ".join(ACCELERATION_UNITS)), {
+            "units": word or "g"
+        }
+    if "--time-step-s" in reason and "--time-column" not in reason and "--time-step-s" not in named:
+        return Missing("--time-step-s", "SECONDS", "interval between samples [s]"), {
+            "time_step": 0.01
+        }
+    column = re.search(r"--column NUMBER, of 1 to (\d+)", reason)
+    if column and "--column" not in named:
+        allowed = f"1 to {column[1]}" + (", or all" if "--column all" in reason else "")
+        return Missing("--column", "NUMBER", allowed), {"column": column[1]}
+    names = re.search(r"columns '([^']*)'.*--column NAME", reason)
+    if names and "--column" not in named:
+        columns = names[1].split(",")
+        return Missing("--column", "NAME", ", ".join(columns)), {"column": columns[-1]}
+    trust = re.search(r"--trust (\S+?)(?:\.|\s|$)", reason)
+    if trust and "--trust" not in named and trust[1] in TRUSTED:
+        words = re.findall(r"--trust (\S+?)(?:\.|\s|$)", reason)
+        return Missing("--trust", words[0], " or ".join(words)), {"trust": (words[0],)}
+    return None
+
+
+def _reason(error: RockframeError) -> str:
+    line, reason = getattr(error, "line", None), getattr(error, "reason", str(error))
+    return f"line {line}: {reason}" if line else reason
+
+
+def _first_lines(data: bytes) -> tuple[str, ...]:
+    head = data[: 64 * _LINES * _WIDTH]
+    if is_utf16(head) or b"\0" in head.rstrip(b"\0"):
+        return ()
+    lines = unify_line_ends(head).split(b"\n")[:_LINES]
+    shown = (printable(decoded(line).expandtabs(4)) for line in lines)
+    return tuple(line if len(line) <= _WIDTH else f"{line[: _WIDTH - 3]}..." for line in shown)

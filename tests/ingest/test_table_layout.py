@@ -1,0 +1,254 @@
+"""Tables of every layout hold the same samples, or the refusal names the option that decides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rockframe.errors import InputError, ParameterError
+from rockframe.ingest import ReadOptions, TextLayout, collect, read_bytes, read_file, sorted_out
+from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.timing import clock_seconds
+from rockframe.record import Orientation, Record
+from rockframe.units import GRAVITY
+
+COUNT, STEP = 400, 0.01
+TIMES = STEP * np.arange(COUNT)
+#: Smooth motions of three channels [g], printed with five decimals.
+NORTH: Float = (np.sin(9.0 * TIMES + TIMES**2) * np.exp(-0.3 * TIMES)).round(5)
+EAST: Float = (0.6 * np.cos(7.0 * TIMES + TIMES**2) * np.exp(-0.2 * TIMES)).round(5)
+UP: Float = (0.3 * np.sin(15.0 * TIMES) * np.exp(-0.5 * TIMES)).round(5)
+G = ReadOptions("g", STEP)
+
+
+def rows(*columns: Iterable[object], separator: str = ",", end: str = "") -> str:
+    texts = [
+        [value if isinstance(value, str) else f"{value:.5f}" for value in column]
+        for column in columns
+    ]
+    return "".join(separator.join(row) + end + "\n" for row in zip(*texts, strict=True))
+
+
+def five_a_line(samples: Float) -> str:
+    lines = samples.reshape(-1, 5)
+    return "".join("".join(f"{value:15.6E}" for value in line) + "\n" for line in lines)
+
+
+def read(text: str, options: ReadOptions) -> list[Record]:
+    return read_bytes("table.txt", text.encode(), options)
+
+
+NUMBERS = [str(k) for k in range(COUNT)]
+SECONDS = rows(TIMES, NORTH)
+CLOCKS = [f"03:19:{int(53 * 100 + k) // 100 % 60:02d}.{k % 100:02d}" for k in range(COUNT)]
+DATES = [f"2019-07-06T03:19:{53 + k // 100:02d}.{k % 100:02d}Z" for k in range(COUNT)]
+LAYOUTS: dict[str, tuple[str, ReadOptions]] = {
+    "title, sizes, five a line": (f"A site\n{COUNT} 0.01\n{five_a_line(NORTH)}", ReadOptions("g")),
+    "title, sizes, one a line": (f"A site\n{COUNT} 0.01\n{rows(NORTH)}", ReadOptions("g")),
+    "three titles": (f"A\nstation of\nthe array\n{rows(NORTH)}", G),
+    "five a line": (five_a_line(NORTH), G),
+    "names in a comment": ("# time_s acc_g\n" + rows(TIMES, NORTH, separator=" "), ReadOptions()),
+    "units below names": ("Time,Acc\ns,g\n" + SECONDS, ReadOptions()),
+    "units in a title": (
+        "Channel units: sec,g\n\nTime\tACC1\n" + rows(TIMES, NORTH, separator="\t"), ReadOptions()),
+    "numbers of rows": (",time_s,acc_g\n" + rows(NUMBERS, TIMES, NORTH), ReadOptions()),
+    "numbers of rows in R": ('"time_s" "acc_g"\n' + rows(
+        [f'"{k + 1}"' for k in range(COUNT)], TIMES, NORTH, separator=" "), ReadOptions()),
+    "numbers of rows, no names": (rows(NUMBERS, TIMES, NORTH, separator=" "), ReadOptions("g")),
+    "numbers of rows, no times": (rows(NUMBERS, NORTH, separator=" "), G),
+    "separator at the end": ("time_s,acc_g\n" + rows(TIMES, NORTH, end=","), ReadOptions()),
+    "quotes": ('"time_s","acc_g"\n"' + rows(TIMES, NORTH, separator='","', end='"')
+               .replace("\n", '\n"').rstrip('"'), ReadOptions()),
+    "decimal commas, tabs": (
+        "t\tacc_g\n" + rows(TIMES, NORTH, separator="\t").replace(".", ","), ReadOptions()),
+    "decimal commas, blanks": (
+        rows(TIMES, NORTH, separator="  ").replace(".", ","), ReadOptions("g")),
+    "decimal commas in quotes": ('t,acc_g\n"' + rows(TIMES, NORTH, separator='";"', end='"')
+        .replace(".", ",").replace(";", ",").replace("\n", '\n"').rstrip('"'), ReadOptions()),
+    "one column of decimal commas": (
+        rows(NORTH).replace(".", ","), ReadOptions("g", STEP, layout=TextLayout(decimal="comma"))),
+    "clock times": ("time,acc_g\n" + rows(CLOCKS, NORTH), ReadOptions()),
+    "dates and clock times": ("datetime,acc_g\n" + rows(DATES, NORTH), ReadOptions()),
+    "exponents of Fortran": (five_a_line(NORTH).replace("E", "D"), G),
+    "lines skipped": ("1 2 3\n4 5 6\n" + SECONDS, ReadOptions(
+        "g", layout=TextLayout(skip_lines=2))),
+    "comments of another mark": ("! 1\n! 2\n" + SECONDS, ReadOptions(
+        "g", layout=TextLayout(comment="!"))),
+    "four channels, one stated": (rows(TIMES, EAST, NORTH, UP), ReadOptions(
+        "g", layout=TextLayout(channels=("3=045",)))),
+    "times left out": (rows([f"{time:.1f}" for time in TIMES], NORTH), ReadOptions(
+        "g", STEP, column="2", layout=TextLayout(time_column="none"))),
+    "times in the last column": (rows(NORTH, EAST, TIMES), ReadOptions(
+        "g", column="1", layout=TextLayout(time_column="3"))),
+    "names of numbers": ("1,2\n" + SECONDS, ReadOptions("g", column="2", layout=TextLayout(
+        first_line="names", time_column="1"))),
+    "a factor": (rows(TIMES, 1000.0 * NORTH), ReadOptions(factor=GRAVITY / 1000.0)),
+    "mg": ("Time (s),Acceleration (mg)\n" + rows(TIMES, 1000.0 * NORTH), ReadOptions()),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_every_layout_holds_the_same_samples(layout: str) -> None:
+    text, options = LAYOUTS[layout]
+    [record] = read(text, options)
+    assert record.time_step == pytest.approx(STEP, rel=1e-12)
+    np.testing.assert_allclose(record.acceleration, GRAVITY * NORTH, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("layout", ["title, sizes, five a line", "numbers of rows", "clock times"])
+def test_what_was_recognised_is_noted(layout: str) -> None:
+    words = {
+        "title, sizes, five a line": "table: 1 title line, 5 values a line, 0.01 s, g",
+        "numbers of rows": "table: column of row numbers left out, 0.01 s, g",
+        "clock times": "table: clock times, 0.01 s, g",
+    }
+    assert read(*LAYOUTS[layout])[0].processing == (words[layout],)
+    assert read(SECONDS, ReadOptions("g"))[0].processing == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("Velocity of A\n" + rows(NORTH), G, r":1: .*title .* states 'Velocity'.*--skip-lines 1"),
+        ("A\nScale factor 3\n" + rows(NORTH), G, r":2: .*states 'Scale'.*--skip-lines 2 .*--fac"),
+        ("1,2\nA site\n" + SECONDS, G, r":1: numbers in '1,2', with text .*--skip-lines NUMBER"),
+        (rows(NORTH, EAST), G, r"2 columns without names, which may be channels.*--column NUMBER"),
+        (rows(NORTH).replace(".", ","), G, r"2 columns .*state --decimal comma"),
+        ("t,acc\n" + rows(TIMES.round(1), NORTH), G, r"Must increase\. .*--time-column none"),
+        ("Units: gal\n" + rows(NORTH), ReadOptions(None, STEP), r":1: .* unstated.*--units gal\.$"),
+        (",time_s,NS_g,EW_g\n" + rows(NUMBERS, TIMES, NORTH, EAST), ReadOptions(column="3"),
+         r"column 3 may be 'EW_g' or 'NS_g'.*State its name"),
+        ("Sample rate: 200\n" + SECONDS, G, r":1: .*'Sample rate: 200' in the header, time step 0"),
+        (five_a_line(NORTH), ReadOptions("g", STEP, layout=TextLayout(values_per_line=4)),
+         r":1: .*5 values in a line\. Must be 4"),
+        ("t,acc_1,acc_2\n" + rows(TIMES, NORTH, EAST), G, r"several with --channels NAME=AZIMUTH"),
+        (SECONDS, ReadOptions("g", layout=TextLayout(channels=("2=NS",), time_column="2")),
+         r"column 2 is both time and acceleration"),
+        ("t,acc_g\n" + SECONDS, ReadOptions(factor=2.0), r"factor 2 m/s2 given, but .* 'g'"),
+    ],
+)  # fmt: skip
+def test_where_two_readings_are_possible_the_option_is_named(
+    text: str, options: ReadOptions, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        read(text, options)
+
+
+@pytest.mark.parametrize("damage", ["0.0x,0.1", "0.1", "oops,0.1", ",0.1"])
+@pytest.mark.parametrize("place", [0, 1, 2, 30])
+@pytest.mark.parametrize("top", ["", "A site\n", "time_s,acc_g\n"])
+def test_a_damaged_row_is_no_title(top: str, place: int, damage: str) -> None:
+    """Left out as a title, it and all rows above it would be missing in the record."""
+    lines = SECONDS.split("\n")
+    lines[place] = damage
+    line = top.count("\n") + place + 1
+    with pytest.raises(InputError, match=rf"table\.txt:{line}: "):
+        read(top + "\n".join(lines), ReadOptions("g"))
+
+
+def test_channels_have_the_directions_that_the_user_states() -> None:
+    layout = TextLayout(channels=("NS_g=045", "EW_g=S45E", "4=UP"))
+    text = "time_s,NS_g,EW_g,V_g\n" + rows(TIMES, NORTH, EAST, UP)
+    first, second, third = read(text, ReadOptions(layout=layout))
+    assert (first.azimuth, second.azimuth) == (45.0, 135.0)
+    assert third.orientation is Orientation.VERTICAL
+    for record, samples in zip((first, second, third), (NORTH, EAST, UP), strict=True):
+        np.testing.assert_array_equal(record.acceleration, samples * GRAVITY)
+
+
+@pytest.mark.parametrize(
+    ("names", "vertical"),
+    [("H1,H2,V", "V"), ("L,T,V", "V"), ("X,Y,Z", "Z"), ("HNE,HNN,HNZ", "HNZ"), ("EW,NS,V", "V")],
+)
+def test_the_vertical_stands_beside_two_horizontals(names: str, vertical: str) -> None:
+    records = read(f"time_s,{names}\n{rows(TIMES, NORTH, EAST, UP)}", ReadOptions("g"))
+    assert [record.component for record in records] == names.split(",")
+    upright = [record.component for record in records if record.orientation.upright]
+    assert upright == [vertical]
+    with pytest.raises(InputError, match="'V' is a velocity"):
+        read(f"time_s,V\n{SECONDS}", ReadOptions("g"))
+
+
+@given(st.integers(0, 86_399), st.lists(st.integers(1, 40_000), min_size=1, max_size=8))
+def test_clock_times_go_on_after_midnight(first: int, steps: list[int]) -> None:
+    seconds = np.cumsum([first, *steps]).tolist()
+    texts = [f"{s // 3600 % 24:02d}:{s // 60 % 60:02d}:{s % 60:02d}.50" for s in seconds]
+    assert clock_seconds(texts) == [f"{s}.50" for s in seconds]
+
+
+def test_a_catalogue_states_the_layout_of_each_file(tmp_path: Path) -> None:
+    """Files of different layouts lie in one folder."""
+    (tmp_path / "a.txt").write_text("Scale factor 1\n" + five_a_line(NORTH))
+    (tmp_path / "b.csv").write_text(rows(EAST, NORTH))
+    (tmp_path / "catalogue.csv").write_text(
+        "file,units,time_step_s,skip_lines,values_per_line,column\n"
+        "a.txt,g,0.01,1,5,\nb.csv,%g,0.02,,,2\n"
+    )
+    records, rejections = sorted_out(collect([tmp_path]))
+    assert not rejections
+    np.testing.assert_allclose(records[0].acceleration, GRAVITY * NORTH, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(100.0 * records[1].acceleration, GRAVITY * NORTH, atol=1e-9)
+    assert [record.time_step for record in records] == [0.01, 0.02]
+    (tmp_path / "catalogue.csv").write_text("file,separator\na.txt,colon\n")
+    with pytest.raises(InputError, match=r"catalogue\.csv:2: Invalid separator 'colon'"):
+        list(collect([tmp_path]))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"decimal": "dot"}, "Invalid decimal 'dot'. Must be one of: point, comma"),
+        ({"skip_lines": -1}, "Invalid skip_lines -1. Must be 0 or more"),
+        ({"channels": ("NS",)}, "Invalid channel 'NS'"),
+        ({"comment": " "}, "Invalid comment ' '"),
+    ],
+)
+def test_words_of_a_layout_are_checked(words: dict[str, object], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        TextLayout(**words)  # type: ignore[arg-type]
+
+
+def test_real_channels_are_never_taken_as_one_series(shared_records: Path) -> None:
+    """Three to twelve values a line are recognised; the channels of a station are no series."""
+    from rockframe.ingest.parsing.columns import is_series
+
+    records, _ = sorted_out(collect([shared_records / "formats" / "csmip"]))
+    stations: dict[str, list[Record]] = {}
+    for record in records:
+        stations.setdefault(record.source_file, []).append(record)
+    tables = [channels for channels in stations.values() if len(channels) >= 3]
+    assert len(tables) >= 2
+    for channels in tables:
+        length = min(channel.acceleration.size for channel in channels)
+        for count in range(3, min(len(channels), 12) + 1):
+            table = np.stack([one.acceleration[:length] for one in channels[:count]], axis=1)
+            assert not is_series(table.ravel(), count)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "peaks"),
+    [
+        ("02_savetxt_header.txt", ReadOptions("g", column="2"), [0.4704]),
+        ("04_values5perline.txt", G, [0.5636]),
+        ("05_clock_time.csv", ReadOptions(None, 0.01, column="acc_g"), [0.5636]),
+        ("06_pandas_index.csv", ReadOptions(column="acc_g"), [0.5636]),
+        ("06_pandas_index.csv", ReadOptions(column="2"), [0.5636]),
+        ("06_trailing_comma.csv", ReadOptions(column="2"), [0.5636]),
+        ("07_names_then_units.csv", ReadOptions("g"), [0.4704, 0.5636, 0.3612]),
+        ("07_nees.txt", ReadOptions("g", column="ACC02"), [0.5636]),
+        ("09_h1h2v.csv", ReadOptions("g"), [0.5636, 0.4704, 0.3612]),
+        ("09_mg.csv", ReadOptions(), [0.5636]),
+    ],
+)
+def test_reported_layouts(
+    shared_reports: Path, name: str, options: ReadOptions, peaks: list[float]
+) -> None:
+    records = read_file(shared_reports / name, options)
+    sizes = [float(np.abs(record.acceleration).max()) / GRAVITY for record in records]
+    assert sizes == pytest.approx(peaks, abs=5e-5)
+    assert {(record.acceleration.size, record.time_step) for record in records} == {(2500, 0.01)}
