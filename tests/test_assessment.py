@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +18,9 @@ from rockframe import (
     RespondOptions,
     RockingFrame,
     assess,
+    respond_many,
     respond_stage,
+    sweep,
     with_pulse,
 )
 from rockframe.results.records import write_records
@@ -109,3 +113,55 @@ def test_pulses_are_added_by_name() -> None:
 def test_what_cannot_be_assessed_is_refused(structures, motions, options, words) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ParameterError, match=words):
         assess(structures, motions, options)
+
+
+def test_a_sweep_has_the_values_of_each_frame_alone() -> None:
+    """Dimensions are those of the arguments, and every cell is the frame with its dimensions."""
+    peaks = sweep(PULSE, height=[3.0, 6.0], width=[0.6, 0.9, 1.2], mass_ratio=4.0, scale=[0.5, 1.0])
+    assert dict(peaks.sizes) == {"height": 2, "width": 3, "scale": 2}
+    assert peaks["height"].attrs["units"] == peaks["peak_u"].attrs["units"] == "m"
+    for height in (3.0, 6.0):
+        for width in (0.6, 0.9, 1.2):
+            frame = RockingFrame(height=height, width=width, mass_ratio=4.0)
+            alone = respond_many([PULSE], [frame], [0.5, 1.0])
+            cells = peaks.sel(height=height, width=width)
+            assert cells["verdict"].values.tolist() == alone.verdict[0, 0].tolist()
+            ratio = cells["peak_rotation_ratio"].values
+            assert ratio.tolist() == alone.peak_rotation_ratio[0, 0].tolist()
+            peak_u = frame.horizontal_displacement(alone.peak_rotation[0, 0])
+            assert cells["peak_u"].values.tolist() == peak_u.tolist()
+
+
+def test_frames_scaled_like_length_and_time_squared_respond_alike() -> None:
+    """Four times as large under a pulse twice as long: equal rotations; a shared dimension."""
+    size = xr.DataArray([1.0, 4.0], dims="size")
+    ratios = [
+        sweep(
+            Pulse(wavelet="symmetric_ricker", a_p=4.0, T_p=1.2 * factor),
+            height=3.0 * size,
+            width=0.5 * size,
+        )["peak_rotation_ratio"].values
+        for factor in (1.0, 2.0)
+    ]
+    assert ratios[0].shape == (2,)
+    assert ratios[1][1] == pytest.approx(ratios[0][0], rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"height": [3.0, 6.0], "width": [0.5, 9.0]}, "height 3, width 9: Invalid slenderness"),
+        ({"height": 3.0, "widht": 0.5}, "Invalid parameter .widht."),
+        ({"height": [[3.0]], "width": 0.5}, r"Invalid height of shape \(1, 1\)"),
+        ({"height": ["high"], "width": 0.5}, "Must be numbers"),
+        ({"height": 3.0, "width": 0.5, "name": xr.DataArray(["a"])}, "Invalid name of type Data"),
+        ({"height": 3.0, "width": 0.5, "scale": [math.inf]}, "Must be finite"),
+        (
+            {"height": xr.DataArray([3.0, 4.0], dims="k"), "width": xr.DataArray([1.0], dims="k")},
+            "Invalid dimensions of the parameters",
+        ),
+    ],
+)
+def test_a_sweep_refuses_what_is_no_frame(parameters: dict[str, Any], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        sweep(PULSE, **parameters)

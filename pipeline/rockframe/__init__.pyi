@@ -1,5 +1,6 @@
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
+from .assessment.sweep import sweep as sweep
 from .components import BothDirections as BothDirections
 from .components import HorizontalPair as HorizontalPair
 from .components import both_directions as both_directions

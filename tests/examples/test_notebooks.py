@@ -12,8 +12,8 @@ from tests.conftest import REPOSITORY
 NOTEBOOKS = sorted((REPOSITORY / "docs" / "notebooks").glob("*.ipynb"))
 
 
-def test_there_are_three() -> None:
-    assert [path.stem for path in NOTEBOOKS] == ["first-column", "record", "site"]
+def test_there_are_four() -> None:
+    assert [path.stem for path in NOTEBOOKS] == ["first-column", "first-lines", "record", "site"]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
