@@ -291,3 +291,8 @@ def test_a_tendon_without_a_length_is_as_long_as_the_columns() -> None:
 def test_displacements_of_an_overturned_frame_are_unknown(bent: RockingFrame) -> None:
     assert np.isnan(bent.horizontal_displacement(math.nan))
     assert np.isnan(bent.vertical_displacement(math.nan))
+
+
+@given(frames)
+def test_a_frame_is_printed_as_it_is_made(frame: RockingFrame) -> None:
+    assert eval(repr(frame)) == frame  # noqa: S307

@@ -7,7 +7,7 @@ free-standing column of the same slenderness and a larger size, but loses more e
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from numbers import Real
 from typing import ClassVar, Final, Self, cast
 
@@ -72,7 +72,7 @@ def unusual(height: float, mass_ratio: float, slenderness: float) -> str:
     return "; ".join(words for words, beyond in limits.items() if beyond)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class RockingFrame:
     """A rocking frame; with ``mass_ratio=0``, a single free-standing column.
 
@@ -163,6 +163,14 @@ class RockingFrame:
     dissipater: Dissipater | None = None
     abutment: Abutment | None = None
     before_crushing: RockingFrame | None = None
+
+    def __repr__(self) -> str:
+        """Return the arguments that differ from their defaults, as they are written in Python."""
+        shown = {field.name: (getattr(self, field.name), field.default) for field in fields(self)}
+        values = (
+            f"{name}={value!r}" for name, (value, default) in shown.items() if value != default
+        )
+        return f"RockingFrame({', '.join(values)})"
 
     def __post_init__(self) -> None:
         self._require_numbers()
