@@ -53,6 +53,34 @@ def test_maximum_agrees_with_a_general_optimiser(curve: Curve, seed: int) -> Non
     assert_allclose(fit.probability(fit.median), 0.5, rtol=1e-12)
 
 
+@pytest.mark.parametrize("curve", ["lognormal", "logistic"])
+@pytest.mark.parametrize("slope", [0.3, 3.0, 12.0])
+def test_scores_of_the_fit_sum_to_zero(curve: Curve, slope: float) -> None:
+    """The derivatives of scipy's log-likelihood by both coefficients vanish at its maximum."""
+    intensity, fell = site(60, 8, slope)
+    x, distribution = (
+        np.log(intensity)[:, None] + np.log(SCALES),
+        norm if curve == "lognormal" else logistic,
+    )
+    fit = fit_fragility(intensity, SCALES, fell, curve=curve)
+    signed = np.where(fell, 1.0, -1.0) * (fit.intercept + fit.slope * x)
+    steepness = np.exp(distribution.logpdf(signed) - distribution.logcdf(signed))
+    score = np.where(fell, steepness, -steepness)
+    assert abs(score.sum()) < 1e-10 * steepness.sum()
+    assert abs((score * x).sum()) < 1e-10 * (steepness * abs(x)).sum()
+
+
+def test_an_outlier_far_from_the_others_is_in_the_tail_of_the_curve() -> None:
+    """Its probability is 1e-40 or less, where the logarithm of the distribution cancels."""
+    intensity, fell = site(200, 9, 8.0)
+    far, stands = np.append(intensity, [1e-9, 1e9]), np.vstack([fell, SCALES < 0.0, SCALES > 0.0])
+    with_far, alone = fit_fragility(far, SCALES, stands), fit_fragility(intensity, SCALES, fell)
+    assert_allclose(with_far.median, alone.median, rtol=1e-10)
+    assert_allclose(with_far.slope, alone.slope, rtol=1e-10)
+    reversed_far = np.vstack([fell, SCALES > 0.0, SCALES < 0.0])
+    assert fit_fragility(far, SCALES, reversed_far).slope < 0.1 * alone.slope
+
+
 def test_measures_of_the_fit_follow_their_definitions() -> None:
     """McFadden's R2 compares with one probability for all. Pairs of equal intensity count half."""
     rng, scales = np.random.default_rng(5), np.array([0.5, 1.0, 2.0])

@@ -15,7 +15,7 @@ from scipy.stats import logistic, norm
 
 from rockframe.risk import Outcome, better_measure, fit_fragility, observed_shares
 from rockframe.risk.fragility import Curve
-from rockframe.risk.ties import SAME, merged
+from rockframe.risk.ties import SAME, extremes, merged
 
 Float = NDArray[np.float64]
 
@@ -213,3 +213,13 @@ def test_without_the_only_motion_of_another_intensity_no_curve_is_determined() -
     assert fit.outcome is Outcome.UNDETERMINED
     assert np.isnan(fit.covariance).all()
     assert np.isnan([*fit.median_band, *fit.lognormal_beta_band]).all()
+
+
+def test_equal_values_do_not_depend_on_the_order() -> None:
+    rng = np.random.default_rng(4)
+    x = np.round(rng.normal(size=(30, 40)), 2) + rng.choice([0.0, 3e-6], (30, 40))
+    shuffled = rng.permutation(x.size)
+    for whole, part in zip(extremes(x), extremes(x.ravel()[shuffled]), strict=True):
+        assert_array_equal(whole.ravel()[shuffled], part)
+    least, most = extremes(x)
+    assert ((least <= x) & (x <= most) & (most - least <= SAME)).all()

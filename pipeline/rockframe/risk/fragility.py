@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
@@ -408,8 +408,7 @@ class Fragility(Shown):
 
     def _of(self, argument: Float) -> Float:
         """Return F of an argument."""
-        form = scipy.special.ndtr if self.curve == "lognormal" else scipy.special.expit
-        return np.asarray(form(argument))
+        return np.asarray(distribution(self.curve)(argument))
 
     def band(self, intensity: ArrayLike) -> tuple[Float, Float]:
         """Return the 90 % confidence bounds of the probability [1].
@@ -437,6 +436,14 @@ class Fragility(Shown):
             low = np.where(stand > 0, zero, 1.0 - _left_open(fall))
             return low, np.where(fall > 0, one, _left_open(stand))
         return (np.full_like(x, np.nan),) * 2 if self.outcome is Outcome.ABSENT else (zero, one)
+
+
+def distribution(curve: Curve) -> Callable[[Float], Float]:
+    """Return the distribution function F of a curve: standard normal or logistic."""
+    form: Callable[[Float], Float] = (
+        scipy.special.ndtr if curve == "lognormal" else scipy.special.expit
+    )
+    return form
 
 
 def _left_open(motions: NDArray[np.intp]) -> Float:

@@ -31,10 +31,16 @@ def merged(x: Float) -> Float:
 
 def extremes(x: Float) -> tuple[Float, Float]:
     """Return the least and the largest of the logarithms that count as equal to each one."""
-    values, place = np.unique(x, return_inverse=True)
+    order = np.argsort(x, axis=None)
+    values = x.ravel()[order]
     begins = np.diff(values, prepend=-np.inf) > SAME
     above = values - values[begins][np.cumsum(begins) - 1]
     begins |= np.diff(np.floor(above / SAME), prepend=0.0) > 0.0
     starts = np.flatnonzero(begins)
-    group = (np.cumsum(begins) - 1)[place].reshape(x.shape)
-    return values[starts][group], values[np.append(starts, values.size)[1:] - 1][group]
+    sizes = np.diff(starts, append=values.size)
+    ends = np.empty((2, values.size))
+    ends[:, order] = [
+        np.repeat(values[starts], sizes),
+        np.repeat(values[starts + sizes - 1], sizes),
+    ]
+    return ends[0].reshape(x.shape), ends[1].reshape(x.shape)
