@@ -42,6 +42,7 @@ default_role = "py:obj"
 html_theme = "furo"
 html_static_path = ["static"]
 html_css_files = ["pages.css"]
+html_js_files = ["pages.js"]
 html_title = f"rockframe {version}"
 html_copy_source = False
 html_show_sourcelink = False

@@ -128,6 +128,7 @@ from .signals.passport import Passport as Passport
 from .signals.passport import passport as passport
 from .stages.compare import compare_stage as compare_stage
 from .stages.ingest import ingest_stage as ingest_stage
+from .stages.ingest import read as read
 from .stages.pulse import pulse_stage as pulse_stage
 from .stages.report import verify_run as verify_run
 from .stages.respond import respond_stage as respond_stage

@@ -332,3 +332,55 @@ def test_no_file_of_the_run_is_written_over(hostile_run: Path) -> None:
 def test_a_page_without_histories_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["report", "run", "--histories", "0"]) == 2
     assert "--histories 0. Must be at least 1" in capsys.readouterr().err
+
+
+ANSWERS = re.compile(r'<ul class="answers">(.*?)</ul>', re.DOTALL)
+
+
+def test_the_page_begins_with_an_answer_about_each_structure(bundled_run: Path) -> None:
+    """Its numbers are those of the table: members that overturn, and the smallest margin."""
+    (found,) = ANSWERS.findall((bundled_run / "report.html").read_text("utf-8"))
+    found = found.replace("\N{NO-BREAK SPACE}", " ")
+    said = dict(re.findall(r"<li><strong>(.*?)</strong> (.*?)\.</li>", found))
+    rows = list(rows_of(bundled_run / "table.csv"))
+    assert [*said] == list(dict.fromkeys(row["structure"] for row in rows))
+    for name, words in said.items():
+        own = [row for row in rows if row["structure"] == name]
+        most = max(round(64 * float(row["share_overturned"])) for row in own)
+        assert f"{most or 'none'} of 64 plausible structures" in words
+        nearest = min(own, key=lambda row: float(row["robust_scale_10"] or "inf"))
+        scale = float(nearest["robust_scale_10"])
+        assert f"10 % overturn at {scale:.2f} times {nearest['record_id']}" in words
+
+
+def test_a_page_of_the_files_of_single_stages_is_that_of_their_run(
+    bundled_run: Path, tmp_path: Path
+) -> None:
+    names = ("response", "records", "pulses")  # in any order
+    files = [str(shutil.copy(bundled_run / f"{name}.nc", tmp_path)) for name in names]
+    assert main(["report", *files]) == 2  # records.csv is missing
+    shutil.copy(bundled_run / "records.csv", tmp_path)
+    assert main(["report", *files]) == 0
+    page, of_run = (
+        (folder / "report.html").read_text("utf-8") for folder in (tmp_path, bundled_run)
+    )
+    facts = re.compile(r'<script type="application/json" id="facts">(.*?)</script>', re.DOTALL)
+    assert ANSWERS.findall(page) == ANSWERS.findall(of_run) != []
+    ours, theirs = (json.loads(*facts.findall(text)) for text in (page, of_run))
+    assert ours | {"name": theirs["name"]} == theirs
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        ["report.html", "records.csv", *(f"{name}.nc" for name in names)]
+    )
+
+
+def test_files_of_a_page_are_one_of_each_kind(
+    bundled_run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    response, records = str(bundled_run / "response.nc"), str(bundled_run / "records.nc")
+    for words, said in (
+        ([response, records], "No pulses file named. Name the outputs of"),
+        ([response, response], "is a second response file. A page shows one file of each of"),
+        ([response, str(bundled_run)], "Must be the output of a stage"),
+    ):
+        assert main(["report", *words]) == 2
+        assert said in capsys.readouterr().err

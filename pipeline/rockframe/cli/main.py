@@ -61,6 +61,32 @@ _VERBS: Final = {
         "list the supported formats of records, or show how files would be read",
     ),
 }
+#: An example of each command, printed below its help.
+EXAMPLES: Final = {
+    "table1": "rockframe table1 --records FOLDER --structures bents.toml -o outputs/mine",
+    "init": "rockframe init mine",
+    "run": "rockframe run mine.toml -o outputs/mine",
+    "status": "rockframe status outputs/mine",
+    "step": "rockframe step outputs/mine manifest",
+    "show": "rockframe show outputs/mine Ridgecrest2019-CCC-360",
+    "verify": "rockframe verify outputs/mine",
+    "fetch": "rockframe fetch --url SCEDC --event ci38457511 --radius-km 50 -o ridgecrest",
+    "ingest": "rockframe ingest FOLDER -o records.nc",
+    "pulse": "rockframe pulse records.nc -o pulses.nc",
+    "respond": "rockframe respond records.nc --structures bents.toml -o response.nc",
+    "spectrum": "rockframe spectrum --slenderness-degree 14 --mass-ratio 0 4 -o spectrum.nc",
+    "screen": "rockframe screen records.nc --structures bents.toml -o screen.nc",
+    "compare": "rockframe compare records.nc --structures bridge.toml -o compare.nc",
+    "select": "rockframe select records.nc --target spectrum.csv -o selected.nc",
+    "table": "rockframe table records.nc pulses.nc response.nc -o table.csv",
+    "draw": "rockframe draw screen.nc -o figures",
+    "export": "rockframe export screen.nc -o fragility.xml",
+    "figure": "rockframe figure joints --structure bridge-bent -o joints.png",
+    "report": "rockframe report outputs/mine",
+    "explore": "rockframe explore --records FOLDER",
+    "paper": "rockframe paper --claim eq-45",
+    "formats": "rockframe formats",
+}
 #: Shells in which `rockframe --completion` works.
 SHELLS: Final = ("bash", "zsh", "fish")
 #: Exit status of an internal error, as in sysexits.h.
@@ -94,6 +120,18 @@ def _options_of(parser: argparse.ArgumentParser) -> list[str]:
     return [*listed] if listed is not None else re.findall(r"--[a-z][\w-]*", parser.format_help())
 
 
+def _documentation() -> str:
+    """Return the address of the documentation, from the metadata of the installed package."""
+    from importlib.metadata import PackageNotFoundError, metadata
+
+    try:
+        urls = metadata("rockframe").get_all("Project-URL") or ()
+    except PackageNotFoundError:
+        return ""
+    place = dict(url.split(", ", 1) for url in urls).get("Documentation", "")
+    return "" if "//owner." in place else place  # the placeholder of a project without an address
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser that prints errors in one line, without the usage that argparse prints."""
 
@@ -109,6 +147,13 @@ class _Parser(argparse.ArgumentParser):
         if rest:
             self.error(f"unrecognized arguments: {' '.join(rest)}")
         return found, rest
+
+    def format_help(self) -> str:
+        """Return the help, with an example of the command and the place of the documentation."""
+        *_, command = self.prog.split()
+        example = EXAMPLES.get(command, "rockframe table1, then rockframe report outputs/table1")
+        where = f"Documentation: {place}\n" if (place := _documentation()) else ""
+        return f"{super().format_help()}\nExample: {example}\n{where}"
 
     def error(self, message: str) -> NoReturn:
         known = _options_of(self)

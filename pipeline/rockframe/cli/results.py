@@ -108,25 +108,35 @@ def run_export(options: argparse.Namespace) -> None:
 def add_report(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the folder of a run, and the page to write."""
     parser.add_argument(
-        "folder",
+        "paths",
+        nargs="+",
         type=path,
-        help="folder of a run, written by `rockframe table1` or `rockframe run`",
+        metavar="PATH",
+        help="folder of a run, written by `rockframe table1` or `rockframe run`; or the outputs of "
+        "`rockframe ingest`, `pulse` and `respond`, and of `screen` and `compare`",
     )
     parser.add_argument(
         "--output",
         "-o",
         type=file_to_write(".html"),
-        help="page to write (default: report.html in the folder)",
+        help="page to write (default: report.html in the folder, or beside the responses)",
     )
     add_options(parser, ReportOptions)
 
 
 def run_report(options: argparse.Namespace) -> None:
     """Verify the run, write the page, and print what it contains."""
-    from rockframe.stages.report import PAGE, report_stage
+    from rockframe.stages.report import PAGE, files_as_run, report_stage
 
-    output = options.output or options.folder / PAGE
-    counts = report_stage(options.folder, output, chosen(options, ReportOptions))
+    first: Path = options.paths[0]
+    wanted = chosen(options, ReportOptions)
+    if len(options.paths) == 1 and first.suffix != ".nc":
+        output = options.output or first / PAGE
+        counts = report_stage(first, output, wanted)
+    else:
+        output = options.output or first.with_name(PAGE)
+        with files_as_run(options.paths) as folder:
+            counts = report_stage(folder, output, wanted, verified=True)
     size = output.stat().st_size
     if options.json:
         console.show_json({"output": str(output), "bytes": size, **counts})

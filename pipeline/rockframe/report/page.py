@@ -56,6 +56,7 @@ from rockframe.results.tables.rows import (
     stated_pulse,
 )
 from rockframe.results.tables.sensitivity import sensitivity_words, spread_words, spreads_of_row
+from rockframe.results.tables.sentences import answers
 from rockframe.results.tables.summary import (
     first_words,
     left_out_motions,
@@ -337,6 +338,8 @@ def with_unit(fact: LabelledValue) -> str:
 _MOST_INPUTS: Final = 2000
 #: Largest number of records in the grid of verdicts.
 _GLANCE: Final = 40
+#: Largest number of structures about which the page begins with an answer.
+_MOST_ANSWERS: Final = 8
 
 
 def render(
@@ -344,6 +347,7 @@ def render(
     motions: Iterable[tuple[Ground, Sequence[History]]],
     screening: xr.Dataset | None = None,
     comparison: Mapping[str, Any] | None = None,
+    members: int = 0,
 ) -> str:
     """Return the report of a run. The same run gives the same text.
 
@@ -357,6 +361,8 @@ def render(
         As returned by `read_screening`, if the run has a screening.
     comparison : mapping, optional
         As returned by `comparison_content`, if the run compares bridges.
+    members : int
+        Number of members of the ensemble.
 
     Returns
     -------
@@ -372,6 +378,7 @@ def render(
         pair_of={pair["row"]: i for i, pair in enumerate(facts["pairs"])},
         screening=None if screening is None else screening_content(screening),
         comparison=comparison,
+        answers=_answers(run, members),
         manifest=run.manifest,
         manifest_sha256=run.manifest_sha256,
         source=source_code_hash(),
@@ -416,6 +423,13 @@ def _overview(run: Run) -> dict[str, Any]:
         "all_entries": run.listed,
         "most_inputs": _MOST_INPUTS,
     }
+
+
+def _answers(run: Run, members: int) -> dict[str, str]:
+    """Return the answer about each structure; none if the page lacks rows, or is of many."""
+    whole = len(run.rows) == sum(run.counts.values())
+    found = answers(run.rows, members) if whole else {}
+    return found if len(found) <= _MOST_ANSWERS else {}
 
 
 def _over_records(run: Run) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from rockframe.ingest.options import read_options
 from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
 from rockframe.outcome import InputOutcome
-from rockframe.provenance import make_folder, refuse_overwriting, sha256_of
+from rockframe.provenance import make_folder, refuse_overwriting, scratch_folder, sha256_of
 from rockframe.record import Record, in_sequence
 from rockframe.results.records import RecordsFile, open_records, write_records
 from rockframe.results.tables.entries import refuse_strange_entries
@@ -128,6 +128,50 @@ def _toward(
     into = " and ".join(repr(record.record_id) for record in made)
     for _, outcome in components:
         yield None, replace(outcome, status="rotated", reason=f"rotated into {into}."), None
+
+
+def read(*paths: str | Path, **options: Any) -> list[Record]:
+    """Return the accepted records of files and folders, as `rockframe ingest` reads them.
+
+    Parameters
+    ----------
+    paths : str or Path
+        Record files, folders and archives, or one ``records.nc``.
+    options : Any
+        Fields of `IngestOptions`, such as ``units="g"``; a ``records.nc`` takes none.
+
+    Returns
+    -------
+    list of Record
+        The records, corrected where their files are uncorrected. `ingest_stage` also returns the
+        reasons of the files that were rejected.
+
+    Raises
+    ------
+    InputError
+        If a path does not exist, or no record was accepted.
+    ParameterError
+        If an option is unknown or invalid.
+
+    Examples
+    --------
+    >>> import rockframe
+    >>> records = rockframe.read(rockframe.bundled_records() / "Ridgecrest2019-CLC.V1")
+    >>> [record.record_id for record in records]
+    ['Ridgecrest2019-CLC-090', 'Ridgecrest2019-CLC-360', 'Ridgecrest2019-CLC-UP']
+    """
+    if not paths:
+        raise ParameterError("No path stated. Name record files or folders, or a records.nc.")
+    if len(paths) == 1 and Path(paths[0]).suffix == ".nc":
+        if options:
+            said = f"{paths[0]} was read before: {next(iter(options))} has no effect. Leave it out."
+            raise ParameterError(said)
+        with open_records(paths[0]) as file:
+            return list(file)
+    with scratch_folder() as folder:
+        ingest_stage(paths, folder / "records.nc", IngestOptions(**options), workers=0)
+        with open_records(folder / "records.nc") as file:
+            return list(file)
 
 
 def ingest_stage(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, ParameterError
 from rockframe.options import RECORDS_FILE, STAGES
 from rockframe.options.model import ReportOptions
 from rockframe.provenance import (
@@ -18,14 +20,16 @@ from rockframe.provenance import (
     read_manifest,
     refuse_obstacles,
     refuse_overwriting,
+    scratch_folder,
     sealed_page,
     sha256_of,
     source_code_hash,
     versions,
     whole_file,
+    write_manifest,
 )
 from rockframe.results.schema import KINDS, SCREEN
-from rockframe.results.stored import Described, describe
+from rockframe.results.stored import Described, describe, kind_of, require_file
 from rockframe.results.tables.entries import rows_of
 
 #: Files of a run with datasets, in the order of the stages.
@@ -246,6 +250,7 @@ def report_stage(
     from rockframe.results.run import read_histories, read_run
     from rockframe.results.screen import read_screening
     from rockframe.results.stored import attributes_of
+    from rockframe.results.tables.sentences import members_of
     from rockframe.results.tables.summary import left_out_reasons
 
     limits, output = options or ReportOptions(), output or folder / PAGE
@@ -265,14 +270,77 @@ def report_stage(
         left_out = left_out_reasons(attributes_of(compared, "compare"))
         rows = comparison_rows(compared)
         comparison = comparison_content(rows, recordings, limits.rows, left_out)
-    page = sealed_page(render(content, read_histories(folder, shown), screening, comparison))
+    parameters = json.loads(attributes_of(folder / "response.nc", "response")["parameters"])
+    others = (screening, comparison, members_of(parameters))
+    page = sealed_page(render(content, read_histories(folder, shown), *others))
     while len(page) > _MOST_BYTES and shown:  # histories are the part that can be any size
         shown = choose(content, len(shown) * _MOST_BYTES // len(page))
-        page = sealed_page(render(content, read_histories(folder, shown), screening, comparison))
+        page = sealed_page(render(content, read_histories(folder, shown), *others))
     with whole_file(output) as partial:
         partial.write_bytes(page)
     total = sum(content.counts.values())
     return {"histories": len(shown), "left_out": total - len(shown), "rows": len(content.rows)}
+
+
+#: Files that a page without a run needs, and those that it shows too if they are named.
+_OF_PAGE: Final = ("records", "pulses", "response")
+_BESIDE_PAGE: Final = ("screen", "compare")
+
+
+@contextmanager
+def files_as_run(files: Sequence[Path]) -> Iterator[Path]:
+    """Yield a temporary folder like that of a run, made of the outputs of single stages.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        Outputs of `ingest_stage`, `pulse_stage` and `respond_stage`, in any order, and if present
+        of `screen_stage` and `compare_stage`. ``records.csv`` must lie beside ``records.nc``.
+
+    Raises
+    ------
+    InputError
+        If a kind of file is missing or named twice, or the files are not of the same records.
+
+    Examples
+    --------
+    >>> with files_as_run([]):
+    ...     pass
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: No records file named. Name the outputs of `rockframe ingest`,
+    `pulse` and `respond`, or the folder of a run.
+    """
+    from rockframe.stages.table import table_stage
+
+    of_kind: dict[str, Path] = {}
+    for path in files:
+        kind = kind_of(path)
+        if kind in of_kind or kind not in (*_OF_PAGE, *_BESIDE_PAGE):
+            of = f"is a second {kind} file" if kind in of_kind else f"is a {kind} file"
+            allowed = ", ".join((*_OF_PAGE, *_BESIDE_PAGE))
+            raise InputError(path, f"{of}. A page shows one file of each of: {allowed}.")
+        of_kind[kind] = path
+    for kind in _OF_PAGE:
+        if kind not in of_kind:
+            raise ParameterError(
+                f"No {kind} file named. Name the outputs of `rockframe ingest`, `pulse` and "
+                "`respond`, or the folder of a run."
+            )
+    entries = of_kind["records"].with_suffix(".csv")
+    require_file(entries, "the table that `rockframe ingest` writes beside its output")
+    with scratch_folder() as folder:
+        for kind, path in of_kind.items():
+            shutil.copyfile(path, folder / f"{kind}.nc")
+        shutil.copyfile(entries, folder / "records.csv")
+        records, pulses, response = (of_kind[kind] for kind in _OF_PAGE)
+        table_stage(records, pulses, response, folder / "table.csv")
+        write_manifest(
+            folder,
+            inputs={path.name: sha256_of(path) for path in of_kind.values()},
+            parameters={"study": {"name": of_kind["response"].stem}},
+            outputs=sorted(folder.iterdir()),
+        )
+        yield folder
 
 
 def require_whole(folder: Path) -> None:

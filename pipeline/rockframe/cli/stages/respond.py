@@ -94,6 +94,7 @@ def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.results.pulses import peaks_of, recordings_of
     from rockframe.results.tables.forces import force_rows
+    from rockframe.results.tables.sentences import answers
     from rockframe.results.tables.summary import (
         first_columns,
         left_out_reasons,
@@ -121,6 +122,7 @@ def run_respond(options: argparse.Namespace) -> int:
         **({"forces": list(force_rows(response))} if wanted.forces else {}),
         **({"scales": scaled} if scaled else {}),
     }
+    said_of_each = answers(rows, wanted.ensemble.members)
     made = arguments.write_tables(options, tables, _RESPONSES[0])
     drawn = _draw(response, scaled, options.figures) if options.figures else []
     if options.json:
@@ -131,6 +133,7 @@ def run_respond(options: argparse.Namespace) -> int:
             "rejected": [vars(rejection) for rejection in rejections],
             "output": str(options.output),
             "summary": summary,
+            "answers": said_of_each,
             **({"motions": parts} if parts else {}),
             **({"sensitivity": list(sensitivity_rows(response))} if options.sensitivity else {}),
             **({"tables": made} if made else {}),
@@ -138,6 +141,9 @@ def run_respond(options: argparse.Namespace) -> int:
         }
         console.show_json(said | matrices(rows, options.matrix))
     else:
+        if len(said_of_each) == 1:
+            ((name, sentence),) = said_of_each.items()
+            print(f"{console.filled(f'{name} {sentence}.')}\n")
         _show_responses(options, rows, summary, made)
         _show_parts(parts)
         if wanted.forces:
