@@ -67,7 +67,7 @@ OPEN: Final = 26 * WIDTH  # 1 while this time is being iterated
 KIND: Final = 27 * WIDTH  # how the hop ends
 THETA_AFTER: Final = 28 * WIDTH
 OMEGA_AFTER: Final = 29 * WIDTH
-_C: Final = 28 * WIDTH  # coefficients 2 to 9 of theta, in rows 30 to 37
+SERIES: Final = 28 * WIDTH  # coefficients 2 to 9 of theta, in rows 30 to 37
 TURN: Final = 38 * WIDTH  # time of a new peak
 TURNING: Final = 39 * WIDTH  # 1 if there is a new peak
 STEP: Final = 40 * WIDTH  # last Newton step towards the time of the peak
@@ -319,6 +319,60 @@ def demands(
 
 
 @inlined
+def advance(
+    pool: Float, j: int, theta: float, omega: float, bends: Bends, floor: float, top: float
+) -> None:
+    """Take a lane to the end of its interval, if no event happens in it and theta stays within.
+
+    `bends` are the coefficients of psi'' = -theta'' at the start. At the end of the interval theta
+    must be above `floor`, and until then below `top`.
+    """
+    f0, g1, g2, g3, g4, g5, g6, g7 = bends
+    theta_h = theta - (
+        (f0 * (1.0 / 2.0) - omega)
+        + (
+            (g1 * (1.0 / 6.0) + g2 * (1.0 / 12.0))
+            + (
+                (g3 * (1.0 / 20.0) + g4 * (1.0 / 30.0))
+                + (g5 * (1.0 / 42.0) + (g6 * (1.0 / 56.0) + g7 * (1.0 / 72.0)))
+            )
+        )
+    )
+    omega_h = omega - (
+        (f0 + g1 * (1.0 / 2.0))
+        + (
+            (g2 * (1.0 / 3.0) + g3 * (1.0 / 4.0))
+            + ((g4 * (1.0 / 5.0) + g5 * (1.0 / 6.0)) + (g6 * (1.0 / 7.0) + g7 * (1.0 / 8.0)))
+        )
+    )
+    pull_h = (f0 + g1) + ((g2 + g3) + ((g4 + g5) + (g6 + g7)))
+    least = least_of(theta, theta_h)
+    most = most_of(theta, theta_h)
+    slow = least_of(omega, omega_h)
+    quick = most_of(omega, omega_h)
+    speed = most_of(quick, -slow)
+    bend = abs(f0) + abs(pull_h)
+    wave = 0.125 * bend
+    swing = 0.5 * bend
+    peak = pool[j + PEAK]
+    fast = pool[j + FASTEST]
+    falling = least_of(f0, pull_h)
+    onward = slow - swing
+    aloft = most_of(least - wave, most_of(falling, onward))
+    lower = most_of(peak - (most + wave), most_of(onward, -swing - quick))
+    slower = most_of(most_of(falling, -most_of(f0, pull_h)), fast - (speed + wave))
+    below = least_of(top - (most + wave), pool[j + END] - pool[j + AT])
+    within = least_of(least_of(slower, below), least - floor)
+    good = least_of(least_of(aloft, lower), within) > 0.0
+    pool[j + THETA] = theta_h if good else theta
+    pool[j + OMEGA] = omega_h if good else omega
+    pool[j + FASTEST] = most_of(speed, fast) if good else fast
+    on = 1.0 if good else 0.0
+    pool[j + AT] = pool[j + AT] + on
+    pool[j + SEEN] = pool[j + PENDING] + on
+
+
+@inlined
 def stride(
     pool: Float, b: int, curved: Marker, lifts: Marker, tied: Marker, weighed: Marker
 ) -> None:
@@ -348,56 +402,16 @@ def stride(
             pool[j + SHEAR] = most_of(force, pool[j + SHEAR]) if counts else pool[j + SHEAR]
             most = most_of(friction, pool[j + FRICTION])
             pool[j + FRICTION] = most if counts else pool[j + FRICTION]
-        theta_h = theta - (
-            (f0 * (1.0 / 2.0) - omega)
-            + (
-                (g1 * (1.0 / 6.0) + g2 * (1.0 / 12.0))
-                + (
-                    (g3 * (1.0 / 20.0) + g4 * (1.0 / 30.0))
-                    + (g5 * (1.0 / 42.0) + (g6 * (1.0 / 56.0) + g7 * (1.0 / 72.0)))
-                )
-            )
-        )
-        omega_h = omega - (
-            (f0 + g1 * (1.0 / 2.0))
-            + (
-                (g2 * (1.0 / 3.0) + g3 * (1.0 / 4.0))
-                + ((g4 * (1.0 / 5.0) + g5 * (1.0 / 6.0)) + (g6 * (1.0 / 7.0) + g7 * (1.0 / 8.0)))
-            )
-        )
-        pull_h = (f0 + g1) + ((g2 + g3) + ((g4 + g5) + (g6 + g7)))
-        least = least_of(theta, theta_h)
-        most = most_of(theta, theta_h)
-        slow = least_of(omega, omega_h)
-        quick = most_of(omega, omega_h)
-        speed = most_of(quick, -slow)
-        bend = abs(f0) + abs(pull_h)
-        wave = 0.125 * bend
-        swing = 0.5 * bend
-        peak = pool[j + PEAK]
-        fast = pool[j + FASTEST]
-        falling = least_of(f0, pull_h)
-        onward = slow - swing
-        aloft = most_of(least - wave, most_of(falling, onward))
-        lower = most_of(peak - (most + wave), most_of(onward, -swing - quick))
-        slower = most_of(most_of(falling, -most_of(f0, pull_h)), fast - (speed + wave))
-        below = least_of(HALF_PI - (most + wave), pool[j + END] - pool[j + AT])
-        good = least_of(least_of(aloft, lower), least_of(least_of(slower, below), least)) > 0.0
-        pool[j + THETA] = theta_h if good else theta
-        pool[j + OMEGA] = omega_h if good else omega
-        pool[j + FASTEST] = most_of(speed, fast) if good else fast
-        on = 1.0 if good else 0.0
-        pool[j + AT] = pool[j + AT] + on
-        pool[j + SEEN] = pool[j + PENDING] + on
+        advance(pool, j, theta, omega, (f0, g1, g2, g3, g4, g5, g6, g7), 0.0, HALF_PI)
 
 
 @inlined
 def _value(pack: Float, j: int, t: float) -> tuple[float, float]:
     """Return theta and its rate at t within a hop."""
-    p = pack[j + _C + 9 * WIDTH]
+    p = pack[j + SERIES + 9 * WIDTH]
     d = p
     for k in range(8, 1, -1):
-        p = p * t + pack[j + _C + k * WIDTH]
+        p = p * t + pack[j + SERIES + k * WIDTH]
         d = d * t + p
     omega = pack[j + OMEGA]
     p = p * t + omega
@@ -414,10 +428,10 @@ def _locate_peaks(pack: Float) -> None:
         for _ in range(_TURNING_STEPS):
             for j in range(WIDTH):
                 t = pack[j + TURN]
-                rate = 9.0 * pack[j + _C + 9 * WIDTH]
+                rate = 9.0 * pack[j + SERIES + 9 * WIDTH]
                 bend = rate
                 for k in range(8, 1, -1):
-                    rate = rate * t + k * pack[j + _C + k * WIDTH]
+                    rate = rate * t + k * pack[j + SERIES + k * WIDTH]
                     bend = bend * t + rate
                 rate = rate * t + pack[j + OMEGA]
                 pack[j + STEP] = rate / bend if pack[j + TURNING] > 0.0 else 0.0
@@ -466,6 +480,13 @@ def _locate_landings(pack: Float) -> None:
 
 
 @inlined
+def locate(pack: Float) -> None:
+    """Locate the new peaks and the landings of a pack's lanes after `take_off`."""
+    _locate_peaks(pack)
+    _locate_landings(pack)
+
+
+@inlined
 def _bends(pack: Float, j: int, curved: Marker, lifts: Marker, tied: Marker) -> Bends:
     """Return the Taylor coefficients of psi'' of a lane in its hop (see `_turn`)."""
     elapsed = pack[j + ELAPSED]
@@ -489,86 +510,81 @@ def _bends(pack: Float, j: int, curved: Marker, lifts: Marker, tied: Marker) -> 
 
 
 @inlined
-def _take_off(pack: Float, curved: Marker, lifts: Marker, tied: Marker) -> None:
-    """Compute the series of a pack's hops, how they end, and first guesses of peak and landing."""
-    for j in range(WIDTH):
-        theta = pack[j + THETA]
-        omega = pack[j + OMEGA]
-        start = pack[j + START]
-        h = 1.0 - pack[j + ELAPSED]
-        f0, g1, g2, g3, g4, g5, g6, g7 = _bends(pack, j, curved, lifts, tied)
-        c2 = f0 * (-1.0 / 2.0)
-        c3 = g1 * (-1.0 / 6.0)
-        c4 = g2 * (-1.0 / 12.0)
-        c5 = g3 * (-1.0 / 20.0)
-        c6 = g4 * (-1.0 / 30.0)
-        c7 = g5 * (-1.0 / 42.0)
-        c8 = g6 * (-1.0 / 56.0)
-        c9 = g7 * (-1.0 / 72.0)
-        pack[j + _C + 2 * WIDTH] = c2
-        pack[j + _C + 3 * WIDTH] = c3
-        pack[j + _C + 4 * WIDTH] = c4
-        pack[j + _C + 5 * WIDTH] = c5
-        pack[j + _C + 6 * WIDTH] = c6
-        pack[j + _C + 7 * WIDTH] = c7
-        pack[j + _C + 8 * WIDTH] = c8
-        pack[j + _C + 9 * WIDTH] = c9
-        theta_h = theta + h * (
-            omega
-            + h * (c2 + h * (c3 + h * (c4 + h * (c5 + h * (c6 + h * (c7 + h * (c8 + h * c9)))))))
-        )
-        tail = g4 * (1.0 / 5.0) + h * (
-            g5 * (1.0 / 6.0) + h * (g6 * (1.0 / 7.0) + h * (g7 * (1.0 / 8.0)))
-        )
-        omega_h = omega - h * (
-            f0 + h * (g1 * (1.0 / 2.0) + h * (g2 * (1.0 / 3.0) + h * (g3 * (1.0 / 4.0) + h * tail)))
-        )
-        pull_h = f0 + h * (g1 + h * (g2 + h * (g3 + h * (g4 + h * (g5 + h * (g6 + h * g7))))))
-        moving = start == MOVING
-        out_0 = omega if moving else 1.0
-        pull_0 = -1.0 if start == FROM_UPLIFT else f0
-        most = most_of(theta, theta_h)
-        weakest = least_of(pull_0, pull_h)
-        falling = weakest > 0.0
-        even = falling | (most_of(pull_0, pull_h) < 0.0)
-        rises = omega > 0.0
-        crest = theta + (omega * omega / (2.0 * weakest) if falling & rises else 0.0)
-        peak = pack[j + PEAK]
-        fast = pack[j + FASTEST]
-        turns = moving & falling & rises & (crest > peak) & (omega_h < 0.0)
-        pack[j + TURN] = least_of(omega / (f0 if turns else 1.0), h)
-        pack[j + TURNING] = 1.0 if turns else 0.0
-        low = turns | (crest <= peak)
-        # also allowed: a bend that changes sign but cannot reverse the motion or raise its top rate
-        bend = (abs(f0) + abs(pull_h)) * h
-        quick = most_of(omega, omega_h)
-        slow = least_of(omega, omega_h)
-        slower = moving & (most_of(quick, -slow) + 0.125 * bend <= fast)
-        up = (
-            (theta_h > 0.0)
-            & (most + 0.125 * bend * h < HALF_PI)
-            & (
-                (even & ((out_0 * omega_h > 0.0) | (falling & low)))
-                | (slower & (slow > 0.5 * bend))
-            )
-        )
-        landing = moving & (theta_h < 0.0) & ((falling & low) | (slower & (quick < -0.5 * bend)))
-        # first guess: the landing of a parabola, then one Newton step on the cubic
-        root = math.sqrt(most_of(omega * omega + 2.0 * theta * f0, 0.0))
-        guess = (omega + root if rises else 2.0 * theta) / (
-            f0 if rises else most_of(root - omega, 1e-300)
-        )
-        slope = omega + guess * (2.0 * c2 + guess * (3.0 * c3))
-        guess -= (theta + guess * (omega + guess * (c2 + guess * c3))) / slope
-        guess = least_of(guess, h)
-        guess = guess if guess > 0.0 else h
-        pack[j + TAU] = guess
-        on = 1.0 if landing else 0.0
-        pack[j + OPEN] = on
-        pack[j + KIND] = HOP_ALOFT if up else (HOP_LANDED if landing else HOP_ALONE)
-        pack[j + FASTEST] = most_of(abs(omega_h), fast) if up else fast  # |omega| is not above
-        pack[j + THETA_AFTER] = theta_h
-        pack[j + OMEGA_AFTER] = omega_h
+def take_off(pack: Float, j: int, bends: Bends) -> None:
+    """Compute the series of a lane's hop, how it ends, and first guesses of peak and landing."""
+    theta = pack[j + THETA]
+    omega = pack[j + OMEGA]
+    start = pack[j + START]
+    h = 1.0 - pack[j + ELAPSED]
+    f0, g1, g2, g3, g4, g5, g6, g7 = bends
+    c2 = f0 * (-1.0 / 2.0)
+    c3 = g1 * (-1.0 / 6.0)
+    c4 = g2 * (-1.0 / 12.0)
+    c5 = g3 * (-1.0 / 20.0)
+    c6 = g4 * (-1.0 / 30.0)
+    c7 = g5 * (-1.0 / 42.0)
+    c8 = g6 * (-1.0 / 56.0)
+    c9 = g7 * (-1.0 / 72.0)
+    pack[j + SERIES + 2 * WIDTH] = c2
+    pack[j + SERIES + 3 * WIDTH] = c3
+    pack[j + SERIES + 4 * WIDTH] = c4
+    pack[j + SERIES + 5 * WIDTH] = c5
+    pack[j + SERIES + 6 * WIDTH] = c6
+    pack[j + SERIES + 7 * WIDTH] = c7
+    pack[j + SERIES + 8 * WIDTH] = c8
+    pack[j + SERIES + 9 * WIDTH] = c9
+    theta_h = theta + h * (
+        omega + h * (c2 + h * (c3 + h * (c4 + h * (c5 + h * (c6 + h * (c7 + h * (c8 + h * c9)))))))
+    )
+    tail = g4 * (1.0 / 5.0) + h * (
+        g5 * (1.0 / 6.0) + h * (g6 * (1.0 / 7.0) + h * (g7 * (1.0 / 8.0)))
+    )
+    omega_h = omega - h * (
+        f0 + h * (g1 * (1.0 / 2.0) + h * (g2 * (1.0 / 3.0) + h * (g3 * (1.0 / 4.0) + h * tail)))
+    )
+    pull_h = f0 + h * (g1 + h * (g2 + h * (g3 + h * (g4 + h * (g5 + h * (g6 + h * g7))))))
+    moving = start == MOVING
+    out_0 = omega if moving else 1.0
+    pull_0 = -1.0 if start == FROM_UPLIFT else f0
+    most = most_of(theta, theta_h)
+    weakest = least_of(pull_0, pull_h)
+    falling = weakest > 0.0
+    even = falling | (most_of(pull_0, pull_h) < 0.0)
+    rises = omega > 0.0
+    crest = theta + (omega * omega / (2.0 * weakest) if falling & rises else 0.0)
+    peak = pack[j + PEAK]
+    fast = pack[j + FASTEST]
+    turns = moving & falling & rises & (crest > peak) & (omega_h < 0.0)
+    pack[j + TURN] = least_of(omega / (f0 if turns else 1.0), h)
+    pack[j + TURNING] = 1.0 if turns else 0.0
+    low = turns | (crest <= peak)
+    # also allowed: a bend that changes sign but cannot reverse the motion or raise its top rate
+    bend = (abs(f0) + abs(pull_h)) * h
+    quick = most_of(omega, omega_h)
+    slow = least_of(omega, omega_h)
+    slower = moving & (most_of(quick, -slow) + 0.125 * bend <= fast)
+    up = (
+        (theta_h > 0.0)
+        & (most + 0.125 * bend * h < HALF_PI)
+        & ((even & ((out_0 * omega_h > 0.0) | (falling & low))) | (slower & (slow > 0.5 * bend)))
+    )
+    landing = moving & (theta_h < 0.0) & ((falling & low) | (slower & (quick < -0.5 * bend)))
+    # first guess: the landing of a parabola, then one Newton step on the cubic
+    root = math.sqrt(most_of(omega * omega + 2.0 * theta * f0, 0.0))
+    guess = (omega + root if rises else 2.0 * theta) / (
+        f0 if rises else most_of(root - omega, 1e-300)
+    )
+    slope = omega + guess * (2.0 * c2 + guess * (3.0 * c3))
+    guess -= (theta + guess * (omega + guess * (c2 + guess * c3))) / slope
+    guess = least_of(guess, h)
+    guess = guess if guess > 0.0 else h
+    pack[j + TAU] = guess
+    on = 1.0 if landing else 0.0
+    pack[j + OPEN] = on
+    pack[j + KIND] = HOP_ALOFT if up else (HOP_LANDED if landing else HOP_ALONE)
+    pack[j + FASTEST] = most_of(abs(omega_h), fast) if up else fast  # |omega| is not above
+    pack[j + THETA_AFTER] = theta_h
+    pack[j + OMEGA_AFTER] = omega_h
 
 
 @inlined
@@ -579,6 +595,6 @@ def hop(pack: Float, curved: Marker, lifts: Marker, tied: Marker) -> None:
     peak exceeds the earlier ones and is not located, or the frame overturns. In all other hops
     theta is monotone, or concave from the start to the landing.
     """
-    _take_off(pack, curved, lifts, tied)
-    _locate_peaks(pack)
-    _locate_landings(pack)
+    for j in range(WIDTH):
+        take_off(pack, j, _bends(pack, j, curved, lifts, tied))
+    locate(pack)
