@@ -80,9 +80,11 @@ class Prepared:
         self.across = ground.coefficients / GRAVITY
         self.upwards = vertical_in_g(ground)
         powers = ground.time_step ** np.arange(self.across.shape[1])
-        self._strongest = (np.abs(self.across) @ powers).max()
+        #: Bound of the sum of both |accelerations| [g].
+        self.strongest = float((np.abs(self.across) @ powers).max())
         if self.upwards.size:
-            self._strongest = (np.abs(self.across) @ powers + np.abs(self.upwards) @ powers).max()
+            both = np.abs(self.across) @ powers + np.abs(self.upwards) @ powers
+            self.strongest = float(both.max())
         #: (True if the degree is above 1, True if there is a vertical component).
         self.form = (self.across.shape[1] > 2, self.upwards.shape[0] > 0)
         self._rows: dict[int, tuple[Float, Float]] = {}
@@ -95,11 +97,16 @@ class Prepared:
         need more than `_MOST_PIECES` pieces.
         """
         ties = constants[:, _TIES] + constants[:, _TIES + 1]
-        rate = constants[:, 1] * np.sqrt(1.0 + self._strongest * np.abs(scale) + ties)
-        stride = steps.MAX_SMOOTH_STRIDE if self.form[0] else steps.MAX_STRIDE
-        pieces = np.exp2(np.ceil(np.log2(rate * self.ground.time_step / stride)).clip(min=0.0))
+        rate = constants[:, 1] * np.sqrt(1.0 + self.strongest * np.abs(scale) + ties)
+        pieces = self.divisions(rate)
         yielding = (constants[:, _KINDS] != ELASTIC).any(axis=1)
         pieces[yielding | (pieces > _MOST_PIECES)] = _SCALAR
+        return pieces
+
+    def divisions(self, rate: Float) -> NDArray[np.int64]:
+        """Return the number of steps per interval, a power of two, for these rates [s-1]."""
+        stride = steps.MAX_SMOOTH_STRIDE if self.form[0] else steps.MAX_STRIDE
+        pieces = np.exp2(np.ceil(np.log2(rate * self.ground.time_step / stride)).clip(min=0.0))
         return np.asarray(pieces, dtype=np.int64)
 
     def rows(self, pieces: int) -> tuple[Float, Float]:
@@ -220,9 +227,7 @@ class ScenarioPacker:
         after = np.zeros(pack.rows[0].shape[1])
         bounds = np.concatenate(pack.bounds)
         excursions = self._results.excursions[scenarios if self._results.kept else []]
-        coarse = bounds[: bounds.shape[0] // lanes.COARSE * lanes.COARSE]
-        while len(coarse) > bounds.shape[0] // lanes.COARSE:
-            coarse = np.maximum(coarse[::2], coarse[1::2])
+        coarse = coarse_bounds(bounds)
         lanes.integrate_lanes(
             np.concatenate([*(rows.ravel() for rows in pack.rows), after]),
             bounds,
@@ -297,6 +302,14 @@ def _rows(coefficients: Float, time_step: float, pieces: int) -> Float:
         ]
     )
     return np.ascontiguousarray(np.einsum("ik,pkj->ipj", rows, shifts)).reshape(-1, powers)
+
+
+def coarse_bounds(bounds: Float) -> Float:
+    """Return the largest of the bounds of each `lanes.COARSE` rows."""
+    coarse = bounds[: bounds.shape[0] // lanes.COARSE * lanes.COARSE]
+    while len(coarse) > bounds.shape[0] // lanes.COARSE:
+        coarse = np.maximum(coarse[::2], coarse[1::2])
+    return np.ascontiguousarray(coarse)
 
 
 def _bounds(rows: Float, *, curved: bool) -> Float:
