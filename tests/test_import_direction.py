@@ -26,7 +26,7 @@ FLOORS = (
     {"signals"},
     {"outcome"},
     {"ingest", "fetch", "components", "matching", "rocking", "risk"},
-    {"oscillators", "selection", "web", "wobbling"},
+    {"oscillators", "selection", "unequal", "web", "wobbling"},
     {"structures"},
     {"results"},
     {"figures", "report", "paper"},

@@ -140,6 +140,15 @@ from .stages.table import fetch_stage as fetch_stage
 from .stages.table import merge_stage as merge_stage
 from .study.structures import bundled_records as bundled_records
 from .study.structures import read_structures as read_structures
+from .unequal import BentPeaks as BentPeaks
+from .unequal import BentPositions as BentPositions
+from .unequal import BentResponse as BentResponse
+from .unequal import UnequalBent as UnequalBent
+from .unequal import bent_ensemble as bent_ensemble
+from .unequal import bent_forces as bent_forces
+from .unequal import bent_positions as bent_positions
+from .unequal import respond_bent as respond_bent
+from .unequal import respond_bents as respond_bents
 from .wavelets.family import RICKERS as RICKERS
 from .wavelets.family import WAVELETS as WAVELETS
 from .wavelets.pulse import Pulse as Pulse

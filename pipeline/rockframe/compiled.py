@@ -20,8 +20,10 @@ from rockframe.errors import RockframeWarning
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: Files whose compiled functions call each other; a file elsewhere calls only its own.
+#: Files whose compiled functions call each other. Those of `unequal.kernels` also call them; a file
+#: elsewhere calls only its own.
 _KERNELS: Final = sorted((Path(__file__).parent / "rocking" / "kernels").glob("*.py"))
+_UNEQUAL: Final = sorted((Path(__file__).parent / "unequal" / "kernels").glob("*.py"))
 #: Held while a function is made.
 _MAKING: Final = RLock()
 #: Functions to call before the first compilation of this process.
@@ -45,7 +47,8 @@ def _fingerprint(source: Path) -> str:
     in other files.
     """
     digest = hashlib.sha256()
-    for path in (Path(__file__), *(_KERNELS if source in _KERNELS else [source])):
+    called = _KERNELS if source in _KERNELS else [source]
+    for path in (Path(__file__), *([*_KERNELS, *_UNEQUAL] if source in _UNEQUAL else called)):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

@@ -1,0 +1,211 @@
+"""Forces at the four joints of a bent of two unequal columns.
+
+Both columns and the beam are statically determinate: the moments of each column about its base
+corner, and those of the beam, give the forces at the top joints; the forces at the base follow. The
+equations are Newton's and Euler's, re-derived in coordinates that move with the ground.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.rocking.reactions import ColumnForces, ground_at_nodes
+from rockframe.unequal.bent import UnequalBent, linkage_of, tables
+from rockframe.unequal.linkage import Linkage, Pose, Velocities
+from rockframe.unequal.response import BentResponse, Motion
+from rockframe.units import GRAVITY
+
+Float = NDArray[np.float64]
+
+
+def bent_forces(response: BentResponse, motion: Motion) -> ColumnForces:
+    """Compute the forces at base and top of both columns.
+
+    Parameters
+    ----------
+    response : BentResponse
+        A response from `respond_bent`.
+    motion : Record, Pulse or GroundAcceleration
+        The ground motion of the response.
+
+    Returns
+    -------
+    ColumnForces
+        Forces on the left and the right column over half the weight of both columns [1]; NaN at
+        rest, because the forces of closed joints depend on their stiffness, and after overturning.
+        Where a vertical force is not positive, the joint would lift off, and the model does not
+        hold.
+
+    Raises
+    ------
+    ParameterError
+        If the response is that of another structure, or the nodes of the motion are not those of
+        the response.
+
+    Examples
+    --------
+    >>> from rockframe import Pulse
+    >>> from rockframe.unequal.response import respond_bent
+    >>> bent = UnequalBent(heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0, mass_ratio=3.6)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.2)
+    >>> forces = bent_forces(respond_bent(bent, pulse), pulse)
+    >>> [round(float(np.nanmin(vertical)), 2) for vertical in forces.top_vertical]
+    [2.98, 3.01]
+    """
+    if not isinstance(response, BentResponse):
+        kind = type(response).__name__  # type: ignore[unreachable]
+        raise ParameterError(f"Invalid response of type {kind}. Must be a BentResponse.")
+    across, upwards = ground_at_nodes(response.time, motion)
+    left = _on_the_left(response, across, upwards)
+    sign = np.where(left, -1.0, 1.0)
+    moves = _Moves.of(response, sign * across, upwards, left)
+    top_x, top_y = moves.top_forces()
+    (columns, _), (base_x, base_y) = moves.masses, moves.column_accelerations
+    base_x = columns * (base_x + moves.across) - top_x
+    base_y = columns * (base_y + GRAVITY + moves.upwards) - top_y
+    unit = 2.0 / GRAVITY
+
+    def chosen(values: Float) -> Float:
+        right, mirrored = values[:, 0, 0], values[:, 0, 1]
+        return np.where(moves.rocks, unit * np.where(left, mirrored, right), np.nan)
+
+    return ColumnForces(
+        base_shear=sign * chosen(base_x),
+        base_vertical=chosen(base_y),
+        top_shear=sign * chosen(top_x),
+        top_vertical=-chosen(top_y),
+    )
+
+
+def _on_the_left(response: BentResponse, across: Float, upwards: Float) -> NDArray[np.bool_]:
+    """Return True at the nodes at which a bent rocks to the left, or begins to."""
+    _, limit = response.bent.uplift_accelerations
+    begins = across > limit * (GRAVITY + upwards)
+    moving = np.where(response.omega == 0.0, np.where(begins, -1.0, 1.0), response.omega)
+    return np.asarray(np.where(response.theta == 0.0, moving, response.theta) < 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Moves:
+    """BentPositions and accelerations at the nodes, in the coordinates of both sides.
+
+    Accelerations are relative to the ground, `across` and `upwards` those of the ground [m s-2].
+    """
+
+    linkage: Linkage
+    pose: Pose
+    across: Float
+    upwards: Float
+    rocks: NDArray[np.bool_]
+    spins: Float
+    corners: tuple[Float, Float]
+    turn: Float
+    beam: tuple[Float, Float]
+
+    @classmethod
+    def of(
+        cls, response: BentResponse, across: Float, upwards: Float, left: NDArray[np.bool_]
+    ) -> _Moves:
+        """Return the accelerations at the nodes of a response."""
+        bent = response.bent
+        linkage = linkage_of(bent)
+        theta = np.abs(np.stack([response.theta, response.theta_2]))[:, None, None]
+        theta = np.broadcast_to(np.nan_to_num(theta), (2, 1, 2, left.size))
+        sign = np.where(left, -1.0, 1.0)
+        rates = np.nan_to_num(sign * np.stack([response.omega, response.omega_2]))[:, None, None]
+        turn_rate = np.nan_to_num(sign * response.psi_rate)
+        pose = linkage.pose(theta)
+        spins = _spins(bent, pose, (rates, turn_rate), (across, upwards))
+        corners = _corner_accelerations(pose, rates, spins)
+        relative = corners[0][1] - corners[0][0], corners[1][1] - corners[1][0]
+        turn = (relative[0] * pose.up - relative[1] * pose.across) / linkage.span**2
+        lever = linkage.lever(pose)
+        beam = (
+            corners[0][0] + turn * lever[1] - turn_rate**2 * lever[0],
+            corners[1][0] - turn * lever[0] - turn_rate**2 * lever[1],
+        )
+        right, other = bent.uplift_accelerations
+        limit = np.where(left, other, right)
+        moves = (response.theta != 0.0) | (response.omega != 0.0)
+        rocks = moves | (-across > limit * (GRAVITY + upwards))
+        rocks &= np.isfinite(response.theta)
+        return cls(linkage, pose, across, upwards, rocks, spins, corners, turn, beam)
+
+    @property
+    def masses(self) -> tuple[Float, Float]:
+        """Masses of columns and beam over that of both columns [1]."""
+        return self.linkage.masses
+
+    @property
+    def column_accelerations(self) -> tuple[Float, Float]:
+        """Accelerations of the columns' centres relative to the ground [m s-2]."""
+        return 0.5 * self.corners[0], 0.5 * self.corners[1]
+
+    def top_forces(self) -> tuple[Float, Float]:
+        """Return the forces of the beam on both columns, over the mass of both columns [m s-2]."""
+        (columns, mass), (own, turning) = self.linkage.masses, self.linkage.inertias
+        pose, gravity = self.pose, GRAVITY + self.upwards
+        x, y = self.column_accelerations
+        # moments about the base corners: counterclockwise, while rotations are clockwise
+        moments = 0.5 * columns * (pose.x * (y + gravity) - pose.y * (x + self.across))
+        moments = moments - own * self.spins
+        vertical = -mass * (self.beam[1] + gravity)
+        first_x, first_y = (-line for line in self.linkage.lever(pose))
+        second_x, second_y = first_x + pose.across, first_y + pose.up
+        # unknown forces: x and y on the first column, x and y on the second
+        nothing = np.zeros_like(pose.x[0])
+        rows = [
+            [-pose.y[0], pose.x[0], nothing, nothing],
+            [nothing, nothing, -pose.y[1], pose.x[1]],
+            [nothing, nothing + 1.0, nothing, nothing + 1.0],
+            [-first_y, first_x, -second_y, second_x],
+        ]
+        matrix = np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+        right = np.stack([moments[0], moments[1], vertical, turning * self.turn], axis=-1)
+        forces = np.moveaxis(np.linalg.solve(matrix, right[..., None])[..., 0], -1, 0)
+        return forces[::2], forces[1::2]
+
+
+def _corner_accelerations(pose: Pose, rates: Float, spins: Float) -> tuple[Float, Float]:
+    """Return the accelerations of the loaded corners relative to the ground [m s-2]."""
+    return spins * pose.y - rates**2 * pose.x, -spins * pose.x - rates**2 * pose.y
+
+
+def _spins(
+    bent: UnequalBent,
+    pose: Pose,
+    rates: tuple[Float, Float],
+    ground: tuple[Float, Float],
+) -> Float:
+    """Return the angular accelerations of both columns [rad s-2].
+
+    The beam keeps its length, which gives them up to a multiple of the tangent. The principle of
+    virtual power along the tangent gives that multiple.
+    """
+    linkage, (columns, turn_rate) = linkage_of(bent), rates
+    tangent = linkage.tangent(pose, tables(bent).courses.inertia[..., None])
+    gain = np.stack([-(pose.across * pose.y[0] - pose.up * pose.x[0])] * 2)
+    gain[1] = pose.across * pose.y[1] - pose.up * pose.x[1]
+    x, y = _corner_accelerations(pose, columns, np.zeros_like(gain))
+    stretched = (x[1] - x[0]) * pose.across + (y[1] - y[0]) * pose.up
+    needed = -(turn_rate**2) * linkage.span**2 - stretched
+    some = needed * gain / (gain**2).sum(axis=0)
+    x, y = _corner_accelerations(pose, columns, some)
+    turn = ((x[1] - x[0]) * pose.up - (y[1] - y[0]) * pose.across) / linkage.span**2
+    lever = linkage.lever(pose)
+    beam = np.stack(
+        [
+            x[0] + turn * lever[1] - turn_rate**2 * lever[0],
+            y[0] - turn * lever[0] - turn_rate**2 * lever[1],
+        ]
+    )
+    moved = Velocities(0.5 * np.stack([x, y]), beam, some, turn)
+    push, pull = linkage.pulls(tangent)
+    across, upwards = ground
+    power = -(GRAVITY + upwards) * pull - across * push - linkage.product(moved, tangent)
+    share = power / linkage.product(tangent, tangent)
+    return np.asarray(some + share * tangent.rotations)

@@ -1,0 +1,1 @@
+"""The numerical kernels of two unequal columns: one to read, one vectorised."""
