@@ -87,8 +87,8 @@ def test_ensembles() -> None:
 
 @pytest.mark.parametrize("vertical", [False, True])
 def test_a_thousand_cases(vertical: bool) -> None:
-    """All verdicts are equal. Peaks agree to 1e-9, but for a few motions with so many impacts that
-    the two kernels of the frame itself already differ by a share of that.
+    """All verdicts are equal. Peaks agree to 1e-9, except under a few motions with many impacts,
+    where the two kernels of the frame itself differ by a share of that, too.
     """
     rng = np.random.default_rng(49)
     count, motions = 1000, []

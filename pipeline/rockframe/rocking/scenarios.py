@@ -80,11 +80,10 @@ class Prepared:
         self.across = ground.coefficients / GRAVITY
         self.upwards = vertical_in_g(ground)
         powers = ground.time_step ** np.arange(self.across.shape[1])
-        #: Bound of the sum of both |accelerations| [g].
-        self.strongest = float((np.abs(self.across) @ powers).max())
+        bounds = np.abs(self.across) @ powers
         if self.upwards.size:
-            both = np.abs(self.across) @ powers + np.abs(self.upwards) @ powers
-            self.strongest = float(both.max())
+            bounds = bounds + np.abs(self.upwards) @ powers
+        self.strongest = bounds.max()  # of the sum of both |accelerations| [g]
         #: (True if the degree is above 1, True if there is a vertical component).
         self.form = (self.across.shape[1] > 2, self.upwards.shape[0] > 0)
         self._rows: dict[int, tuple[Float, Float]] = {}
@@ -97,8 +96,8 @@ class Prepared:
         need more than `_MOST_PIECES` pieces.
         """
         ties = constants[:, _TIES] + constants[:, _TIES + 1]
-        rate = constants[:, 1] * np.sqrt(1.0 + self.strongest * np.abs(scale) + ties)
-        pieces = self.divisions(rate)
+        pull = 1.0 + self.strongest * np.abs(scale) + ties
+        pieces = self.divisions(constants[:, 1] * np.sqrt(pull))
         yielding = (constants[:, _KINDS] != ELASTIC).any(axis=1)
         pieces[yielding | (pieces > _MOST_PIECES)] = _SCALAR
         return pieces
@@ -227,11 +226,10 @@ class ScenarioPacker:
         after = np.zeros(pack.rows[0].shape[1])
         bounds = np.concatenate(pack.bounds)
         excursions = self._results.excursions[scenarios if self._results.kept else []]
-        coarse = coarse_bounds(bounds)
         lanes.integrate_lanes(
             np.concatenate([*(rows.ravel() for rows in pack.rows), after]),
             bounds,
-            coarse,
+            coarse_bounds(bounds),
             steps.YES if key[0] else steps.NO,
             steps.YES if key[1] else steps.NO,
             steps.YES if key[2] else steps.NO,
