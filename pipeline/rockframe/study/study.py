@@ -271,7 +271,8 @@ _STRUCTURE: Final = """\
 # width_m = 1.6
 # mass_ratio = 4.0   # mass of the beam over that of all columns; 0: a column alone
 # Columns of other shapes: section, top_width_m, inner_width_m, depth_m, inner_depth_m,
-# inertia_ratio, centre_of_gravity_m, beam_depth_m. Impacts with another restitution:
+# inertia_ratio, centre_of_gravity_m, beam_depth_m; section_both = "circular" for a motion in both
+# directions, where the plane keeps a rectangle. Impacts with another restitution:
 # restitution_factor. Forces in kN need column_mass_kg or density_kg_m3; friction_coefficient is
 # subtracted from those of shear keys. Restraints need the mass too, and are tables of their own:
 # structure.tendon and structure.dissipater with the keys of compare.restrained and compare.hybrid,
