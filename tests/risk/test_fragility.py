@@ -18,6 +18,7 @@ from scipy.stats import bernoulli, logistic, norm
 from rockframe.errors import ParameterError
 from rockframe.quantities import LIMITED, QUANTITIES
 from rockframe.risk import Outcome, better_measure, compared_motions, fit_fragility
+from rockframe.risk.fitting import _of_block
 from rockframe.risk.fragility import Curve, LimitState
 
 Float = NDArray[np.float64]
@@ -66,8 +67,16 @@ def test_scores_of_the_fit_sum_to_zero(curve: Curve, slope: float) -> None:
     signed = np.where(fell, 1.0, -1.0) * (fit.intercept + fit.slope * x)
     steepness = np.exp(distribution.logpdf(signed) - distribution.logcdf(signed))
     score = np.where(fell, steepness, -steepness)
-    assert abs(score.sum()) < 1e-10 * steepness.sum()
-    assert abs((score * x).sum()) < 1e-10 * (steepness * abs(x)).sum()
+    assert abs(score.sum()) < 3e-14 * steepness.sum()
+    assert abs((score * x).sum()) < 3e-14 * (steepness * abs(x)).sum()
+
+
+def test_slope_and_curvature_are_exact_far_out_in_the_tail() -> None:
+    """The density over the distribution is -s - 1 / s + 2 / s^3 there, its slope -1 + 1 / s^2."""
+    s = -np.geomspace(1e3, 1e6, 4)
+    _, slope, curvature = _of_block(s, s < 0.0, np.array([0.0, 1.0]), "lognormal")
+    assert_allclose(slope, -s - 1.0 / s + 2.0 / s**3, rtol=1e-14)
+    assert_allclose(curvature[0], 1.0 - 1.0 / s[0] ** 2, rtol=1e-9)
 
 
 def test_an_outlier_far_from_the_others_is_in_the_tail_of_the_curve() -> None:
