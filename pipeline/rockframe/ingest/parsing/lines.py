@@ -16,6 +16,7 @@ import numpy as np
 from rockframe.cells import decimal
 from rockframe.errors import InputError, settle
 from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.aligned import numbers_of_columns
 
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
 #: End-of-file mark of DOS, which may fill a whole sector.
@@ -242,7 +243,7 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
     array([ 0.1, -0.2,  0.3])
     """
     try:
-        pieces = [np.array(block.split(), dtype=np.float64) for block in blocks(body)]
+        pieces = [_numbers(block) for block in blocks(body)]
     except ValueError:
         raise _first_bad_number(path, body, first_line) from None
     values = np.concatenate([np.empty(0), *pieces])
@@ -251,6 +252,11 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
         raise _first_bad_number(path, body, first_line)
     require_whole_end(path, body, first_line)
     return values
+
+
+def _numbers(block: bytes) -> Float:
+    aligned = numbers_of_columns(block)
+    return np.array(block.split(), dtype=np.float64) if aligned is None else aligned
 
 
 def require_even_lines(path: Path, body: bytes, first_line: int) -> None:
@@ -279,6 +285,8 @@ def require_even_lines(path: Path, body: bytes, first_line: int) -> None:
     >>> require_even_lines(Path("motion.AT2"), b" .12 .34\n" * 30 + b" 1.22 .34\n .56", 5)
     """
     rows = [row.rstrip() for row in body.rstrip().split(b"\n")[:-1]]
+    if len({*map(len, rows)}) < 2 and not _has_long_exponent(body):
+        return
     # C prints a third digit of an exponent where it needs one, and widens the line.
     widths = [len(row) - len(_LONG_EXPONENT.findall(row)) for row in rows]
     usual, others = Counter(widths).most_common(1)[0] if widths else (0, 0)
@@ -290,6 +298,13 @@ def require_even_lines(path: Path, body: bytes, first_line: int) -> None:
         if width != usual and (_forms(row) not in forms if is_fixed else width < usual):
             message = f"{width} characters, where {others} other lines have {usual}."
             settle(path, message, {"samples": None}, line, "A number may be corrupted.")
+
+
+def _has_long_exponent(body: bytes) -> bool:
+    """Return what `_LONG_EXPONENT` finds, or True more often, in a tenth of the time."""
+    codes = np.frombuffer(body + b"    ", dtype=np.uint8)
+    places = np.flatnonzero((codes[:-4] | 32) == ord("e"))  # of either case
+    return bool((codes[places + 4] - np.uint8(ord("0")) < 10).any())
 
 
 def _forms(row: bytes) -> tuple[tuple[int, int], ...]:

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rockframe.errors import InputError, settle
 from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.aligned import aligned_numbers
 from rockframe.ingest.parsing.lines import are_finite, bad_number, is_number
 
 
@@ -78,7 +78,8 @@ def read_columns(path: Path, rows: list[bytes], columns: Columns, count: int, li
     count = _present(rows, columns)  # not the stated one, if the user trusts the samples
     text = b"".join(rows)
     if count and not columns.integers and len(text) == count * columns.width:
-        decimals = _decimals(np.frombuffer(text, dtype=np.uint8).reshape(count, columns.width))
+        fields = np.frombuffer(text, dtype=np.uint8).reshape(count, columns.width)
+        decimals = aligned_numbers(fields) if b"." in text[: columns.width] else None
         if decimals is not None:
             return decimals
     if b"_" not in text and text.count(b".") == (0 if columns.integers else count):
@@ -115,44 +116,6 @@ def count_columns(rows: Iterable[bytes], columns: Columns) -> int:
     3
     """
     return sum(-(-len(row.rstrip()) // columns.width) for row in rows)
-
-
-def _decimals(rows: NDArray[np.uint8]) -> Float | None:
-    """Read decimal numbers with aligned points, shape (samples,); None if they are not aligned.
-
-    The digits before and after the point form a whole number below 1e15. Its division by a power of
-    ten is rounded once, as in `float`.
-    """
-    places = np.ascontiguousarray(rows.T)  # all first characters, all second characters, ...
-    width = len(places)
-    points = np.flatnonzero(places[:, :1] == ord("."))
-    if points.size != 1 or width > 16 or points[0] == width - 1:
-        return None
-    point = int(points[0])
-    negative = np.zeros(len(rows), dtype=bool)
-    begun = np.zeros(len(rows), dtype=bool)
-    sizes = np.zeros(len(rows))
-    for place, codes in enumerate(places):
-        if place == point:
-            if not (codes == ord(".")).all():
-                return None
-            begun[:] = True
-            continue
-        digits = codes - np.uint8(ord("0"))
-        is_digit = digits < 10
-        if place < point:
-            minus = codes == ord("-")
-            negative |= minus
-            sign = minus | (codes == ord("+"))
-            if not (is_digit | (~begun & (sign | (codes == ord(" "))))).all():
-                return None
-            begun |= is_digit | sign
-            digits[~is_digit] = 0
-        elif not is_digit.all():
-            return None
-        sizes = 10.0 * sizes + digits
-    sizes /= 10.0 ** (width - 1 - point)
-    return np.negative(sizes, out=sizes, where=negative)
 
 
 def _fields(text: bytes, width: int) -> list[bytes]:
