@@ -109,7 +109,7 @@ def test_title(line: str, title: Title) -> None:
         ({"values": [".1"] * 6 + ["1.2.3"]}, r":6: acceleration '1.2.3'\. Must be a finite"),
         ({"values": [".1", "1_0", ".3"]}, r":5: acceleration '1_0'\. Must be a finite number"),
         ({"units": "ACCELERATION"}, "acceleration units unstated. The header must state"),
-        ({"units": "ACCELERATION TIME SERIES IN UNITS OF CM/S2"}, r":3: .*'CM/S2'\. Must be g"),
+        ({"units": "ACCELERATION TIME SERIES IN UNITS OF KM/S2"}, r":3: .*'KM/S2'\. Must be g"),
         ({"units": "VELOCITY TIME SERIES IN UNITS OF CM/S"}, r":3: is a velocity time series"),
         ({"units": "DISPLACEMENT TIME SERIES IN UNITS OF CM"}, r":3: is a displacement time"),
         ({"sizes": "LOST"}, "no NPTS and DT, as in .* in the first 12 lines"),

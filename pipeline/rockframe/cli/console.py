@@ -276,8 +276,24 @@ def complain(text: str) -> None:
 
 
 def show_rejections(rejections: Sequence[InputOutcome]) -> int:
-    """Print one line for each rejected file to stderr. Return the exit status."""
+    """Print one line for each rejected file to stderr. Return the exit status.
+
+    Files of no known format in one archive share a line.
+    """
+    foreign: dict[str, list[str]] = {}
     for rejection in rejections:
+        archive, inside, name = rejection.file.partition(":")
+        if inside and "unknown format" in rejection.reason:
+            foreign.setdefault(archive, []).append(name)
+    for archive, names in foreign.items():
+        if len(names) > 1:
+            shown = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+            complain(f"rejected: {archive}: {len(names)} files are of no known format: {shown}")
+    several = {archive for archive, names in foreign.items() if len(names) > 1}
+    for rejection in rejections:
+        archive, inside, _ = rejection.file.partition(":")
+        if inside and archive in several and "unknown format" in rejection.reason:
+            continue
         where = rejection.file if rejection.line is None else f"{rejection.file}:{rejection.line}"
         complain(f"rejected: {where}: {rejection.reason}")
     return 1 if rejections else 0

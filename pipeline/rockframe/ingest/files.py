@@ -47,7 +47,7 @@ _BESIDE: Final = {
     "event.quakeml": "event from a data centre: the catalogue contains its metadata.",
     "channels.stationxml": "channels from a data centre: not needed to read the records.",
 }
-_STATION_XML: Final = "StationXML: the instruments of the miniSEED files beside it."
+_STATION_XML: Final = "StationXML, dataless SEED or RESP: the instruments of the files beside it."
 _HIDDEN: Final = "hidden file: not read."
 _DOCUMENT: Final = "document: not a record."
 _DOCUMENTS: Final = re.compile(

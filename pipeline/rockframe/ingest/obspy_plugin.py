@@ -116,7 +116,7 @@ class Plugin:
 
 
 #: Plug-ins by their name in obspy.
-PLUGINS: Final = {known.obspy_name: Plugin(known) for known in FORMATS}
+PLUGINS: Final = {known.obspy_name: Plugin(known) for known in FORMATS if known.obspy_name}
 
 
 def __getattr__(name: str) -> Plugin:

@@ -6,6 +6,7 @@ import hashlib
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, Protocol
 
@@ -34,6 +35,7 @@ from rockframe.ingest.formats.csmip import v2 as csmip_v2
 from rockframe.ingest.identify import with_trusted
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import decoded, head_lines, is_utf16, unify_line_ends
+from rockframe.ingest.parsing.obspy_reader import RECORDERS, UNMARKED
 from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 
@@ -52,7 +54,7 @@ class Format:
     name : str
         Name in `source_format`.
     obspy_name : str
-        Name of the obspy plug-in.
+        Name of the obspy plug-in; empty if there is none.
     description : str
         One line of description.
     extensions : tuple of str
@@ -97,6 +99,12 @@ def _format(name: str, obspy_name: str, reader: _Reader, *extensions: str) -> Fo
     return Format(name, obspy_name, reader.DESCRIPTION, extensions, reader.sniff, reader.read)
 
 
+def _read_recorder(obspy_name: str, path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    from rockframe.ingest.formats.recorders import read_recorder  # most folders have none
+
+    return read_recorder(obspy_name, path, data, options)
+
+
 FORMATS: Final = (
     _format("peer_at2", "PEERAT2", peer_at2, ".AT2"),
     _format("csmip_v1", "CSMIPV1", csmip_v1, ".V1", ".RAW"),
@@ -106,6 +114,8 @@ FORMATS: Final = (
     _format("smc", "SMC", smc, ".smc"),
     _format("acceleration_text", "ACCTEXT", text, ".csv", ".txt"),
     _format("knet", "KNET", knet, ".EW", ".NS", ".UD", ".EW1", ".EW2"),
+    Format("knet_csv", "", knet.CSV, (".csv",), knet.sniff_csv, knet.read_csv),
+    Format("jma", "", knet.JMA, (".csv",), knet.sniff_jma, knet.read_jma),
     _format("esm_dyna", "ESMDYNA", esm, ".ASC"),
     _format("geonet", "GEONET", geonet, ".V1A", ".V2A"),
     _format("afad", "AFAD", afad, ".txt"),
@@ -118,6 +128,10 @@ FORMATS: Final = (
     _format("sac", "SAC", sac, ".sac"),
     _format("miniseed", "MSEED", miniseed, ".mseed"),
     replace(_format("asdf", "ASDF", asdf, ".h5"), read_streams=asdf.read_streams),
+    *(
+        Format(name, "", description, (ending,), sniff, partial(_read_recorder, obspy_name))
+        for name, obspy_name, description, ending, sniff in RECORDERS
+    ),
 )
 
 
@@ -158,7 +172,7 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
     'acceleration_text'
     """
     head = head[:HEAD]
-    claims = [known for known in FORMATS if known.sniff(head)]
+    claims = _claims(head)
     if len(claims) == 1:
         return claims[0]
     if claims:
@@ -261,10 +275,16 @@ def identified(
 def _recognised(path: Path, data: bytes, options: ReadOptions) -> Format:
     """Return the format of a file; that of tables if rows of numbers follow title lines."""
     head = data[:HEAD]
-    unclaimed = not any(known.sniff(head) for known in FORMATS) and not _is_caltech(head)
+    unclaimed = not _claims(head) and not _is_caltech(head)
     if unclaimed and text.reads(data, options):
         return _TABLE
     return sniff_format(head, path)
+
+
+def _claims(head: bytes) -> list[Format]:
+    """Return the formats that recognise a file; those without a mark only if no other does."""
+    marked = [known for known in FORMATS if known.name not in UNMARKED and known.sniff(head)]
+    return marked or [known for known in FORMATS if known.name in UNMARKED and known.sniff(head)]
 
 
 def _is_caltech(head: bytes) -> bool:

@@ -1,4 +1,4 @@
-"""Instrument response of a channel from StationXML."""
+"""Instrument response of a channel from StationXML, dataless SEED or RESP."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ from typing import Any, Final
 
 from rockframe.errors import InputError, settle
 from rockframe.ingest.containers import Content, printable
-from rockframe.ingest.identify import site_of_depth
+from rockframe.ingest.identify import direction, seed_letter, site_of_depth
 from rockframe.ingest.options import ReadOptions
 from rockframe.ingest.parsing.lines import HEAD, read_head, unreadable
 from rockframe.record import Orientation, SiteType
 from rockframe.units import GRAVITY
 
-#: Text that identifies a StationXML file.
+#: Text that identifies a StationXML file, a dataless SEED volume, and a RESP file.
 _MARK: Final = b"<FDSNStationXML"
+_DATALESS: Final = re.compile(rb"\d{6}V[ *]")
+_RESP: Final = re.compile(rb"^(?:#.*\s+)*B05[02]F03\s+Station:", re.M)
 #: Largest StationXML file that is read [bytes].
 _LARGEST: Final = 64_000_000
 #: Size of a unit [m s-2], by the prefix of the metre.
@@ -97,20 +99,27 @@ class ChannelResponse:
     def division(self) -> str:
         """Note for `processing` of samples that were divided by the sensitivity."""
         counts = f"{self.counts:g} counts per m/s2"
-        return f"divided by the sensitivity of {counts} ({self.source})"
+        return f"divided by the sensitivity of {counts} ({self.source or 'as stated'})"
 
 
 def is_station_xml(path: Path, head: bytes | None = None) -> bool:
-    """Return True if a file is StationXML, by name and beginning; False if it cannot be read.
+    """Return True if a file is StationXML, dataless SEED or RESP; False if it cannot be read.
 
     Examples
     --------
     >>> is_station_xml(Path("CI.CLC..HNE.mseed"))
     False
     """
-    return path.suffix.lower() == ".xml" and _MARK in (
-        read_head(path) if head is None else head[:HEAD]
-    )
+    return _kind_of(path, read_head(path) if head is None else head[:HEAD]) != ""
+
+
+def _kind_of(path: Path, head: bytes) -> str:
+    """Return obspy's name of the format of station metadata; empty for other files."""
+    if path.suffix.lower() == ".xml":
+        return "STATIONXML" if _MARK in head else ""
+    if _DATALESS.match(head):
+        return "SEED"
+    return "RESP" if path.name.upper().startswith("RESP") and _RESP.search(head) else ""
 
 
 def find_response(path: Path, trace: Any, options: ReadOptions) -> ChannelResponse:
@@ -138,6 +147,8 @@ def find_response(path: Path, trace: Any, options: ReadOptions) -> ChannelRespon
     Traceback (most recent call last):
     rockframe.errors.InputError: lost/CLC.mseed: no StationXML of .CLC.. at 1970-01-01T00:00:00...
     """
+    if options.sensitivity is not None:
+        return _given(trace, options.sensitivity)
     try:
         return _find(path, trace, _files(path, trace.stats.station, options))
     except InputError as error:
@@ -145,6 +156,14 @@ def find_response(path: Path, trace: Any, options: ReadOptions) -> ChannelRespon
             raise
         # The rejected file is the waveform, not the StationXML.
         raise InputError(path, f"StationXML {error.path.name}: {error.reason}") from error
+
+
+def _given(trace: Any, sensitivity: float) -> ChannelResponse:
+    """Return the response of the sensitivity that the user states [counts s2 m-1]."""
+    orientation, azimuth = direction(seed_letter(trace.stats.channel))
+    return ChannelResponse(
+        source="", counts=sensitivity, units="M/S**2", orientation=orientation, azimuth=azimuth
+    )
 
 
 def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
@@ -177,7 +196,9 @@ def _none_found(
     looked = ", ".join(dict.fromkeys(file.name for file in files)) or "none that names the station"
     message = f"no StationXML of {trace.id} at {begins} (looked at: {looked})."
     return InputError(
-        path, f"{message} Put its *.xml beside the file, or name it with --station-xml."
+        path,
+        f"{message} Put its *.xml beside the file, name it with --station-xml, or state the "
+        "counts per m/s2 with --sensitivity-counts-s2-m.",
     )
 
 
@@ -222,8 +243,14 @@ def _files(path: Path, station: str, options: ReadOptions) -> list[Content]:
     except OSError:  # no such folder, or no permission
         beside = []
     files = [_loaded(file) for file in beside if file.is_file() and is_station_xml(file)]
-    named = re.compile(rb"code\s*=\s*[\"']" + re.escape(station.encode()) + rb"[\"']")
-    return [file for file in (*options.archived, *files) if named.search(file.data)]
+    code = re.escape(station.encode())
+    named = re.compile(rb"code\s*=\s*[\"']" + code + rb"[\"']")
+    plain = re.compile(rb"(?<![A-Z0-9])" + code + rb"(?![A-Z0-9])")  # dataless SEED and RESP
+    return [
+        file
+        for file in (*options.archived, *files)
+        if (named if _MARK in file.data[:HEAD] else plain).search(file.data)
+    ]
 
 
 def _loaded(file: Path) -> Content:
@@ -246,11 +273,13 @@ def _inventory(file: Path, content: bytes) -> Any:
         from obspy import read_inventory
         from obspy.core.util.obspy_types import ObsPyException
 
+        kind = _kind_of(file, content[:HEAD]) or "STATIONXML"
         try:
-            return read_inventory(BytesIO(content), format="STATIONXML")
+            return read_inventory(BytesIO(content), format=kind)
         except (*_JUNK, ObsPyException) as error:
             shown = " ".join(str(error).split())[:120]
-            raise InputError(file, f"cannot be read as StationXML: {shown}.") from error
+            words = "StationXML" if kind == "STATIONXML" else f"station metadata ({kind})"
+            raise InputError(file, f"cannot be read as {words}: {shown}.") from error
 
 
 @lru_cache(maxsize=8)
@@ -289,17 +318,23 @@ def _channel_response(content: Content, channel: Any, trace: Any) -> ChannelResp
     if sensitivity is None or sensitivity.value is None:
         raise InputError(file, f"{trace.id} has no sensitivity.")
     value, units = float(sensitivity.value), str(sensitivity.input_units or "")
-    if not (math.isfinite(value) and value > 0.0):
-        raise InputError(file, f"sensitivity {value:g} of {trace.id}. Must be positive and finite.")
+    if not math.isfinite(value) or value == 0.0:
+        message = f"sensitivity {value:g} of {trace.id}. Must be finite, and not zero."
+        raise InputError(file, f"{message} Otherwise state it with --sensitivity-counts-s2-m.")
+    if value < 0.0:
+        message = f"sensitivity {value:g} of {trace.id} is negative: the counts have the opposite"
+        value = settle(file, f"{message} sign.", {"sensitivity": value})
     outputs = [sensitivity.output_units]
     if _stage_gain(file, trace.id, response) is not None:  # which is compared with the sensitivity
         outputs.append(response.response_stages[-1].output_units)
     if not any(str(units).strip().lower() in _COUNTS for units in outputs):
         message = f"sensitivity of {trace.id} to {sensitivity.output_units!r}. Must be to counts."
-        raise InputError(file, message)
+        raise InputError(file, f"{message} Otherwise state it with --sensitivity-counts-s2-m.")
     counts = value / _metres_per_second_squared(file, trace.id, units)
     counts, stages_over_counts = _settled_gain(file, trace.id, response, counts)
     orientation, azimuth = stated_direction(channel)
+    if _kind_of(file, content.data[:HEAD]) == "RESP":  # which states no direction
+        orientation, azimuth = direction(seed_letter(channel.code))
     return ChannelResponse(
         source=content.name,
         sha256=_sha256(content.data),
@@ -319,7 +354,8 @@ def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
         return GRAVITY
     found = _UNITS.fullmatch(units.strip())
     if not found:
-        raise InputError(file, f"sensitivity of {name} per {units!r}. Must be per m/s**2 or g.")
+        message = f"sensitivity of {name} per {units!r}. Must be per m/s**2 or g."
+        raise InputError(file, f"{message} Otherwise state it with --sensitivity-counts-s2-m.")
     if not (found["square"] or found["per"].startswith("(")):
         message = f"sensitivity of {name} per {units!r}, a velocity, not an acceleration."
         raise InputError(file, message)
@@ -347,12 +383,12 @@ def _settled_gain(file: Path, name: str, response: Any, counts: float) -> tuple[
     The latter is 1 unless the two contradict each other.
     """
     product = _stage_gain(file, name, response)
-    if product is None or abs(product - counts) <= _SAME_GAIN * counts:
+    if product is None or abs(product - counts) <= _SAME_GAIN * abs(counts):
         return counts, 1.0
     message = f"sensitivity of {name} is {counts:.7g} counts per m/s2, but the gains of its "
     message += f"{len(response.response_stages)} stages multiply to {product:.7g}."
     values = {"sensitivity": (counts, product / counts), "stages": (product, 1.0)}
-    if not (math.isfinite(product) and product > 0.0):
+    if not math.isfinite(product) or product == 0.0:
         del values["stages"]
     return settle(file, message, values, must=f"Must agree within {_SAME_GAIN:.0%}.")
 

@@ -243,6 +243,8 @@ def read_older(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     ratio = require_printed_peak(path, stated[_PEAK], samples, "m/s2", header.lines[_PEAK])
     step = parse_number(path, stated[_STEP], header.lines[_STEP], "time step")
     name = header.get("Orientation")
+    # ITACA writes WE for the component that is positive to the east.
+    meant = "EW" if name.strip().upper() == "WE" else name
     filtered = re.match(
         r"(\d*\.?\d+)\s*-\s*(\d*\.?\d+)\s*$", header.get("Filter Cut-off Frequency (Hz)")
     )
@@ -256,7 +258,7 @@ def read_older(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             record_id=record_ids(with_ending(path, [".acc", ".cor.acc"]), [name])[0],
             acceleration=samples * factor,
             time_step=settle_time_step(path, step, options, header.lines[_STEP]),
-            **directed(name),
+            **directed(name, meant),
             event=header.get("Event Date & Time"),
             station=header.get("Station Code / Name").partition(" / ")[2],
             peak_ratio=ratio,

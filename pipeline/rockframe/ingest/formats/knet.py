@@ -1,4 +1,4 @@
-"""Reader of K-NET and KiK-net ASCII files: counts with a scale factor, one component per file.
+"""Reader of K-NET, KiK-net and JMA (Japan): ASCII of counts with a scale factor, and CSV in gal.
 
 The reader of obspy silently accepts truncated files and NaN. Therefore the header is compared with
 the samples before obspy reads them, and the stated peak with the result. The offset is not removed.
@@ -7,8 +7,9 @@ the samples before obspy reads them, and the stated peak with the result. The of
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -20,11 +21,13 @@ from rockframe.ingest.parsing.lines import (
     KeyedHeader,
     first_line,
     is_number,
+    keyed_header,
     parse_numbers,
     plain_text,
 )
 from rockframe.ingest.parsing.obspy_reader import read_stream
 from rockframe.ingest.parsing.samples import require_printed_peak
+from rockframe.ingest.parsing.timing import parse_utc
 from rockframe.record import Record, SiteType
 from rockframe.units import acceleration_factor
 
@@ -122,6 +125,247 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             ),
         )
     ]
+
+
+#: Top of a CSV, the header of its columns, and the names of the columns of acceleration.
+_CSV: Final = re.compile(r"#\s*K(?:iK)?-?NET\s+CSV", re.I)
+_COLUMN: Final = re.compile(r"(?P<name>N-?S|E-?W|U-?D)(?P<place>[12]?)\(gal\)", re.I)
+_TIMES: Final = ("Time", "RelativeTime(s)")
+_LONGEST_HEADER: Final = 40
+_AHEAD: Final = 9
+CSV: Final = "K-NET and KiK-net CSV, uncorrected, columns in gal, stated offset removed"
+
+
+def sniff_csv(head: bytes) -> bool:
+    """Return True if a file begins like a CSV of K-NET or KiK-net.
+
+    Examples
+    --------
+    >>> sniff_csv(b"#K-NET CSV"), sniff_csv(b"#CSV")
+    (True, False)
+    """
+    return _CSV.match(first_line(head)) is not None
+
+
+def read_csv(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    """Return the components of a CSV of K-NET or KiK-net, without the offset that it states.
+
+    Raises
+    ------
+    InputError
+        If names of columns, rate or duration are missing or contradict the rows, or if a row is not
+        a time and numbers.
+
+    Examples
+    --------
+    >>> read_csv(Path("AOM017.csv"), b"#K-NET CSV", ReadOptions())
+    Traceback (most recent call last):
+    rockframe.errors.InputError: AOM017.csv: no line that begins '#Time,RelativeTime(s)' in the f...
+    """
+    lines = plain_text(path, data).rstrip().split(b"\n")
+    words = [line.decode("latin-1").strip() for line in lines[:_LONGEST_HEADER]]
+    start = f"#{','.join(_TIMES)}"
+    top = next((k for k, line in enumerate(words) if line.startswith(start)), -1)
+    if top < 0:
+        message = f"no line that begins {start!r} in the first {_LONGEST_HEADER} lines."
+        raise InputError(path, message)
+    header = _csv_header(path, words[: top + 1])
+    columns = [_COLUMN.fullmatch(name) for name in words[top].split(",")[len(_TIMES) :]]
+    names = [f"{one['name'].replace('-', '').upper()}{one['place']}" for one in columns if one]
+    if len(names) != len(columns) or not names:
+        raise InputError(path, f"columns {words[top]!r}. Must be N-S(gal), ...", top + 1)
+    table = _csv_rows(path, lines[top + 1 :], top + 2, len(names))
+    rate = header.required_number("SamplingFrequency(Hz)")
+    _require_csv_step(header, table[:, 0], rate)
+    offsets = _csv_offsets(header, words[top].split(",")[len(_TIMES) :])
+    factor = factor_to_si(path, "gal", options, top + 1)
+    day, _, first = lines[top + 1].split(b",")[0].decode("latin-1").partition(" ")
+    whole, point, decimals = first.partition(".")
+    step = settle_time_step(path, 1.0 / rate, options)
+    facts = _csv_facts(header) | {
+        "start_time": parse_utc(f"{day} {whole}", "%Y/%m/%d %H:%M:%S", point + decimals, _AHEAD)
+    }
+    return [
+        Record(
+            record_id=record_id,
+            acceleration=factor * (table[:, k + 1] - offset),
+            time_step=step,
+            uncorrected=True,
+            **directed(name, name.rstrip("12")),
+            site_type=SiteType.BOREHOLE if name.endswith("1") else SiteType.FREE_FIELD,
+            station=header.get("Code") + _PLACES.get(name[-1], ""),
+            processing=(f"archive: stated offset of {offset:g} gal removed",),
+            **facts,
+        )
+        for k, (name, offset, record_id) in enumerate(
+            zip(names, offsets, record_ids(path, names), strict=True)
+        )
+    ]
+
+
+def _csv_facts(header: KeyedHeader) -> dict[str, Any]:
+    """Return event, network and distances as fields of a record."""
+    event = header.get("OriginTime")
+    return {
+        "event": f"{event} JST" if event else "",
+        "network": "BO",
+        "magnitude": header.number("Magnitude"),
+        **distances(
+            (header.number("Latitude"), header.number("Longitude")),
+            (header.number("Station Latitude"), header.number("Station Longitude")),
+            header.number("Depth(km)"),
+        ),
+    }
+
+
+def _csv_header(path: Path, lines: list[str]) -> KeyedHeader:
+    """Return the header: lines of names, each followed by a line of values."""
+    values: dict[str, str] = {}
+    places: dict[str, int] = {}
+    section = ""
+    for number, (line, below) in enumerate(pairwise(lines), 1):
+        if not line.startswith("#") or number in places.values():
+            continue
+        names, cells = line[1:].split(","), below[1:].split(",")
+        if len(names) == 1 and names[0].isalpha() and "(" not in names[0]:
+            section = names[0]
+            continue
+        for name, cell in zip(names, cells, strict=False):
+            key = f"{section} {name}" if name in values or section == "Offset" else name
+            values[key], places[key] = cell.strip(), number + 1
+    return KeyedHeader(path, values, places, len(lines))
+
+
+def _csv_rows(path: Path, rows: list[bytes], line: int, channels: int) -> Float:
+    """Return relative time [s] and samples [gal], shape (rows, 1 + channels)."""
+    for number, row in enumerate(rows, line):
+        if row.count(b",") != channels + 1:
+            message = f"{row.count(b',') + 1} columns. Must be {channels + len(_TIMES)}."
+            raise InputError(path, message, number)
+    body = b"\n".join(row.partition(b",")[2].replace(b",", b" ") for row in rows)
+    values = parse_numbers(path, body + b"\n", line)
+    if len(rows) < 2 or values.size != len(rows) * (channels + 1):
+        raise InputError(path, f"{values.size} numbers in {len(rows)} rows.", line)
+    return values.reshape(len(rows), channels + 1)
+
+
+def _require_csv_step(header: KeyedHeader, times: Float, rate: float) -> None:
+    """Reject rows that do not follow each other at the stated rate, for the stated duration."""
+    path, line = header.path, header.lines["SamplingFrequency(Hz)"]
+    if not rate > 0.0:
+        raise header.invalid("SamplingFrequency(Hz)", "positive")
+    late = np.abs((times - times[0]) * rate - np.arange(times.size))
+    if late.max() > 0.51:  # half a step, and the decimals of the printed time
+        where = int((late > 0.51).argmax())
+        message = f"time {times[where]:g} s of row {where + 1}, at {rate:g} samples a second."
+        raise InputError(path, message, header.count + 1 + where)
+    duration = header.number("DurationTime(s)")
+    if not np.isnan(duration) and times.size != round(duration * rate):
+        message = f"{duration:g} s at {rate:g} Hz stated, that is {round(duration * rate)} samples,"
+        settle(path, f"{message} but {times.size} in the file.", {"samples": times.size}, line)
+
+
+def _csv_offsets(header: KeyedHeader, columns: list[str]) -> list[float]:
+    """Return the stated offset of each column [gal]; 0 if the header states none."""
+    offsets = [header.number(f"Offset {column}") for column in columns]
+    return [0.0 if np.isnan(offset) else offset for offset in offsets]
+
+
+JMA: Final = "JMA (Japan), CSV in Shift JIS, three columns in gal"
+_JMA_CODE, _JMA_RATE, _JMA_UNIT, _JMA_START = "SITE CODE", "SAMPLING RATE", "UNIT", "INITIAL TIME"
+_JMA_NAMES: Final = ("NS", "EW", "UD")
+_JMA_HERTZ: Final = re.compile(r"(\d+(?:\.\d*)?)\s*Hz", re.I)
+#: Largest mean of a corrected record as a share of its peak.
+_NO_OFFSET: Final = 0.01
+
+
+def sniff_jma(head: bytes) -> bool:
+    """Return True if a file begins like a CSV of JMA.
+
+    Examples
+    --------
+    >>> sniff_jma(b"SITE CODE=  47662,,"), sniff_jma(b"SITE CODE: 3,,")
+    (True, False)
+    """
+    return bool(re.match(rf"\s*{_JMA_CODE}\s*=", first_line(head)))
+
+
+def read_jma(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    r"""Return the three components of a CSV of JMA.
+
+    A component counts as uncorrected if its mean exceeds 1 % of its peak.
+
+    Raises
+    ------
+    InputError
+        If a header line is missing or has another unit, or if a row does not have three numbers.
+
+    Examples
+    --------
+    >>> head = b"SITE CODE=  47662,,\nSAMPLING RATE= 100Hz,,\nUNIT  = gal(cm/s/s),,\n"
+    >>> rows = b"NS,EW,UD\n1.0,2.0,3.0\n-1.0,-2.0,-3.0\n"
+    >>> [record.component for record in read_jma(Path("a.csv"), head + rows, ReadOptions())]
+    ['NS', 'EW', 'UD']
+    """
+    lines = plain_text(path, data).rstrip().split(b"\n")
+    words = [_decoded(line).rstrip(", ") for line in lines[:_LONGEST_HEADER]]
+    names = [tuple(word.strip() for word in line.split(",")) for line in words]
+    if _JMA_NAMES not in names:
+        message = f"no line {','.join(_JMA_NAMES)!r} in the first {_LONGEST_HEADER} lines."
+        raise InputError(path, message)
+    top = names.index(_JMA_NAMES)
+    header = keyed_header(path, words[:top], "=")
+    if not header.required(_JMA_UNIT).lower().startswith("gal"):
+        raise header.invalid(_JMA_UNIT, "gal(cm/s/s)")
+    rate = _JMA_HERTZ.fullmatch(header.required(_JMA_RATE))
+    if not rate or float(rate[1]) <= 0.0:
+        raise header.invalid(_JMA_RATE, "a rate, as in '100Hz'")
+    factor = factor_to_si(path, "gal", options, header.lines[_JMA_UNIT])
+    step = settle_time_step(path, 1.0 / float(rate[1]), options, header.lines[_JMA_RATE])
+    table = _jma_table(path, lines[top + 1 :], top + 2)
+    code = re.match(r"(\w*?)(?=[^\x00-\x7f]|\s|$)(.*)", header.get(_JMA_CODE))
+    station = " ".join(part.strip() for part in code.groups() if part.strip()) if code else ""
+    return [
+        Record(
+            record_id=record_id,
+            acceleration=factor * samples,
+            time_step=step,
+            uncorrected=abs(float(samples.mean())) > _NO_OFFSET * float(np.abs(samples).max()),
+            **directed(name),
+            site_type=SiteType.FREE_FIELD,
+            station=station,
+            start_time=_jma_start(header),
+        )
+        for name, samples, record_id in zip(
+            _JMA_NAMES, table.T, record_ids(path, _JMA_NAMES), strict=True
+        )
+    ]
+
+
+def _decoded(line: bytes) -> str:
+    return line.decode("cp932", "replace")
+
+
+def _jma_table(path: Path, rows: list[bytes], line: int) -> Float:
+    """Return the samples [gal], shape (rows, 3)."""
+    for number, row in enumerate(rows, line):
+        if row.rstrip(b", ").count(b",") != len(_JMA_NAMES) - 1:
+            shown = row.decode("latin-1")[:40]
+            raise InputError(path, f"{shown!r}. Must be three numbers.", number)
+    body = b"\n".join(row.replace(b",", b" ") for row in rows)
+    values = parse_numbers(path, body + b"\n", line)
+    if len(rows) < 2 or values.size != len(rows) * len(_JMA_NAMES):
+        raise InputError(path, f"{values.size} numbers in {len(rows)} rows. Must be 3 each.", line)
+    return values.reshape(-1, len(_JMA_NAMES))
+
+
+def _jma_start(header: KeyedHeader) -> str:
+    """Return the time of the first sample (ISO 8601, UTC), which is stated in Japanese time."""
+    parts = header.get(_JMA_START).split()
+    if len(parts) != 6:
+        return ""
+    second, point, rest = parts[5].partition(".")
+    return parse_utc(" ".join([*parts[:5], second]), "%Y %m %d %H %M %S", point + rest, _AHEAD)
 
 
 def _header(path: Path, text: bytes) -> KeyedHeader:

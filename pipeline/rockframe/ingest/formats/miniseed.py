@@ -1,4 +1,4 @@
-"""Reader of miniSEED 2: counts, converted to acceleration with the StationXML of the instrument.
+"""Reader of miniSEED: counts, converted to acceleration with the StationXML of the instrument.
 
 The reader of obspy silently skips invalid data records and drops a truncated last one. Therefore
 the data records are checked and their samples counted before obspy reads them.
@@ -26,12 +26,16 @@ from rockframe.ingest.parsing.obspy_reader import read_stream
 from rockframe.ingest.stationxml import ChannelResponse, find_response
 from rockframe.record import Record
 
-DESCRIPTION = "miniSEED 2 with StationXML beside it or in --station-xml"
+DESCRIPTION = "miniSEED 2 and 3 with StationXML beside it or in --station-xml"
 
-_ENDINGS: Final = (".mseed", ".miniseed", ".ms", ".msd", ".seed")
+_ENDINGS: Final = (".mseed", ".miniseed", ".ms", ".msd", ".seed", ".mseed3", ".ms3")
+#: Beginning of a data record of miniSEED 3.
+_THIRD: Final = b"MS\x03"
 _FIXED_HEADER: Final = 48
 #: Length of the sequence number of a data record [bytes].
 _SEQUENCE: Final = 6
+#: Location code in the fixed header.
+_LOCATION: Final = slice(13, 15)
 #: Offset of the data quality flags, and their bits: saturated or clipped; missing or padded.
 _QUALITY, _CLIPPED, _PADDED = 38, 0b11, 0b10000
 #: Offset of the activity flags, and their bit: the time correction is in the time already.
@@ -49,13 +53,17 @@ _TAPER: Final = 0.05
 
 
 def sniff(head: bytes) -> bool:
-    """Return True if a file begins like a miniSEED 2 record.
+    """Return True if a file begins like a data record of miniSEED 2 or 3.
 
     Examples
     --------
     >>> sniff(b"000001D CLC     HNECI" + bytes(43)), sniff(b"0.00 0.1")
     (True, False)
     """
+    return head.startswith(_THIRD) or _is_second(head)
+
+
+def _is_second(head: bytes) -> bool:
     return (
         len(head) >= _FIXED_HEADER
         and head[:6].replace(b" ", b"0").isdigit()
@@ -84,6 +92,11 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: a.mseed: no length in the record at byte 0: blockette 1000 is ...
     """
+    if data.startswith(_THIRD):
+        from rockframe.ingest.formats.miniseed3 import converted  # few files are miniSEED 3
+
+        data = converted(path, data)
+    data = _clean(data)
     records = list(_records(path, data))
     data, records = _in_order(data, records)
     counted, notes = sum(one.samples for one in records), _header_notes(path, data, records)
@@ -115,12 +128,33 @@ class _DataRecord:
     samples: int
 
 
+def _clean(data: bytes) -> bytes:
+    """Return a file whose location codes are ASCII.
+
+    Some recorders leave other bytes in this field, which they do not use. The length of the first
+    data record is that of all, unless `_records` finds another one.
+    """
+    if data[_LOCATION].isascii() or not data[8:13].isascii() or len(data) < _FIXED_HEADER:
+        return data
+    order = ">" if 1900 <= struct.unpack_from(">H", data, 20)[0] <= 2100 else "<"
+    place = _blockettes(data, 0, order).get(_LENGTH, -7)
+    exponent = data[place + 6] if place + 6 < len(data) else 0
+    length = 2**exponent if 7 <= exponent <= 20 else len(data)
+    code = data[_LOCATION]
+    cleaned = bytearray(data)
+    for start in range(0, len(data), length):
+        if data[start + 13 : start + 15] == code:
+            plain = bytes(byte for byte in code if byte < 128 and chr(byte).isalnum())
+            cleaned[start + 13 : start + 15] = plain.ljust(2)
+    return bytes(cleaned)
+
+
 def _records(path: Path, data: bytes) -> Iterator[_DataRecord]:
     """Yield the data records; reject incomplete ones."""
     start = 0
     while start < len(data):
         header = data[start : start + _FIXED_HEADER]
-        if not sniff(header) or not (
+        if not _is_second(header) or not (
             header[8:20].isascii() and header[8:20].decode().isprintable()
         ):
             raise InputError(path, f"no miniSEED header at byte {start}: the file is corrupted.")

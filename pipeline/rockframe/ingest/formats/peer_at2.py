@@ -27,6 +27,7 @@ from rockframe.ingest.parsing.lines import (
 )
 from rockframe.ingest.parsing.samples import require_printed_peak
 from rockframe.record import Record
+from rockframe.units import ACCELERATION_UNITS, plain_units
 
 DESCRIPTION = "PEER strong-motion database, acceleration in g (all header styles)"
 
@@ -243,16 +244,20 @@ def _refuse_other_quantities(path: Path, header: list[str]) -> None:
 
 
 def _factor(path: Path, header: list[str], options: ReadOptions) -> float:
+    """Return m s-2 per number; programs that write AT2 files also use other units than PEER's g."""
     for number, line in enumerate(header, 1):
         stated = _UNITS.search(line)
         if stated:
-            units = stated["units"].rstrip(".;").lower()
-            if units != "g":
-                message = f"acceleration units {stated['units']!r}. Must be g."
-                raise InputError(path, message, number)
+            units = plain_units(stated["units"].rstrip(".;"))
+            if units not in ACCELERATION_UNITS:
+                message = f"acceleration units {stated['units']!r}. Must be g, or one of: "
+                raise InputError(path, f"{message}{', '.join(ACCELERATION_UNITS)}.", number)
             return factor_to_si(path, units, options, number)
+    if options.units is not None or options.factor is not None:
+        return factor_to_si(path, None, options)
     message = "acceleration units unstated. The header must state them:"
-    raise InputError(path, f"{message} 'ACCELERATION TIME SERIES IN UNITS OF G'.")
+    do = "Otherwise state them with --units."
+    raise InputError(path, f"{message} 'ACCELERATION TIME SERIES IN UNITS OF G'. {do}")
 
 
 def _count_and_step(path: Path, line: str, number: int) -> tuple[int, float]:

@@ -27,9 +27,9 @@ from rockframe.ingest.parsing.lines import (
     plain_text,
     require_even_lines,
 )
+from rockframe.ingest.parsing.timing import even_samples
 from rockframe.ingest.stationxml import find_response
 from rockframe.record import Orientation, Record
-from rockframe.units import acceleration_factor
 
 DESCRIPTION = "SAC, binary or alphanumeric; needs --units"
 
@@ -56,12 +56,16 @@ _OTHER_QUANTITIES: Final = {6: "displacement", 7: "velocity", 50: "volts"}
 
 @dataclass(frozen=True)
 class _Sac:
-    """A SAC file: the 70 floats, 40 integers and 192 characters of its header, and its samples."""
+    """A SAC file: the 70 floats, 40 integers and 192 characters of its header, and its samples.
+
+    Uneven files also contain the time of each sample [s].
+    """
 
     floats: Float
     integers: tuple[int, ...]
     names: str
     samples: Float
+    times: Float | None = None
 
     def stated(self, place: int) -> float:
         """Return a header float; NaN if undefined."""
@@ -105,15 +109,11 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         raise InputError(path, "no header of SAC, version 6, binary or alphanumeric.")
     file = _binary(path, data, order) if order else _alphanumeric(path, data)
     _require_acceleration(path, file)
-    step = float(file.floats[_DELTA])
-    # The header has single precision: compare the user's time step in that precision, but use all
-    # its digits.
-    if options.time_step is None or np.float32(options.time_step) != np.float32(step):
-        step = settle_time_step(path, step, options)
-    _require_end(path, file)
+    file, step, note = _even(path, file, options)
     factor, instrument = _factor(path, file, options)
     component, largest = file.name(_COMPONENT), float(np.abs(file.samples).max())
     orientation, azimuth = _direction(path, file, component)
+    steps = [*instrument.pop("processing", ()), *([note] if note else [])]
     return [
         Record(
             record_id=record_ids(with_ending(path, [".sac"]), [component])[0],
@@ -128,9 +128,26 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             network=file.name(_NETWORK),
             start_time=_start_time(file),
             magnitude=file.stated(_MAGNITUDE),
+            processing=tuple(steps),
             **instrument,
         )
     ]
+
+
+def _even(path: Path, file: _Sac, options: ReadOptions) -> tuple[_Sac, float, str]:
+    """Return a file with even samples, its time step [s], and a note if they were uneven."""
+    if file.times is not None:
+        if not are_finite(file.times):
+            raise InputError(path, "times of an uneven file. Must be finite.")
+        step, samples, note = even_samples(path, file.times, file.samples, 1, options.time_step)
+        return replace(file, samples=samples), step, note
+    step = float(file.floats[_DELTA])
+    # The header has single precision: compare the user's time step in that precision, but use all
+    # its digits.
+    if options.time_step is None or np.float32(options.time_step) != np.float32(step):
+        step = settle_time_step(path, step, options)
+    _require_end(path, file)
+    return file, step, ""
 
 
 def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[str, Any]]:
@@ -139,11 +156,12 @@ def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[s
     Services of data centres write counts, with the sensitivity of the instrument in SCALE.
     """
     scale = file.stated(_SCALE)
-    if math.isnan(scale) or scale in (0.0, 1.0):
-        if options.units is None:
-            message = "acceleration units unstated, as in every SAC file. State them with --units."
-            raise InputError(path, message)
-        return acceleration_factor(options.units), {}
+    if (math.isnan(scale) or scale in (0.0, 1.0)) and options.sensitivity is None:
+        if options.units is None and options.factor is None:
+            message = "acceleration units unstated, as in every SAC file. State them with --units,"
+            do = "or counts per m/s2 with --sensitivity-counts-s2-m."
+            raise InputError(path, f"{message} {do}")
+        return factor_to_si(path, None, options), {}
     from obspy import Trace
 
     codes = zip(("station", "channel", "network", "location"), _CODES, strict=True)
@@ -152,8 +170,9 @@ def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[s
     try:
         found = find_response(path, trace, options)
     except InputError as error:
-        message = f"SCALE {scale:.7g}. Must be 1 or undefined, or have a StationXML: {error.reason}"
-        raise InputError(path, message) from error
+        return _scaled(path, scale, options, error), {}
+    if options.sensitivity is not None:
+        return 1.0 / found.counts, {"processing": (found.division,)}
     if abs(scale - found.counts) > _SAME_SCALE * found.counts:
         message = f"SCALE {scale:.7g}, but {found.counts:.7g} counts per m/s2 in {found.source}."
         scales = {"scale": scale, "sensitivity": found.counts} if scale > 0.0 else {}
@@ -162,6 +181,14 @@ def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[s
         )
     factor_to_si(path, "m/s2", options)
     return 1.0 / found.counts, {**found.facts, "processing": (found.division,)}
+
+
+def _scaled(path: Path, scale: float, options: ReadOptions, error: InputError) -> float:
+    """Return m s-2 per sample if the user trusts SCALE, by which SAC multiplies the samples."""
+    message = f"SCALE {scale:.7g}. Must be 1 or undefined, or have a StationXML: {error.reason}"
+    must = "If the samples times SCALE are accelerations, state their --units also."
+    factor = settle(path, message, {"scale": scale}, must=must)
+    return factor * factor_to_si(path, None, options)
 
 
 def _byte_order(head: bytes) -> str | None:
@@ -204,6 +231,10 @@ def _binary(path: Path, data: bytes, order: str) -> _Sac:
     if version != 6:
         raise InputError(path, f"SAC header version {version}. Only version 6 is read.")
     present = (len(data) - _HEADER_BYTES) / 4
+    uneven = integers[_EVEN] == 0 and present == 2 * count >= 4
+    if uneven:
+        samples, times = _doubles(data, order, 2 * count, _HEADER_BYTES).reshape(2, count)
+        return _Sac(floats, integers, names, samples, times)
     if count != present:
         message = f"NPTS {count} in the header, {present:g} samples in the file."
         if present < 2 or present % 1.0:
@@ -241,7 +272,8 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
         quantity = _OTHER_QUANTITIES[integers[_QUANTITY]]
         message = f"IDEP {integers[_QUANTITY]} is {quantity}, not an acceleration."
         raise OtherQuantityError(path, message)
-    if integers[_EVEN] != 1 or integers[_FILE_TYPE] not in (_TIME_SERIES, int(_UNDEFINED)):
+    even = integers[_EVEN] == 1 or file.times is not None
+    if not even or integers[_FILE_TYPE] not in (_TIME_SERIES, int(_UNDEFINED)):
         message = f"LEVEN {integers[_EVEN]}, IFTYPE {integers[_FILE_TYPE]}."
         raise InputError(path, f"{message} Must be 1 and 1: an evenly sampled time series.")
     if file.samples.size < 2:

@@ -24,7 +24,7 @@ from rockframe.ingest.parsing.lines import (
 from rockframe.ingest.parsing.samples import Columns, read_table, require_printed_peak
 from rockframe.record import Record
 
-DESCRIPTION = "UNAM (Mexico), standard format 2.0, columns in gal"
+DESCRIPTION = "UNAM, CICESE and others (Mexico), standard format 2.0, columns in gal"
 
 _TOP: Final = "ARCHIVO ESTANDAR DE ACELERACION"
 _RULE: Final = "---------+"
@@ -37,6 +37,17 @@ _LENGTH: Final = "DURACION DEL REGISTRO (s), C1-C6"
 _PEAK, _PEAK_AT = "ACEL. MAX.(Gal), C1-C6", "ACEL. MAX., C1-C6, EN LA MUESTRA"
 _UNITS, _FORMAT = "UNIDADES DE LOS DATOS", "FORMATO DATOS (FORTRAN,10 campos/dato)"
 _DECIMATION: Final = "FACTOR DE DECIMACION"
+_DAY, _FIRST = "FECHA DEL SISMO [GMT]", "HORA DE LA PRIMERA MUESTRA (GMT)"
+_DEPTH: Final = "PROFUNDIDAD FOCAL (Km)"
+#: Keys as UNAM writes them; other networks set commas, blanks, brackets and capitals otherwise.
+_KEYS: Final = (
+    *(_NAMES, _STEP, _RATE, _COUNT, _LENGTH, _PEAK, _PEAK_AT, _UNITS, _FORMAT, _DECIMATION),
+    *(_DAY, _FIRST, _DEPTH),
+)
+_MONTHS: Final = (
+    *("ENERO", "FEBRERO", "MARZO", "ABRIL", "MAYO", "JUNIO", "JULIO", "AGOSTO"),
+    *("SEPTIEMBRE", "OCTUBRE", "NOVIEMBRE", "DICIEMBRE"),
+)
 
 
 def sniff(head: bytes) -> bool:
@@ -69,10 +80,11 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rules = [number for number, line in enumerate(words) if line.startswith(_RULE)]
     if len(rules) != 2:
         raise InputError(path, f"no line {_RULE!r} above and below the names of the channels.")
-    header = keyed_header(path, words[: rules[1]])
+    header = _usual(keyed_header(path, words[: rules[1]]))
     names = _values(header, _NAMES)
     if names != words[rules[1] - 1].split():
         raise header.invalid(_NAMES, "the names above the columns")
+    names = [_component(name) for name in names]
     if not header.required(_UNITS).startswith("Gal") or header.required(_DECIMATION) != "1":
         raise header.invalid(_UNITS, "Gal (cm/s/s), with a factor of decimation of 1")
     layout = re.fullmatch(r"(\d)F10\.\d", header.required(_FORMAT))
@@ -95,7 +107,8 @@ def _record(
     record_id: str,
     options: ReadOptions,
 ) -> Record:
-    path, name = header.path, _values(header, _NAMES)[channel]
+    path, stated_name = header.path, _values(header, _NAMES)[channel]
+    name = _component(stated_name)
     stated = {
         key: _values(header, key)[channel]
         for key in (_STEP, _RATE, _COUNT, _LENGTH, _PEAK, _PEAK_AT)
@@ -121,19 +134,18 @@ def _record(
     )  # fmt: skip
     # Latitude and longitude are in two lines.
     places = [
-        place_in(f"{header.get(key)} {header.get(f'{key} (2)')}")
+        place_in(re.sub(r"\bO\b", "W", f"{header.get(key)} {header.get(f'{key} (2)')}"))
         for key in ("COORDENADAS DEL EPICENTRO", "COORDENADAS DE LA ESTACION")
     ]
-    day = header.get("FECHA DEL SISMO [GMT]").replace("/", "-")
-    first = header.get("HORA DE LA PRIMERA MUESTRA (GMT)")
+    day, first = _day(header.get(_DAY)), header.get(_FIRST)
     timed = re.fullmatch(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(\.\d{1,6})?", f"{day} {first}")
-    (depth,) = numbers_in(r"^(\d+\.?\d*)$", header.get("PROFUNDIDAD FOCAL (Km)"))
+    (depth,) = numbers_in(r"^(\d+\.?\d*)$", header.get(_DEPTH))
     return Record(
         record_id=record_id,
         acceleration=factor * gal,
         time_step=settle_time_step(path, step, options, lines[_STEP]),
         uncorrected=True,
-        **directed(name),
+        **directed(name, "DOWN" if stated_name == "V;-" else name),
         event=f"{day} {header.get('HORA EPICENTRO (GMT)')} GMT",
         station=header.get("CLAVE DE LA ESTACION"),
         start_time=f"{day}T{first}Z" if timed else "",
@@ -141,6 +153,36 @@ def _record(
         peak_ratio=ratio,
         **distances(places[0], places[1], depth),
     )
+
+
+def _usual(header: KeyedHeader) -> KeyedHeader:
+    """Return a header with the keys as UNAM writes them."""
+    usual = {_plain(key): key for key in _KEYS}
+    keys = {key: usual.get(_plain(key), key) for key in header.values}
+    return KeyedHeader(
+        header.path,
+        {keys[key]: value for key, value in header.values.items()},
+        {keys[key]: line for key, line in header.lines.items()},
+        header.count,
+    )
+
+
+def _plain(key: str) -> str:
+    """Return a key without blanks, commas and points, with round brackets, in capitals."""
+    return re.sub(r"[\s,.]", "", key.upper()).replace("[", "(").replace("]", ")")
+
+
+def _component(name: str) -> str:
+    """Return the name of a component without the sense after a semicolon: `V;+`, `N90E;`."""
+    return name.partition(";")[0]
+
+
+def _day(stated: str) -> str:
+    """Return a date as `2010-04-04`, also of `04 de ABRIL del 2010`."""
+    words = re.fullmatch(r"(\d{1,2}) DE ([A-Z]+) DEL? (\d{4})", stated.upper())
+    if words and words[2] in _MONTHS:
+        return f"{words[3]}-{_MONTHS.index(words[2]) + 1:02d}-{int(words[1]):02d}"
+    return stated.replace("/", "-")
 
 
 def _values(header: KeyedHeader, key: str) -> list[str]:

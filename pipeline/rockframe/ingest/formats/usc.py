@@ -134,6 +134,12 @@ def _caltech(path: Path, lines: list[bytes], words: list[str], options: ReadOpti
     )
 
 
+def _end_of_block(words: list[str], start: int) -> int:
+    """Return the index of the line after a block: the next one begins with the same text."""
+    following = range(start, len(words))
+    return next((k for k in following if words[k : k + 5] == words[:5]), len(words))
+
+
 def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions) -> Record:
     top = 0
     blocks = []
@@ -142,18 +148,20 @@ def _usc(path: Path, lines: list[bytes], words: list[str], options: ReadOptions)
         points = required_line(path, words, top + 6, _POINTS, "NO OF POINTS= 5983, UNITS=CM/...")
         if rate["quantity"] != quantity or words[top : top + 5] != words[:5]:
             raise InputError(path, f"block of {rate['quantity']}. Must be {quantity}.", top + 6)
-        start, size = top + _BLOCK_HEADER, int(points["count"][:9])
-        end = start - (-size // columns.count)
-        rows = lines[start:end]
-        require_sample_count(path, points["count"], top + 7, count_columns(rows, columns))
+        start = top + _BLOCK_HEADER
+        end = _end_of_block(words, start)
+        rows = [row for row in lines[start:end] if row.strip()]
+        present = count_columns(rows, columns)
+        size = require_sample_count(path, points["count"], top + 7, present)
         blocks.append((rate, read_columns(path, rows, columns, size, start)))
         top = end
-        while top < len(lines) and not lines[top].strip():
-            top += 1
     if top < len(lines):
         raise InputError(path, "text after the three blocks.", line=top + 1)
-    if len({(rate["rate"], samples.size) for rate, samples in blocks}) != 1:
-        raise InputError(path, "blocks of different rates or lengths.")
+    if len({rate["rate"] for rate, _ in blocks}) != 1:
+        raise InputError(path, "blocks of different rates.")
+    if len({samples.size for _, samples in blocks}) != 1:
+        sizes = ", ".join(str(samples.size) for _, samples in blocks)
+        settle(path, f"blocks of {sizes} samples.", {"samples": None}, 7)
     rate, samples = blocks[0]
     named = re.match(r"\s*(\d{1,3}|UP|DOWN)(?: DEGREES)?\s*$", words[1])
     name = named[1] if named else ""
