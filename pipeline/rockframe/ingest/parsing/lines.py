@@ -16,7 +16,6 @@ import numpy as np
 from rockframe.cells import decimal
 from rockframe.errors import InputError, settle
 from rockframe.ingest.parsing import Float
-from rockframe.ingest.parsing.aligned import numbers_of_columns
 
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
 #: End-of-file mark of DOS, which may fill a whole sector.
@@ -255,6 +254,8 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
 
 
 def _numbers(block: bytes) -> Float:
+    from rockframe.ingest.parsing.aligned import numbers_of_columns  # few commands read samples
+
     aligned = numbers_of_columns(block)
     return np.array(block.split(), dtype=np.float64) if aligned is None else aligned
 
