@@ -83,7 +83,7 @@ def conditions() -> dict[tuple[str, str], str]:
 def pairs() -> list[tuple[str, str]]:
     """Return all pairs of command and option, as the parsers state them."""
     return [
-        (command, action.option_strings[-1])
+        (command, max(action.option_strings, key=len))
         for command, parser in commands().items()
         for action in parser._actions  # noqa: SLF001
         if action.option_strings and action.dest not in ("help", "json")

@@ -219,6 +219,7 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
     whole.add_argument(
         "--completion",
         action=_Completion,
+        default=argparse.SUPPRESS,
         choices=SHELLS,
         help="print the code that completes commands, options and files at the Tab key in a shell",
     )

@@ -108,7 +108,7 @@ def run_export(options: argparse.Namespace) -> None:
 def add_report(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the folder of a run, and the page to write."""
     parser.add_argument(
-        "paths",
+        "folder",
         nargs="+",
         type=path,
         metavar="PATH",
@@ -128,14 +128,14 @@ def run_report(options: argparse.Namespace) -> None:
     """Verify the run, write the page, and print what it contains."""
     from rockframe.stages.report import PAGE, files_as_run, report_stage
 
-    first: Path = options.paths[0]
+    first: Path = options.folder[0]
     wanted = chosen(options, ReportOptions)
-    if len(options.paths) == 1 and first.suffix != ".nc":
+    if len(options.folder) == 1 and first.suffix != ".nc":
         output = options.output or first / PAGE
         counts = report_stage(first, output, wanted)
     else:
         output = options.output or first.with_name(PAGE)
-        with files_as_run(options.paths) as folder:
+        with files_as_run(options.folder) as folder:
             counts = report_stage(folder, output, wanted, verified=True)
     size = output.stat().st_size
     if options.json:

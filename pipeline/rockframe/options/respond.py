@@ -291,6 +291,9 @@ class ScreenOptions(Options):
     hazard: Annotated[File | None, Field(examples=["hazard.csv"])] = None
     """Hazard curve of the site: CSV of annual_rate (or probability_in_50_years) and one of pga_g,
     pgv_m_s, a_p_g, L_p_m, sa_1s_g; a file of OpenQuake or of the USGS; or a folder of OpenQuake."""
+    return_period_years: Annotated[PositiveNumbers | None, Field(examples=[(475.0, 2475.0)])] = None
+    """Return periods at which the demand of each structure is stated [years]: rotation, drift, lift
+    and the other quantities that can be limited. It needs a hazard curve."""
     hazard_curve: Annotated[str | None, Field(examples=["quantile-0.84"])] = None
     """Kind of the hazard curve of OpenQuake: mean, max, quantile-0.84 or another that its files
     state; by default mean in a folder, and that of the file otherwise."""
@@ -334,7 +337,7 @@ class ScreenOptions(Options):
     @model_validator(mode="after")
     def _site_of_hazard(self) -> Self:
         """Require a hazard curve for a site, and valid coordinates of the site."""
-        for name in ("hazard_site", "hazard_site_id", "hazard_curve"):
+        for name in ("hazard_site", "hazard_site_id", "hazard_curve", "return_period_years"):
             if self.hazard is None and getattr(self, name) is not None:
                 raise rule(f"{name} without hazard. State the file of hazard curves")
         require_one_site(self.hazard_site, self.hazard_site_id)

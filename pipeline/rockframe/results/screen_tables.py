@@ -15,6 +15,7 @@ from rockframe.cells import TABLE_FORMATS, in_digits
 from rockframe.quantities import IN_MATRICES, OF_SCENARIO, PEAKS
 from rockframe.record import SiteType
 from rockframe.results.reading import opened
+from rockframe.results.return_periods import DEMAND_COLUMNS, demand_rows
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import ROBUST
 from rockframe.results.screen import pooled_fits, read_screening
@@ -547,12 +548,19 @@ _TABLES: Final[Mapping[str, tuple[Callable[[xr.Dataset], Rows], tuple[str, ...]]
     "fragility": (fragility_rows, ("structure", "limit_state", "measure")),
     "pooled": (pooled_rows, ("structures", "limit_state", "measure")),
     "rates": (rate_rows, ("structure", "measure", "limit_state")),
+    "demands": (demand_rows, DEMAND_COLUMNS),
     "design": (design_rows, ("structure", "dimension", "value")),
 }
 
 
 def screen_table_paths(
-    output: Path, *, rates: bool, design: bool, pooled: bool = False, table_format: str = "csv"
+    output: Path,
+    *,
+    rates: bool,
+    design: bool,
+    pooled: bool = False,
+    demands: bool = False,
+    table_format: str = "csv",
 ) -> dict[str, Path]:
     """Return the paths of the tables beside a screening, by kind; the table of motions has kind "".
 
@@ -566,18 +574,20 @@ def screen_table_paths(
     'design-table.csv'
     """
     table = output.with_suffix(TABLE_FORMATS[table_format])
-    kinds = ["scenarios", "fragility", *_asked_kinds(rates=rates, design=design, pooled=pooled)]
+    asked = _asked_kinds(rates=rates, design=design, pooled=pooled, demands=demands)
+    kinds = ["scenarios", "fragility", *asked]
     if table_format == "xlsx":  # the others are sheets of the workbook
         kinds = ["scenarios"]
     return {"": table} | {kind: beside(table, kind, plain="screen") for kind in kinds}
 
 
 def _asked_kinds(**asked: bool) -> list[str]:
-    return [kind for kind in ("pooled", "rates", "design") if asked[kind]]
+    return [kind for kind in ("pooled", "rates", "demands", "design") if asked[kind]]
 
 
 def _asked_of(screening: xr.Dataset) -> dict[str, bool]:
     marks = {"rates": "annual_rate", "design": "design_share", "pooled": "pooled"}
+    marks["demands"] = "return_period_years"
     return {kind: mark in screening for kind, mark in marks.items()}
 
 

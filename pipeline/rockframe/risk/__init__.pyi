@@ -1,5 +1,8 @@
 """Statistics of responses: fragility, overturning rates, peak distributions, ranks of records."""
 
+from .demand import DemandHazard as DemandHazard
+from .demand import demand_hazard as demand_hazard
+from .demand import demands_at as demands_at
 from .distribution import Band as Band
 from .distribution import demand_ranks as demand_ranks
 from .distribution import mean_share as mean_share

@@ -121,7 +121,7 @@ def statistics(
         **_observed_values(reached, intensities, request.scales),
         **(_pooled_values(run, reached, numbers, clusters) if request.options.pooled else {}),
         **_optional_values(run, {name: numbers[name] for name in spectra}, clusters),
-        **(_rates(hazard, fits) if hazard else {}),
+        **(_rates(hazard, fits) | run.demands_at(hazard, intensities) if hazard else {}),
         "structure": [frame.name for frame in request.frames],
         "scale": request.scales,
     }
@@ -511,8 +511,9 @@ def _requested(options: ScreenOptions, frames: tuple[RockingFrame, ...]) -> Scre
 
 def _asked(options: ScreenOptions) -> dict[str, bool]:
     """Return which tables are written only if they are asked for."""
-    rates, design = options.hazard is not None, options.design is not None
-    return {"rates": rates, "design": design, "pooled": options.pooled}
+    asked = {"rates": options.hazard, "demands": options.return_period_years}
+    some = {name: value is not None for name, value in (asked | {"design": options.design}).items()}
+    return some | {"pooled": options.pooled}
 
 
 def _with_hazard_file(options: ScreenOptions) -> ScreenOptions:

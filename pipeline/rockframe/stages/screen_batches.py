@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import repeat
 from typing import Any, Final, Self
@@ -14,9 +14,9 @@ from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import invalid
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import ScreenOptions
-from rockframe.quantities import OF_SCENARIO, QUANTILES
+from rockframe.quantities import LIMITED, OF_SCENARIO, QUANTILES
 from rockframe.results.screen import Batches, KeptHistory
-from rockframe.risk import OVERTURNING, LimitState
+from rockframe.risk import OVERTURNING, HazardCurve, LimitState, demands_at, measure_of
 from rockframe.risk.fragility import limited_in, peaks_of_frames
 from rockframe.rocking import (
     PEAKS,
@@ -172,6 +172,8 @@ class ScreeningRun:
         self.limits = [OVERTURNING, *(LimitState(*limit) for limit in request.options.limits())]
         self.reached = np.empty((len(self.limits), *shape), dtype=np.uint16)
         self.kept = {name: np.empty((*shape[:2], self.members)) for name in _KEPT}
+        some = LIMITED if request.options.return_period_years else ()
+        self._demands = {each.name: np.full((*shape, self.members), np.nan) for each in some}
         self._selected: list[NDArray[np.intp]] = []
 
     @property
@@ -221,6 +223,9 @@ class ScreeningRun:
             reached[i, k] = limit.reached(found, fell).sum(axis=0)
         for name, kept in self.kept.items():
             kept[i, k] = _standing(found, name)[:, self.request.reference]
+        for name, demands in self._demands.items():
+            if limited_in(self.request.frames[k], name):
+                demands[i, k] = _standing(found, name).T
 
     def _shares_and_bands(self, i: int, k: int, found: Arrays) -> Arrays:
         """Return the variables of an ensemble, shape (scales, limits) or (scales, quantiles)."""
@@ -264,6 +269,39 @@ class ScreeningRun:
             return {}
         found = list(self._map("margins"))
         return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+
+    def demands_at(self, curve: HazardCurve, intensities: Mapping[str, Float]) -> dict[str, Any]:
+        """Return the demand of each structure at the return periods, by variable.
+
+        Parameters
+        ----------
+        curve : HazardCurve
+            Hazard curve of the site.
+        intensities : mapping of str to array, shape (motions,)
+            Intensity of each motion, by measure.
+        """
+        options = self.request.options
+        periods = options.return_period_years
+        if not periods:
+            return {}
+        clusters = np.array([motion.cluster for motion in self.motions])
+        measured = (
+            intensities[curve.measure],
+            self.request.scales ** measure_of(curve.measure).power,
+        )
+        values: dict[str, Any] = {"return_period_years": [*periods]}
+        for name, of_frames in self._demands.items():
+            found = [
+                demands_at(
+                    *(curve, periods, of_frames[:, k], measured, clusters),
+                    options.fragility_curve,
+                )
+                for k in range(len(self.request.frames))
+            ]
+            for end in found[0]:
+                variable = f"{name}_at_return_period" + ("" if end == "value" else f"_{end}")
+                values[variable] = np.stack([of_frame[end] for of_frame in found])
+        return values
 
     def candidates(self, design: Design) -> tuple[Float, Float]:
         """Return how candidates meet the limit of a design, over all motions and members.

@@ -95,6 +95,7 @@ def show(
                 "rejected": [vars(rejection) for rejection in done.rejections],
                 "structures": summary,
                 **({"pooled": pooled} if pooled else {}),
+                **_demands(screening),
                 "rows": list(screen_rows(screening)),
                 "output": str(output),
                 "table": str(done.table),
@@ -131,6 +132,7 @@ def _show_tables(
     _show_fragility(screening, summary)
     _show_pooled(screening, pooled)
     _show_rates(screening, summary)
+    _show_demands(screening)
     _show_design(screening, summary)
 
 
@@ -322,6 +324,37 @@ def _better_measures_in_words(summary: Sequence[dict[str, Any]]) -> dict[str, li
         words = f"{named}; {structure['better_measure_reason']}"
         sentences.setdefault(words, []).append(structure["structure"])
     return sentences
+
+
+def _demands(screening: xr.Dataset) -> dict[str, Any]:
+    """Return the key ``demands`` of JSON, if there are return periods."""
+    from rockframe.results.return_periods import demand_rows
+
+    known = "return_period_years" in screening
+    return {"demands": list(demand_rows(screening))} if known else {}
+
+
+def _show_demands(screening: xr.Dataset) -> None:
+    """Print the demands at return periods, if there are any."""
+    from rockframe.results.return_periods import demand_rows, demand_table
+
+    if "return_period_years" not in screening:
+        return
+    rows = list(demand_rows(screening))
+    title = f"Demand that is exceeded once in the return period{_nominal(screening)}"
+    console.show_rows(title, *demand_table(rows))
+    for row in rows:
+        if row["note"]:
+            what = f"{row['structure']}, {row['quantity']}, {row['return_period_years']:g} years"
+            print(f"{what}: {row['note']}.")
+    print(console.filled(_DEMAND_LEGEND) + "\n")
+
+
+#: Meaning of demands at return periods.
+_DEMAND_LEGEND: Final = (
+    "In brackets: 90 % confidence from the recordings. 0: the structure uplifts more rarely; "
+    "overturns: it overturns more often; a dash: the motions do not determine it."
+)
 
 
 def _show_rates(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:

@@ -169,6 +169,11 @@ ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
 
 
 #: Comment on quantiles of the members of an ensemble.
+_AT_RETURN_PERIOD: Final = (
+    "0 if the structure uplifts more rarely, infinite if it overturns more often, and unknown where the motions do not determine it or the hazard curve begins with rarer ones"
+)
+#: Endings of the variables of demands at return periods, and their words.
+_OF_RETURN_PERIOD: Final = {"": "", "_low": ", lower bound of 90 % confidence", "_high": ", upper bound of 90 % confidence"}
 _OVERTURNED_MEMBER: Final = "infinite where a quantile falls on a member that overturns"
 
 
@@ -541,6 +546,18 @@ SCREEN_NC: Final = FileKind(
         ),
         *optional("note of the hazard curve",
             Variable("hazard_note", "", str, "1", "points of the hazard curve whose rates its printed digits only bound, in words; empty without any"),
+        ),
+        *optional("demand at return periods",
+            Variable("return_period_years", "return_period", float, "1", "return period in years", key=True),
+            *(
+                Variable(f"{quantity.name}_at_return_period{end}", "structure return_period", float, quantity.units, f"{quantity.long_name} that is exceeded once in the return period{words}", comment=_AT_RETURN_PERIOD)
+                for quantity in LIMITED
+                for end, words in _OF_RETURN_PERIOD.items()
+            ),
+            *(
+                Variable(f"{quantity.name}_at_return_period_extrapolated", "structure return_period", float, "1", f"share of the rate at {quantity.name}_at_return_period from intensities that were not tried")
+                for quantity in LIMITED
+            ),
         ),
         *optional("design",
             Variable("design_dimension", "", str, "1", "dimension that is searched", choices=tuple(DIMENSIONS)),
