@@ -16,6 +16,7 @@ import pytest
 from rockframe.errors import InputError
 from rockframe.ingest import FORMATS, ReadOptions, read_bytes, read_file, sniff_format
 from rockframe.ingest.formats.miniseed3 import converted
+from rockframe.ingest.stationxml import is_station_xml
 from rockframe.record import Orientation
 from rockframe.units import utc_seconds
 
@@ -124,12 +125,18 @@ def test_the_calibration_of_an_evt_file(shared_reports: Path) -> None:
 
 
 def miniseed3(
-    samples: bytes, encoding: int, count: int, rate: float = 100.0, code: str = "FDSN:XX_A__H_N_E"
+    samples: bytes,
+    encoding: int,
+    count: int,
+    *,
+    rate: float = 100.0,
+    code: str = "FDSN:XX_A__H_N_E",
+    start: tuple[int, int, int, int, int] = (2019, 187, 3, 19, 53),
 ) -> bytes:
     """Return a data record of miniSEED 3 with its checksum."""
     head = struct.pack(
         "<2sBBIHHBBBBdIIBBHI",
-        *(b"MS", 3, 0, 250_000_000, 2019, 187, 3, 19, 53, encoding, rate, count, 0, 1),
+        *(b"MS", 3, 0, 250_000_000, *start, encoding, rate, count, 0, 1),
         *(len(code), 0, len(samples)),
     )
     data = bytearray(head + code.encode() + samples)
@@ -320,3 +327,49 @@ def test_a_resp_file_beside_a_waveform(installed: Path, tmp_path: Path) -> None:
     assert record.acceleration[0] == pytest.approx(1.0 / total, rel=1e-2)
     assert record.azimuth == 90.0
     assert record.instrument_file == "RESP.BW.FURT..HNE"
+
+
+def test_a_long_comment_above_a_resp_file_takes_no_time(tmp_path: Path) -> None:
+    """A pattern with two repetitions took minutes for a comment of a few lines."""
+    (tmp_path / "RESP.XX.A..HNE").write_text("#\t\t ====  \t \n" * 400 + "no metadata\n")
+    assert not is_station_xml(tmp_path / "RESP.XX.A..HNE")
+    (tmp_path / "RESP.XX.A..HNE").write_text(
+        "#\t\t ====  \t \n" * 40 + "B050F03     Station:     A\n"
+    )
+    assert is_station_xml(tmp_path / "RESP.XX.A..HNE")
+
+
+def test_uneven_samples_of_a_sac_file_are_interpolated() -> None:
+    """An uneven file contains the time of each sample; points of a straight line stay on it."""
+    from tests.ingest.test_sac import sac
+
+    times = np.cumsum([0.0, *([0.01, 0.02, 0.015, 0.011] * 10)])
+    values = tuple(float(np.float32(2.0 * time)) for time in times)
+    data = bytearray(sac(values))
+    struct.pack_into("<i", data, 4 * (70 + 35), 0)
+    data += struct.pack(f"<{times.size}f", *times)
+    [record] = read_bytes("a.sac", bytes(data), ReadOptions("m/s2"))
+    grid = record.time_step * np.arange(record.acceleration.size)
+    np.testing.assert_allclose(record.acceleration, 2.0 * grid, atol=1e-6)
+    assert "uneven points" in record.processing[0]
+
+
+@pytest.mark.parametrize("change", [-1, 1])
+def test_a_sample_more_or_fewer_in_a_block_of_usc_is_settled(
+    shared_records: Path, change: int
+) -> None:
+    folder = shared_records.parent / "more_formats" / "usc"
+    for path in sorted(folder.iterdir()):
+        data = path.read_bytes()
+        stated = re.search(rb"NO OF POINTS=\s*(\d+)", data)
+        if stated:
+            break
+    else:
+        pytest.skip("no blocks of USC among the shared files")
+    [whole] = read_bytes(path.name, data)
+    other = str(int(stated[1]) + change).encode().rjust(len(stated[1]))
+    damaged = data[: stated.start(1)] + other + data[stated.end(1) :]
+    with pytest.raises(InputError, match="--trust samples"):
+        read_bytes(path.name, damaged)
+    [record] = read_bytes(path.name, damaged, ReadOptions(trust=("samples",)))
+    np.testing.assert_array_equal(record.acceleration, whole.acceleration)

@@ -23,7 +23,7 @@ from rockframe.units import GRAVITY
 #: Text that identifies a StationXML file, a dataless SEED volume, and a RESP file.
 _MARK: Final = b"<FDSNStationXML"
 _DATALESS: Final = re.compile(rb"\d{6}V[ *]")
-_RESP: Final = re.compile(rb"^(?:#.*\s+)*B05[02]F03\s+Station:", re.M)
+_RESP: Final = re.compile(rb"^B05[02]F03\s+Station:", re.M)
 #: Largest StationXML file that is read [bytes].
 _LARGEST: Final = 64_000_000
 #: Size of a unit [m s-2], by the prefix of the metre.
