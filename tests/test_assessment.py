@@ -101,7 +101,7 @@ def test_pulses_are_added_by_name() -> None:
 @pytest.mark.parametrize(
     ("structures", "motions", "options", "words"),
     [
-        ([], PULSE, None, "Invalid number of frames, 0"),
+        ([], PULSE, None, "Invalid number of structures, 0"),
         (BENT, [], None, "Invalid number of motions, 0"),
         ([BENT, BENT], PULSE, None, "2 structures have the name 'bent'"),
         (BENT, [RECORD, RECORD], None, "2 motions have the name 'shake'"),

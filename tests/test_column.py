@@ -269,6 +269,7 @@ def stated_column(folder: Path, section: str, height: float, width: float) -> Ro
         f"lever_arm_m = {0.5 * width!r}\n"
     )
     [frame] = read_structures(path)
+    assert isinstance(frame, RockingFrame)
     return frame
 
 

@@ -50,9 +50,6 @@ from .oscillators import OscillatorPeaks as OscillatorPeaks
 from .oscillators import OscillatorResponse as OscillatorResponse
 from .oscillators import respond_oscillator as respond_oscillator
 from .oscillators import respond_oscillators as respond_oscillators
-from .oscillators.comparison import Compared as Compared
-from .oscillators.comparison import Rivals as Rivals
-from .oscillators.comparison import compare as compare
 from .parts import Abutment as Abutment
 from .parts import ColumnShape as ColumnShape
 from .parts import Dissipater as Dissipater
@@ -138,6 +135,9 @@ from .stages.spectrum import rocking_spectrum_stage as rocking_spectrum_stage
 from .stages.spectrum import spectrum_stage as spectrum_stage
 from .stages.table import fetch_stage as fetch_stage
 from .stages.table import merge_stage as merge_stage
+from .structures.comparison import Rivals as Rivals
+from .structures.comparison import compare as compare
+from .structures.contract import Compared as Compared
 from .study.structures import bundled_records as bundled_records
 from .study.structures import read_structures as read_structures
 from .unequal import BentPeaks as BentPeaks

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, Self, TypeAlias
+from typing import ClassVar, Final, Self, TypeAlias
 
 from rockframe.errors import ParameterError, invalid
+from rockframe.parts import Abutment
 from rockframe.units import GRAVITY
 
 #: k [s-2], k_z [s-2], q [m s-2] and c [s-1] of the equation of motion.
@@ -40,14 +41,18 @@ class IsolatedDeck:
         Displacement at which the isolators first yield [m]; 0 if they stick until they slide.
     damping_ratio : float
         Viscous damping over the critical damping of the stiffness after yielding [1].
+    mass_ratio : float
+        Mass of the deck over that of the piers [1], for the base shear; infinite without piers.
+    abutment : Abutment, optional
+        Gap at the ends of the deck, which ends the model where it closes.
     name : str
         Name in tables.
 
     Raises
     ------
     ParameterError
-        Unless strength and period are positive, the yield displacement zero or positive, and the
-        damping ratio at least 0 and below 1.
+        Unless strength, period and mass ratio are positive, the yield displacement zero or
+        positive, and the damping ratio at least 0 and below 1.
 
     See Also
     --------
@@ -60,14 +65,19 @@ class IsolatedDeck:
     hardening.
     """
 
+    kind: ClassVar[str] = "isolated"
+
     strength_ratio: float
     period: float
     yield_displacement: float
     damping_ratio: float = 0.0
+    mass_ratio: float = math.inf
+    abutment: Abutment | None = None
     name: str = "isolated"
 
     def __post_init__(self) -> None:
         _require_positive(self.name, strength_ratio=self.strength_ratio, period=self.period)
+        _require_mass_ratio(self.name, self.mass_ratio)
         if not 0.0 <= self.yield_displacement < math.inf:
             raise invalid(
                 "yield_displacement", self.yield_displacement, repr(self.name), "0 or above"
@@ -178,6 +188,11 @@ class IsolatedDeck:
         )
 
     @property
+    def limit_ductility(self) -> float:
+        """Largest ductility for which the model is valid [1]: isolators have no limit."""
+        return math.inf
+
+    @property
     def constants(self) -> Constants:
         """k, k_z [s-2], q [m s-2] and c [s-1] of the kernel."""
         rate = math.tau / self.period
@@ -210,14 +225,19 @@ class FixedFrame:
         [1]; 0 without P-delta.
     limit_ductility : float
         Largest displacement over the yield displacement for which the model is valid [1].
+    mass_ratio : float
+        Mass of the deck over that of all columns [1], for the base shear; infinite if the columns
+        have no mass.
+    abutment : Abutment, optional
+        Gap at the ends of the deck, which ends the model where it closes.
     name : str
         Name in tables.
 
     Raises
     ------
     ParameterError
-        Unless period and strength are positive, the limit of ductility is at least 1, and the
-        ratios are at least 0 and below 1.
+        Unless period, strength and mass ratio are positive, the limit of ductility is at least 1,
+        and the ratios are at least 0 and below 1.
 
     See Also
     --------
@@ -231,16 +251,21 @@ class FixedFrame:
     the frame then collapses, unless the ground pushes it back.
     """
 
+    kind: ClassVar[str] = "fixed"
+
     period: float
     damping_ratio: float = 0.05
     strength_ratio: float = math.inf
     post_yield_ratio: float = 0.0
     stability_coefficient: float = 0.0
     limit_ductility: float = LIMIT_DUCTILITY
+    mass_ratio: float = math.inf
+    abutment: Abutment | None = None
     name: str = "fixed"
 
     def __post_init__(self) -> None:
         _require_positive(self.name, period=self.period)
+        _require_mass_ratio(self.name, self.mass_ratio)
         if not self.strength_ratio > 0.0:
             raise invalid("strength_ratio", self.strength_ratio, repr(self.name), "above 0")
         for key in ("damping_ratio", "post_yield_ratio", "stability_coefficient"):
@@ -336,6 +361,7 @@ class FixedFrame:
             post_yield_ratio=post_yield_ratio,
             stability_coefficient=geometric / stiffness if p_delta else 0.0,
             limit_ductility=limit_ductility,
+            mass_ratio=deck_mass / (columns * column_mass) if column_mass > 0.0 else math.inf,
             name=name,
         )
 
@@ -361,6 +387,11 @@ def _require_positive(name: str, **values: float) -> None:
     for key, value in values.items():
         if not 0.0 < value < math.inf:
             raise invalid(key, value, repr(name), "positive and finite")
+
+
+def _require_mass_ratio(name: str, ratio: float) -> None:
+    if not ratio > 0.0:
+        raise invalid("mass_ratio", ratio, repr(name), "positive")
 
 
 def _require_ratio(name: str, key: str, ratio: float) -> None:

@@ -11,20 +11,16 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rockframe import ParameterError, Pulse, RockingFrame
 from rockframe.options.respond import BridgeEnsemble, Ensemble
-from rockframe.oscillators.comparison import (
-    Compared,
-    Rivals,
-    Validity,
-    bridge_draws,
-    bridge_members,
-    compare,
-)
+from rockframe.oscillators.ensemble import bridge_draws, bridge_members
 from rockframe.oscillators.response import respond_oscillators
 from rockframe.parts import Abutment
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.rocking import ensemble_responses
 from rockframe.rocking.margins.ensemble import quantiles
 from rockframe.rocking.margins.members import draws
+from rockframe.rocking.verdict import ModelEnd
+from rockframe.structures.comparison import Rivals, compare
+from rockframe.structures.contract import Compared
 from rockframe.units import GRAVITY
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
@@ -107,7 +103,7 @@ def test_rocking_bridges_have_the_ensemble_of_respond() -> None:
 def test_the_model_of_a_fixed_bridge_ends_at_its_ductility() -> None:
     found = compared(RUBBER, BridgeEnsemble())
     fixed = found["fixed"].ensemble
-    assert found["fixed"].validity is Validity.DUCTILITY_EXCEEDED
+    assert found["fixed"].model_end is ModelEnd.DUCTILITY_EXCEEDED
     assert fixed is not None
     assert fixed.share_model_ends == 1.0
     assert found["isolated"].ensemble is not None

@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from tests.rocking.motions import BENT, noise
 
 from rockframe.errors import ParameterError
-from rockframe.oscillators.comparison import Rivals, Validity, compare
 from rockframe.parts import Abutment, Dissipater, Tendon
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.response import first_crossing, respond
+from rockframe.rocking.verdict import ModelEnd
+from rockframe.structures.comparison import Rivals, compare
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -41,7 +42,7 @@ def test_what_does_not_move_bears_its_mass_times_the_acceleration_of_the_ground(
         shear = math.copysign(1.0, one.base_shear[9] * weak.acceleration()[9]) * one.base_shear
         assert shear == pytest.approx(weak.acceleration() / GRAVITY, abs=tolerance)
         assert one.peak_base_shear == np.abs(shear).max()
-        assert (one.peak_u < 1e-6, one.validity) == (True, Validity.HOLDS)
+        assert (one.peak_u < 1e-6, one.model_end) == (True, ModelEnd.NONE)
 
 
 @pytest.mark.parametrize("level", [0.1, 0.6])
@@ -86,10 +87,10 @@ def test_base_shear_of_a_frame_that_rocks_is_the_mass_times_its_acceleration() -
 
 def test_the_first_event_ends_a_model() -> None:
     free, restrained, *_ = compare(RIVALS, PULSE)
-    assert (free.validity, restrained.validity) == (Validity.GAP_CLOSES, Validity.TENDON_YIELDS)
+    assert (free.model_end, restrained.model_end) == (ModelEnd.GAP_CLOSES, ModelEnd.TENDON_YIELDS)
     assert free.valid_until == free.gap_closed_time
     wide = replace(RIVALS, frame=replace(BRIDGE, abutment=Abutment(gap=3.0, uplift_allowance=0.01)))
-    assert compare(wide, PULSE)[0].validity is Validity.LIFT_EXCEEDED
+    assert compare(wide, PULSE)[0].model_end is ModelEnd.LIFT_EXCEEDED
 
 
 def test_a_gap_that_closes_after_the_motion_ends_the_model_too() -> None:
@@ -101,7 +102,7 @@ def test_a_gap_that_closes_after_the_motion_ends_the_model_too() -> None:
     assert peak > 1.01 * reached
     wide = replace(BRIDGE, abutment=Abutment(gap=0.5 * (peak + reached)))
     late = compare(replace(RIVALS, frame=wide), kick)[0]
-    assert (late.validity, np.isnan(late.valid_until)) == (Validity.GAP_CLOSES, True)
+    assert (late.model_end, np.isnan(late.valid_until)) == (ModelEnd.GAP_CLOSES, True)
 
 
 def test_a_fixed_frame_is_valid_up_to_its_ductility() -> None:
@@ -109,10 +110,10 @@ def test_a_fixed_frame_is_valid_up_to_its_ductility() -> None:
     bare = replace(RIVALS, frame=replace(BRIDGE, abutment=None))
     weak = FixedFrame(period=0.4, strength_ratio=0.2, limit_ductility=1e3)
     reached = compare(replace(bare, fixed=weak), PULSE)[-1]
-    assert reached.validity is Validity.HOLDS
+    assert reached.model_end is ModelEnd.NONE
     half = replace(weak, limit_ductility=0.5 * reached.ductility)
     (*_, ended) = compare(replace(bare, fixed=half), PULSE)
-    assert (ended.validity, ended.peak_u) == (Validity.DUCTILITY_EXCEEDED, reached.peak_u)
+    assert (ended.model_end, ended.peak_u) == (ModelEnd.DUCTILITY_EXCEEDED, reached.peak_u)
     at = np.searchsorted(ended.time, ended.valid_until)
     before, after = np.abs(ended.u[at - 1 : at + 1])
     assert before < 0.5 * reached.peak_u <= after
@@ -123,7 +124,7 @@ def test_a_fixed_frame_that_collapses_exceeds_any_ductility() -> None:
         period=1.0, strength_ratio=0.05, stability_coefficient=0.5, limit_ductility=np.inf
     )
     one = compare(replace(RIVALS, frame=replace(BRIDGE, abutment=None), fixed=frail), PULSE)[-1]
-    assert (one.validity, one.peak_u) == (Validity.DUCTILITY_EXCEEDED, np.inf)
+    assert (one.model_end, one.peak_u) == (ModelEnd.DUCTILITY_EXCEEDED, np.inf)
     assert np.isfinite(one.peak_base_shear)
 
 
@@ -136,7 +137,7 @@ def test_a_deck_on_isolators_or_fixed_columns_does_not_rise() -> None:
 def test_overturning_ends_the_free_frame_and_not_the_restrained() -> None:
     huge = Pulse(wavelet="symmetric_ricker", a_p=3.0 * GRAVITY, T_p=2.0)
     free, restrained, *_ = compare(replace(RIVALS, frame=replace(BRIDGE, abutment=None)), huge)
-    assert (free.validity, free.peak_u) == (Validity.OVERTURNS, np.inf)
+    assert (free.model_end, free.peak_u) == (ModelEnd.OVERTURNS, np.inf)
     assert np.isfinite(restrained.peak_u)
 
 

@@ -16,8 +16,8 @@ from rockframe import (
     respond_oscillator,
     respond_oscillators,
 )
-from rockframe.oscillators.comparison import Rivals
 from rockframe.parts import Dissipater
+from rockframe.structures.comparison import Rivals
 
 RUBBER: dict[str, Any] = {"strength_ratio": 0.05, "period": 2.5}
 COLUMNS: dict[str, Any] = {

@@ -23,7 +23,7 @@ from rockframe.components import placed, vertical_beside
 from rockframe.errors import RockframeWarning
 from rockframe.options.ingest import IngestOptions, PassportLimits
 from rockframe.options.respond import BridgeEnsemble
-from rockframe.oscillators.comparison import Rivals, bridge_members, compare
+from rockframe.oscillators.ensemble import bridge_members
 from rockframe.oscillators.response import respond_oscillator
 from rockframe.outcome import InputOutcome
 from rockframe.results.records import RecordsFile, open_records, write_records
@@ -46,6 +46,7 @@ from rockframe.signals.processing import AsRead, BandPass
 from rockframe.stages.common import horizontal
 from rockframe.stages.ingest import rotated
 from rockframe.stages.respond import with_vertical
+from rockframe.structures.comparison import Rivals, compare
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 NAMES = ["Ridgecrest2019-CCC-090", "Ridgecrest2019-CCC-360"]

@@ -11,10 +11,10 @@ from tests.rocking.motions import BENT
 from rockframe import Ensemble, GroundAcceleration, IsolatedDeck, Record, Rivals, compare, respond
 from rockframe.figures.joints import draw_joints
 from rockframe.parts import Abutment, Tendon
-from rockframe.risk.fragility import peaks_of_frames
 from rockframe.rocking import draws, joint_forces, members
 from rockframe.rocking.contact import with_contact
 from rockframe.rocking.margins.ensemble import member_peaks
+from rockframe.structures.screening import quantities_of
 from rockframe.units import GRAVITY
 
 STEP = 0.01
@@ -69,7 +69,7 @@ def test_a_tendon_pulls_as_at_the_closed_gap_in_responses_members_and_screenings
     assert response.restraint.tendon_force[nodes].max() == pytest.approx(force, rel=0.05)
     weak = replace(tied, tendon=replace(TENDON, yield_stress=1e9))
     rotation = np.array([[response.peak_rotation]])
-    peaks = peaks_of_frames([weak], np.array([[1]], np.int8), rotation, rotation)
+    peaks = quantities_of([weak], np.array([[1]], np.int8), rotation, rotation)
     assert peaks["peak_tendon_ratio"][0, 0] == pytest.approx(force / 1e6)
     found = member_peaks([MOTION], [tied], Ensemble(members=16))
     assert found.peaks["peak_tendon_force"].max() < 1.1 * force

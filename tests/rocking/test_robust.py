@@ -24,7 +24,7 @@ from rockframe.rocking import (
 )
 from rockframe.rocking.assessments import RobustMargin
 from rockframe.rocking.margins.members import draws, members
-from rockframe.rocking.margins.robust import _Family
+from rockframe.rocking.margins.robust import FamilySearch
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -113,7 +113,7 @@ def test_errors_are_standard_errors() -> None:
     draws, the 16 % quantile is the 16.84th of 101 intervals.
     """
     falls = np.arange(100)[:, None] >= np.arange(100)
-    found = [_Family(np.ones(100), 0.1, 10.0, seed)._margin(0, falls) for seed in range(40)]  # noqa: SLF001
+    found = [FamilySearch(np.ones(100), 0.1, 10.0, seed)._margin(0, falls) for seed in range(40)]  # noqa: SLF001
     ratios = []
     for share, name in ((0.10, "error10"), (0.25, "error25"), (0.50, "error50")):
         error = np.log1p([getattr(one, name) for one in found]).mean() / math.log(1.01)

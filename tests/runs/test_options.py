@@ -37,7 +37,11 @@ def everything(folder: Path, rotation: str) -> Plan:
     text = re.sub(rf"(?m)^({other}) = .*\n", "", text)  # alternative keys of rivals
     text = text.replace("= false", "= yes").replace("= true", "= false").replace("= yes", "= true")
     # Each needs a structure that this study does not have: a second one, a tendon that yields.
-    text = re.sub(r"(?m)^(?:pooled|limit_peak_tendon_ratio|limit_peak_gap_ratio) = .*\n", "", text)
+    text = re.sub(
+        r"(?m)^(?:pooled|limit_(?:peak_tendon_ratio|peak_gap_ratio|ductility)) = .*\n",
+        "",
+        text,
+    )
     # The hazard file is a single curve of one site.
     text = re.sub(r"(?m)^hazard_(?:site|site_id|curve) = .*\n", "", text)
     for name in ("station.xml", "limits.toml"):

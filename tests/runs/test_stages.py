@@ -15,10 +15,11 @@ from rockframe.cli.main import main, parser
 from rockframe.errors import ParameterError
 from rockframe.options import STAGES, Stage, loaded
 from rockframe.options.model import options_within
-from rockframe.oscillators.comparison import Compared, Rivals, compare
 from rockframe.provenance import MANIFEST, sealed, sha256_of
 from rockframe.record import Record
 from rockframe.results.schema import KINDS
+from rockframe.structures.comparison import Rivals, compare
+from rockframe.structures.contract import Compared
 from rockframe.study.study import SHIPPED_STUDIES, StudyTables, shipped_tables
 
 RIVAL = """

@@ -129,7 +129,7 @@ def test_interrupted_run_leaves_batches_and_goes_on(
             raise KeyboardInterrupt
         return respond_many(*asked)
 
-    monkeypatch.setattr("rockframe.rocking.screening.respond_many", stop)
+    monkeypatch.setattr("rockframe.structures.rocking.respond_many", stop)
     output, total = tmp_path / "screen.nc", 10**9
     screened(records, tmp_path / "whole.nc", options)
     total = len(calls)

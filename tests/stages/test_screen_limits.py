@@ -25,7 +25,7 @@ from rockframe.report.page import screening_content
 from rockframe.results.screen import read_screening
 from rockframe.results.screen_tables import screen_rows, screen_summary
 from rockframe.risk import FURTHER, LimitState, Outcome, fit_fragility
-from rockframe.risk.fragility import OVERTURNING, peaks_of_frames
+from rockframe.risk.fragility import OVERTURNING
 from rockframe.signals.measures import (
     arias_intensity,
     cumulative_absolute_velocity,
@@ -33,6 +33,7 @@ from rockframe.signals.measures import (
 )
 from rockframe.signals.processing import integrate
 from rockframe.stages.screen import _reached, screen_stage
+from rockframe.structures.screening import quantities_of
 from rockframe.units import GRAVITY
 
 Screen = Callable[..., xr.Dataset]
@@ -82,7 +83,7 @@ def test_tendons_yield_and_gaps_close() -> None:
     yields, closes = [], []
     for i, record in enumerate(records):
         part = (found.verdict[i], found.peak_rotation[i], found.impact_velocity[i])
-        peaks, fell = peaks_of_frames([column, tied], *part), found.verdict[i] == 2
+        peaks, fell = quantities_of([column, tied], *part), found.verdict[i] == 2
         reached = [
             LimitState(f"peak_{what}_ratio", 1.0).reached(peaks, fell) for what in ("tendon", "gap")
         ]
@@ -106,7 +107,7 @@ def test_a_tendon_that_loses_prestress_never_exceeds_its_yield_force() -> None:
     ratios = []
     for i, record in enumerate(records):
         part = (found.verdict[i], found.peak_rotation[i], found.impact_velocity[i])
-        peaks = peaks_of_frames([tied], *part)
+        peaks = quantities_of([tied], *part)
         ratios.append(peaks["peak_tendon_ratio"][0])
         response = respond(tied, record.scaled(SCALES[-1]))
         assert response.restraint is not None
@@ -340,7 +341,7 @@ def test_structures_share_the_memory_of_their_shares() -> None:
     """An archive of many structures holds the shares of each limit once."""
     arrays = [np.zeros((3, 2, 4)), np.ones((3, 2, 4))]
     frames = [RockingFrame(height=9.6, width=1.6), RockingFrame(height=6.0, width=0.8)]
-    request = SimpleNamespace(frames=frames)
+    request = SimpleNamespace(structures=frames)
     limits = [OVERTURNING, LimitState("peak_u", 0.2)]
     run = SimpleNamespace(limits=limits, request=request, shares=lambda n: arrays[n].copy())
     first, second = _reached(cast("Any", run))

@@ -173,7 +173,7 @@ def test_the_pooled_fragility_is_read_and_drawn_as_that_of_one_structure(screene
 def test_one_free_standing_structure_is_not_pooled(tmp_path: Path) -> None:
     _, slender = STRUCTURES.split("\n\n")
     where = structures(tmp_path, slender + MORE.split("\n\n")[1])
-    with pytest.raises(ParameterError, match="at least two structures without tendons"):
+    with pytest.raises(ParameterError, match="at least two rocking structures without tendons"):
         screen_stage(
             stored(site(2), tmp_path),
             tmp_path / "screen.nc",

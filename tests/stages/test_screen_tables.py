@@ -24,9 +24,9 @@ from rockframe.record import Record
 from rockframe.results.screen import read_screening
 from rockframe.results.screen_tables import fragility_rows, refuse_strange_tables, screen_rows
 from rockframe.results.tables.entries import write_rows_as
-from rockframe.rocking import ScreeningTask
 from rockframe.signals.processing import peak
 from rockframe.stages.screen import Screening, screen_stage
+from rockframe.structures.screening import ScreeningTask
 from rockframe.units import GRAVITY
 
 ROWS: list[dict[str, Any]] = [
@@ -80,9 +80,9 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
         pga = np.array([peak(motion.acceleration) / GRAVITY for motion in motions])
         least = np.array([capacity[motion.record_id] for motion in motions])
         fell = pga[:, None] * np.array(part.scales) > least[:, None]
-        verdict = np.where(fell, 2, 1).astype(np.int8)[:, None].repeat(len(part.frames), axis=1)
+        verdict = np.where(fell, 2, 1).astype(np.int8)[:, None].repeat(len(part.structures), axis=1)
         rotation = np.where(verdict == 2, np.pi / 2, 0.01)
-        return {"verdict": verdict, "peak_rotation": rotation, "impact_velocity": 0.0 * rotation}
+        return {"verdict": verdict, "peak": rotation, "speed": 0.0 * rotation}
 
     monkeypatch.setattr("rockframe.stages.screen_batches.peaks_of", peaks)
     screen_stage(

@@ -52,7 +52,7 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("mass_ratio", "mass", r":6: unknown key 'mass'. Must be one of: name, height_m, width_m"),
+        ("mass_ratio", "mass", r":6: unknown key 'mass'. Must be one of: name, kind, height_m"),
         ('name = "bent"', "", r":2: key 'name' missing. State it in each \[\[structure\]\]"),
         ("9.6", '"9.6"', r":4: height_m '9.6'. Must be a number"),
         ("9.6", "true", r":4: height_m True. Must be a number"),

@@ -107,7 +107,7 @@ def test_shipped_studies_are_read(path: Path) -> None:
             r":6: screen.scales of 2001 numbers. Must be at most 2000",
         ),
         ("[respond]", "[batches]\nrecords=0\n[respond]", r":6: batches.records 0. Must be at leas"),
-        ("height_m", "height", r":9: unknown key 'height'. Must be one of: name, height_m"),
+        ("height_m", "height", r":9: unknown key 'height'. Must be one of: name, kind, height_m"),
         (
             "[respond]",
             "[compare.isolated]\nperiod_s = -3.0\nstrength_ratio = 0.05\n[respond]",

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import ParameterError, require_known
-from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
 from rockframe.options.respond import RespondOptions
 from rockframe.record import Record
@@ -17,7 +16,7 @@ from rockframe.results.response import responses_dataset
 from rockframe.rocking import GroundAcceleration, as_ground
 from rockframe.rocking.response import require_some
 from rockframe.stages.respond import ResponseTask, answer_task
-from rockframe.structures.contract import Structure
+from rockframe.structures.contract import Structure, require_structures
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
@@ -103,17 +102,16 @@ class Assessment(Shown):
         return {f"{name}, {label.strip()}": value for name, label, value in self._lines()}
 
     def draw(self, axes: Axes) -> None:
-        """Draw theta / alpha of all responses over time."""
+        """Draw theta / alpha of all responses over time, or u if one of them does not rock."""
+        rocks = all(hasattr(response, "theta") for _, response in self)
         for name, response in self:
             if response.time.size:
-                label = f"{name}, {response.frame.name}"
-                axes.plot(
-                    response.time,
-                    response.theta / response.frame.slenderness,
-                    linewidth=0.9,
-                    label=label,
-                )
-        axes.set(xlabel="time [s]", ylabel="θ/α", ylim=(-1.5, 1.5))
+                values = response.theta / response.frame.slenderness if rocks else response.u
+                label = f"{name}, {response.structure.name}"
+                axes.plot(response.time, values, linewidth=0.9, label=label)
+        axes.set(xlabel="time [s]", ylabel="θ/α" if rocks else "u [m]")
+        if rocks:
+            axes.set_ylim(-1.5, 1.5)
         axes.legend(fontsize="small")
 
     def to_xarray(self) -> xr.Dataset:
@@ -125,13 +123,13 @@ class Assessment(Shown):
         made = responses_dataset(
             self.responses,
             self.structures,
-            pulses=all(one.to_pulse is not None for _, one in self),
+            pulses=all(getattr(one, "to_pulse", None) is not None for _, one in self),
         )
         return indexed(made)
 
 
 def assess(
-    structures: RockingFrame | Sequence[RockingFrame],
+    structures: Structure | Sequence[Structure],
     motions: Motion | Sequence[Motion] | Mapping[str, Motion],
     options: RespondOptions | None = None,
     *,
@@ -147,7 +145,7 @@ def assess(
 
     Parameters
     ----------
-    structures : RockingFrame or sequence of RockingFrame
+    structures : RockingFrame, IsolatedDeck, FixedFrame or another kind, or a sequence of them
         Structures with different names.
     motions : Record, Pulse or GroundAcceleration, or a sequence or mapping of them
         Motions. A record has the name of its ``record_id``; other motions are numbered, unless a
@@ -169,6 +167,7 @@ def assess(
 
     Examples
     --------
+    >>> from rockframe import RockingFrame
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
     >>> assess(bent, pulse)
@@ -184,9 +183,9 @@ def assess(
         raise ParameterError(
             f"Invalid option {word} of assess. Must be left out: it chooses from a file."
         )
-    frames = [structures] if isinstance(structures, RockingFrame) else structures
-    require_some(frames=frames)
-    _require_different("structures", [frame.name for frame in frames])
+    several: Any = [structures] if hasattr(structures, "kind") else structures
+    require_structures(several)
+    _require_different("structures", [one.name for one in several])
     named = _named(motions)
     for name in pulses or {}:
         require_known("record", name, [*named])
@@ -196,7 +195,7 @@ def assess(
             uncertain={},
             parts={name: motion.parts} if isinstance(motion, Record) and motion.parts else {},
             pulses={name: pulses[name]} if pulses and name in pulses else {},
-            structures=tuple(frames),
+            structures=tuple(several),
             options=options,
         )
         for name, motion in named.items()

@@ -14,8 +14,8 @@ from rockframe.frame import RockingFrame
 from rockframe.quantities import OF_SCENARIO
 from rockframe.record import Record
 from rockframe.results.schema.response import SCREEN_NC
-from rockframe.risk.fragility import peaks_of_frames
 from rockframe.rocking import GroundAcceleration, respond_scenarios
+from rockframe.structures.screening import quantities_of
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def sweep(
     results = respond_scenarios(
         [motion], frames, np.zeros(like.size, dtype=int), place, like.to_numpy().ravel()
     )
-    peaks = peaks_of_frames(
+    peaks = quantities_of(
         [frames[k] for k in place],
         results.verdict[:, None],
         results.peak_rotation[:, None],

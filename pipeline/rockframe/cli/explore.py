@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rockframe.explorer.answer import Motion
     from rockframe.frame import RockingFrame
     from rockframe.options.pulse import PulseOptions
+    from rockframe.study.kinds import Structure
 
 _HIGHEST_PORT: Final = 65535
 #: Packages of the extra `explorer`.
@@ -83,10 +84,13 @@ def run_explore(options: argparse.Namespace) -> None:
             print("rockframe: explorer stopped.", file=sys.stderr)
 
 
-def _free(stated: Sequence[RockingFrame]) -> list[RockingFrame]:
+def _free(stated: Sequence[Structure]) -> list[RockingFrame]:
     """Return the structures that the page can show; warn about the others."""
-    frames = [frame for frame in stated if frame.prismatic and not frame.restrained]
-    names = ", ".join(repr(frame.name) for frame in stated if frame not in frames)
+    from rockframe.frame import RockingFrame
+
+    rocking = [one for one in stated if isinstance(one, RockingFrame)]
+    frames = [frame for frame in rocking if frame.prismatic and not frame.restrained]
+    names = ", ".join(repr(one.name) for one in stated if one not in frames)
     shows = "The explorer shows free frames with prismatic columns only"
     if not frames:
         raise ParameterError(f"{shows}. State at least one such structure: {names} are not.")

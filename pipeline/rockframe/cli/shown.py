@@ -22,7 +22,7 @@ from rockframe.results.records import RecordsFile, open_records
 from rockframe.rocking import GroundAcceleration, Verdict, respond
 from rockframe.stages.common import horizontal
 from rockframe.stages.pulse import usable
-from rockframe.stages.respond import choose_structures, with_vertical
+from rockframe.stages.respond import choose_structures, only_frames, with_vertical
 from rockframe.study.structures import SHIPPED_STRUCTURES
 from rockframe.wavelets.family import RICKERS
 
@@ -87,7 +87,8 @@ class FigureRequest:
     @property
     def frame(self) -> RockingFrame:
         """The structure."""
-        return choose_structures(self.structures, self.structure)[0]
+        chosen = choose_structures(self.structures, self.structure)
+        return only_frames(chosen[:1], "this figure")[0]
 
     def chosen(self, file: RecordsFile) -> list[str]:
         """Return the names of the requested records, or of all horizontal records."""

@@ -29,10 +29,11 @@ from rockframe.figures.captioned import (
     wavelet_words,
 )
 from rockframe.matching.match import PulseMatch
-from rockframe.oscillators.comparison import Validity
 from rockframe.record import Record
+from rockframe.results.schema.response import Validity
 from rockframe.rocking import Response, SpreadVerdict, Verdict
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd
+from rockframe.study.kinds import declared_kind
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -218,7 +219,7 @@ def _verdict_in(history: xr.Dataset) -> SpreadVerdict:
     def known(name: str) -> float | None:
         return float(history[name]) if name in history else None
 
-    shares = {name: float(history[name]) for name in _SHARES if name in history}
+    shares: dict[str, Any] = {name: float(history[name]) for name in _SHARES if name in history}
     return SpreadVerdict(
         Verdict(int(history["verdict"])),
         overturning_time=float(history["overturning_time"]),
@@ -228,15 +229,16 @@ def _verdict_in(history: xr.Dataset) -> SpreadVerdict:
         **shares,
         model_ends={name: float(history[name]) for name in MODEL_ENDS if name in history},
         model_end=ModelEnd(int(history.get("model_end", 0))),
+        fails=declared_kind(str(history.get("kind", xr.DataArray("")).item())).fails,
     )
 
 
 def _until_falling(
     slenderness: float, theta: Float, v: Float, u: Float
 ) -> tuple[Float, Float, Float]:
-    """Return theta / alpha, and v and u [cm], as far as they are drawn."""
+    """Return theta / alpha, and v and u [cm], as far as they are drawn; NaN without a rotation."""
     ratio = theta / slenderness
-    falls = ~(np.abs(ratio) <= DRAWN_TO)
+    falls = np.isnan(u) if math.isnan(slenderness) else ~(np.abs(ratio) <= DRAWN_TO)
     end = int(np.argmax(falls)) if falls.any() else falls.size
     return ratio[:end], 100.0 * v[:end], 100.0 * u[:end]
 

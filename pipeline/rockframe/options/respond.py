@@ -280,6 +280,8 @@ class ScreenOptions(Options):
     """Limits of the velocity 2 b |theta'| at which the base of a column hits the ground [m/s]."""
     limit_peak_tendon_ratio: Annotated[PositiveNumbers | None, Field(examples=[(1.0,)])] = None
     """Limits of the force of a tendon over its yield force: at 1 it yields."""
+    limit_ductility: Annotated[PositiveNumbers | None, Field(examples=[(4.0,)])] = None
+    """Largest drift over the yield drift of isolated and fixed bridges: further limit states."""
     limit_peak_gap_ratio: Annotated[PositiveNumbers | None, Field(examples=[(1.0,)])] = None
     """Limits of the drift over the gap at the abutment: at 1 the gap closes."""
     fragility_curve: Literal["lognormal", "logistic"] = "lognormal"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,10 +15,19 @@ from rockframe.engines.engine import on_threads
 from rockframe.notebook import Shown, history_dataset
 from rockframe.oscillators import kernel
 from rockframe.record import Record
-from rockframe.rivals import FixedFrame, IsolatedDeck
+from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
+from rockframe.rocking.assessments import EnsembleResponse, Margin, PartResponse, verdict_of
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import as_ground
+from rockframe.rocking.response import ToPulse, as_ground, first_crossing
 from rockframe.rocking.scenarios import scales_of
+from rockframe.rocking.verdict import (
+    MODEL_ENDS,
+    ModelEnd,
+    SpreadVerdict,
+    Verdict,
+    first_end,
+    sometime,
+)
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -29,6 +38,13 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 Oscillator = IsolatedDeck | FixedFrame
 Motion = Record | Pulse | GroundAcceleration
+
+
+@dataclass(frozen=True)
+class BaseShear:
+    """Largest base shear over the weight of deck and columns [1]."""
+
+    peak_base_shear: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +107,31 @@ class OscillatorResponse(Shown):
         See `OscillatorPeaks`.
     ductility, first_yield_time, yields, dissipated_energy : float
         See `OscillatorPeaks`.
+    base_shear : array, shape (nodes,)
+        Force of the ground to the right over the weight of deck and columns [1].
+    peak_base_shear : float
+        Largest |base shear| at the nodes [1], until the model ends.
+    model_end : ModelEnd
+        Event that first ends the model: the gap of the abutment closes, or the ductility exceeds
+        its limit.
+    model_end_time : float
+        Time of this event [s]; NaN if there is none, or if it occurs after the motion or between
+        two nodes.
+    gap_closed_time, closing_velocity, ductility_exceeded_time : float
+        Time [s] and velocity [m s-1] at which the gap first closes, and time at which the limit of
+        ductility is first exceeded; NaN if never during the motion, or without such a limit.
+    overturning_time : float
+        Time after which no ground acceleration of the motion prevents collapse [s]; NaN if none.
+    to_pulse : ToPulse, optional
+        Response to the record's pulse alone, if it was requested.
+    margin : Margin, optional
+        Margin against collapse, if it was requested.
+    ensemble : EnsembleResponse, optional
+        Response of the ensemble, if it was requested.
+    forces : BaseShear, optional
+        The peak base shear, if forces were requested.
+    parts : tuple of PartResponse
+        Responses to the motions of a sequence.
     """
 
     model: Oscillator
@@ -106,6 +147,55 @@ class OscillatorResponse(Shown):
     first_yield_time: float
     yields: int
     dissipated_energy: float
+    base_shear: Float
+    peak_base_shear: float = math.nan
+    model_end: ModelEnd = ModelEnd.NONE
+    model_end_time: float = math.nan
+    gap_closed_time: float = math.nan
+    closing_velocity: float = math.nan
+    ductility_exceeded_time: float = math.nan
+    overturning_time: float = math.nan
+    to_pulse: ToPulse | None = None
+    margin: Margin | None = None
+    ensemble: EnsembleResponse | None = None
+    forces: BaseShear | None = None
+    parts: tuple[PartResponse, ...] = ()
+
+    @property
+    def structure(self) -> Oscillator:
+        """The oscillator."""
+        return self.model
+
+    @property
+    def verdict(self) -> Verdict:
+        """Stands or, if it collapses, overturns."""
+        return Verdict.OVERTURNS if math.isinf(self.peak_displacement) else Verdict.STANDS
+
+    @property
+    def peak_u(self) -> float:
+        """Largest |u| [m]; infinite if the oscillator collapses."""
+        return self.peak_displacement
+
+    @property
+    def peak_v(self) -> float:
+        """Lift of the deck [m]: none."""
+        return 0.0
+
+    @property
+    def v(self) -> Float:
+        """Lift of the deck [m]: none."""
+        return np.zeros_like(self.u)
+
+    @property
+    def residual_u(self) -> float:
+        """Size of the residual displacement [m]; infinite if the oscillator collapses."""
+        return abs(self.residual_displacement)
+
+    @property
+    def spread_verdict(self) -> SpreadVerdict:
+        """The verdict, from the ensemble if the response has one, with the margin if it has one."""
+        events = {name: getattr(self, name) for name in MODEL_ENDS if hasattr(self, name)}
+        return replace(verdict_of(self, events), fails="collapse")
 
     def facts(self) -> dict[str, str]:
         """Return the peaks, for the table in notebooks."""
@@ -180,14 +270,63 @@ def respond_oscillator(
     summary = np.empty(kernel.SUMMARY_SIZE)
     kernel.integrate(*_prepared(ground), 1.0, model.constants, histories, summary)
     peaks = _peaks(summary, np.array(model.yield_displacement))
-    return OscillatorResponse(
+    force_ratio = histories[2] / GRAVITY
+    response = OscillatorResponse(
         model=model,
         time=ground.time,
         u=histories[0],
         velocity=histories[1],
-        force_ratio=histories[2] / GRAVITY,
+        force_ratio=force_ratio,
+        base_shear=_base_shear(model, force_ratio, ground.at_nodes()[0] / GRAVITY),
         **{key: value.item() for key, value in vars(peaks).items()},
     )
+    return _until_it_ends(response)
+
+
+def _base_shear(model: Oscillator, force_ratio: Float, ground: Float) -> Float:
+    """Return the force of the ground over the weight of deck and columns [1].
+
+    `ground` is its acceleration [g]. It moves the mass that does not move with the deck.
+    """
+    gamma = model.mass_ratio
+    if math.isinf(gamma):
+        return -force_ratio
+    moved = gamma + (COLUMN_SHARE if isinstance(model, FixedFrame) else 0.0)
+    return (ground * (1.0 + gamma - moved) - moved * force_ratio) / (1.0 + gamma)
+
+
+def _until_it_ends(response: OscillatorResponse) -> OscillatorResponse:
+    """Add the events that end the model, and the base shear until the first of them."""
+    model = response.model
+    closed = closing = exceeded = math.nan
+    ends: dict[ModelEnd, float] = {}
+    history = response.time, response.u, response.velocity
+    if model.abutment is not None:
+        closed, closing = first_crossing(*history, model.abutment.gap)
+        if response.peak_displacement >= model.abutment.gap:
+            ends[ModelEnd.GAP_CLOSES] = sometime(closed)
+    limit = model.limit_ductility * model.yield_displacement
+    if response.peak_displacement >= limit:
+        exceeded = first_crossing(*history, limit)[0]
+        ends[ModelEnd.DUCTILITY_EXCEEDED] = sometime(exceeded)
+    end, until = first_end(ends)
+    lost = np.flatnonzero(np.isnan(response.u))
+    return replace(
+        response,
+        overturning_time=float(response.time[lost[0]]) if lost.size else math.nan,
+        peak_base_shear=largest_until(until, response.time, response.base_shear),
+        model_end=end,
+        model_end_time=until,
+        gap_closed_time=closed,
+        closing_velocity=closing,
+        ductility_exceeded_time=exceeded,
+    )
+
+
+def largest_until(end: float, time: Float, shear: Float) -> float:
+    """Return the largest |shear| at the nodes until the model ends; NaN if it does not."""
+    count = time.size if math.isnan(end) else max(1, int(np.searchsorted(time, end, "right")))
+    return float(np.nanmax(np.abs(shear[:count])))
 
 
 def respond_oscillators(
@@ -234,6 +373,27 @@ def respond_oscillators(
     yielding = np.array([model.yield_displacement for model in models])[:, None]
     shape = (len(motions), len(models), factors.size, kernel.SUMMARY_SIZE)
     return _peaks(found.reshape(shape), yielding)
+
+
+def respond_pairs(
+    models: Sequence[Oscillator], motion: Motion, model: ArrayLike, scale: ArrayLike
+) -> OscillatorPeaks:
+    """Compute the peaks of ``models[model[k]]`` under a motion at ``scale[k]``, for each k.
+
+    The results have the same bits as those of `respond_oscillator`.
+
+    Examples
+    --------
+    >>> frame = FixedFrame(period=0.5, strength_ratio=0.2)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=4.9, T_p=1.5)
+    >>> respond_pairs([frame], pulse, [0, 0], [0.1, 1.0]).ductility.round(2).tolist()
+    [0.31, 30.54]
+    """
+    which, scales = np.asarray(model, dtype=np.intp), np.asarray(scale, dtype=np.float64)
+    constants = np.array([one.constants for one in models])[which]
+    out = np.empty((scales.size, kernel.SUMMARY_SIZE))
+    kernel.integrate_many(*_prepared(as_ground(motion)), scales, constants, out)
+    return _peaks(out, np.array([one.yield_displacement for one in models])[which])
 
 
 def _prepared(ground: GroundAcceleration) -> tuple[Float, Float, float, float]:

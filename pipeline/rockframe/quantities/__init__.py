@@ -53,7 +53,8 @@ class Quantity:
         What the values leave out, and when they are unknown.
     taken : str
         Object that has the value in a response to one motion: ``response``, ``restraint`` or
-        ``forces``; empty if only ensembles have it.
+        ``forces``; ``kind`` if it is the response, of some kinds of structures only; empty if only
+        ensembles have it.
     banded : bool
         Ensembles have its 16, 50 and 84 % quantiles.
     limited : bool
@@ -278,9 +279,27 @@ _DECLARED: Final = (
         long_name="residual drift, after the motion has decayed",
         symbol="residual u",
         priority=2,
+        taken="kind",
         shown_unit="cm",
         factor=100.0,
         form=".1f",
+    ),
+    Quantity(
+        name="ductility",
+        units="1",
+        long_name="largest drift over the yield drift",
+        symbol="ductility",
+        form=".2f",
+        taken="kind",
+        limited=True,
+        comment="NaN for models that do not yield",
+    ),
+    Quantity(
+        name="peak_force_ratio",
+        units="1",
+        long_name="largest force of isolators or columns over the weight that they carry",
+        symbol="force / weight",
+        taken="kind",
     ),
     Quantity(
         name="peak_tendon_ratio",
@@ -303,6 +322,8 @@ _DECLARED: Final = (
 QUANTITIES: Final = MappingProxyType({quantity.name: quantity for quantity in _DECLARED})
 #: Peaks of the response to one motion.
 PEAKS: Final = tuple(one for one in _DECLARED if one.taken == "response")
+#: Quantities of the response to one motion that only some kinds of structures have.
+OF_KINDS: Final = tuple(one for one in _DECLARED if one.taken == "kind")
 #: Peaks of a scenario of a screening.
 OF_SCENARIO: Final = (*PEAKS, *(one for one in _DECLARED if one.name == "peak_impact_velocity"))
 #: Those with bands in each ensemble, and the forces, in the order of tables.

@@ -52,6 +52,7 @@ from rockframe.results.tables.rows import (
     critical_scale,
     peak_words,
     pulse_mark,
+    rocks,
     spread_verdict,
     stated_pulse,
 )
@@ -117,6 +118,8 @@ def pack(content: bytes) -> str:
 def choose(run: Run, limit: int) -> list[tuple[str, str]]:
     """Return the records and structures whose histories the page shows, in the order of the table.
 
+    The page shows structures that rock; the figures of a run show those of other kinds too.
+
     Parameters
     ----------
     run : Run
@@ -130,7 +133,9 @@ def choose(run: Run, limit: int) -> list[tuple[str, str]]:
         Identifiers of records and structures.
     """
     pairs = [(row["record_id"], row["structure"]) for row in run.rows]
-    there = [i for i, pair in enumerate(pairs) if _has_history(run.pairs[pair])]
+    there = [
+        i for i, pair in enumerate(pairs) if rocks(run.rows[i]) and _has_history(run.pairs[pair])
+    ]
     best = sorted(there, key=lambda i: rank(run.rows[i]))[:limit]
     return [pairs[i] for i in sorted(best)]
 
@@ -196,7 +201,10 @@ def payload(
                     "facts": _texts(_of_pair(run.pairs[pair], stated)),
                 }
             )
-    structures = {name: _structure(facts) for name, facts in run.structures.items()}
+    shown_here = {pair["structure"] for pair in pairs}
+    structures = {
+        name: _structure(facts) for name, facts in run.structures.items() if name in shown_here
+    }
     return {
         "name": run.name,
         "gravity": GRAVITY,
@@ -396,11 +404,15 @@ def _overview(run: Run) -> dict[str, Any]:
     records = list(dict.fromkeys((row["record_id"], row["record"]) for row in run.rows))
     structures = list(dict.fromkeys(structure for structure, _ in run.counts))
     place = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
+    rocking = {row["structure"] for row in run.rows if rocks(row)}
     return {
         "rows": run.rows,
         "columns": (columns := shown(run.rows)),
         "margin": next((one.key for one in columns if one.rule is critical_scale), ""),
         "count": count,
+        "others": [
+            (name, _texts(run.structures[name])) for name in structures if name not in rocking
+        ],
         "tally": [kind for kind in VerdictKind if count[kind] or kind is VerdictKind.OVERTURNS],
         "kinds": [kind for kind in VerdictKind if count[kind]],
         "noise_mark": max((pulse_mark(row) for row in run.rows), default=""),

@@ -16,21 +16,22 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.oscillators.comparison import Compared
 from rockframe.quantities import QUANTILES, QUANTITIES
 from rockframe.results.reading import opened, positions
-from rockframe.results.schema import RESPONSE
+from rockframe.results.schema import RESPONSE, FileKind
 from rockframe.results.schema.response import (
     ABUTMENT,
     COMPARE_NC,
     ENVELOPES,
     ISLANDS,
+    OF_KIND,
     RESPONSE_NC,
     ROBUST,
     ROCKING_SPECTRUM_NC,
     SPECTRUM_NC,
     FateUnderPulse,
     Overturning,
+    Validity,
 )
 from rockframe.results.stored import damage_named
 from rockframe.results.tables.forces import kilonewtons
@@ -54,7 +55,7 @@ from rockframe.rocking.spectra.overturning import column_of
 from rockframe.rocking.spectra.rocking import RockingSpectrum
 from rockframe.rocking.spectra.scan import OverturningSpectrum, islands
 from rockframe.rocking.verdict import Strip, Verdict, strip_of
-from rockframe.structures.contract import Structure, StructureResponse
+from rockframe.structures.contract import Compared, Structure, StructureResponse, kind_of
 
 _HISTORIES: Final = ("theta", "u", "v")
 _ENVELOPES: Final = tuple(one.name for one in ENVELOPES)
@@ -217,11 +218,10 @@ def _complete(
     values = dict[str, Any]((key, one) for key, one in columns.items() if key not in beside)
     if all(getattr(structure, "abutment", None) is None for structure in structures):
         values = {name: column for name, column in values.items() if name not in ABUTMENT}
-    values |= RESPONSE_NC.filled("frame", list(structures))
-    before = [getattr(structure, "before_crushing", None) for structure in structures]
-    if any(before):
-        values |= RESPONSE_NC.filled("before_crushing", before)
-    values["structure"] = [structure.name for structure in structures]
+    of_kinds = {name for one in structures for name in kind_of(one).quantities}
+    for name in {one.name for one in OF_KIND} - of_kinds:
+        del values[name]
+    values |= structure_values(RESPONSE_NC, structures)
     if pulses:
         values |= RESPONSE_NC.joined(columns["to_pulse"])
     if not any(reason for row in columns["not_computed"] for reason in row):
@@ -238,6 +238,33 @@ def _complete(
     if any(getattr(structure, "restrained", False) for structure in structures):
         values |= RESPONSE_NC.filled("restraint", columns["restraint"])
     return values
+
+
+def structure_values(kind: FileKind, structures: Sequence[Structure]) -> dict[str, Any]:
+    """Return names, properties and kinds of structures by variable of a kind of file."""
+    values = kind.filled("frame", list(structures))
+    before = [getattr(structure, "before_crushing", None) for structure in structures]
+    values |= kind.filled("before_crushing", before) if any(before) else {}
+    values["mass_ratio"] = [one if one < math.inf else math.nan for one in values["mass_ratio"]]
+    return values | _kinds(structures) | {"structure": [one.name for one in structures]}
+
+
+def _kinds(structures: Sequence[Structure]) -> dict[str, Any]:
+    """Return kinds and properties of structures; none if all are rocking frames."""
+    kinds = [structure.kind for structure in structures]
+    if {*kinds} == {RockingFrame.kind}:
+        return {}
+    each = [{one.name: one for one in kind_of(of).parameters(of)} for of in structures]
+    named = {name: one for parameters in each for name, one in parameters.items()}
+    return {
+        "kind": kinds,
+        "parameter": [*named],
+        "parameter_units": [one.units for one in named.values()],
+        "parameter_label": [one.label for one in named.values()],
+        "parameter_value": [
+            [of[name].value if name in of else math.nan for name in named] for of in each
+        ],
+    }
 
 
 def _joined(part: str, rows: Sequence[Mapping[str, Any] | None], structures: int) -> dict[str, Any]:
@@ -507,6 +534,7 @@ def write_comparison(
         }
         every = [one for variants in found for one in variants]
         peaks = COMPARE_NC.filled("compared", every)
+        peaks["validity"] = [Validity.of(one.model_end) for one in every]
         if every[0].ensemble is not None:
             peaks |= COMPARE_NC.filled("ensemble", [one.ensemble for one in every])
         shape = len(found), len(found[0])

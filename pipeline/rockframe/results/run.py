@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import math
 from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockframe.cells import number
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, read_manifest, sha256_of
 from rockframe.results.pulses import best_pulses
@@ -142,7 +144,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
             rows,
             entries,
             LabelledValuesOf(records, pulses, keys=["record_id"]),
-            LabelledValuesOf(response, keys=["structure"]),
+            LabelledValuesOf(_with_parameters(response), keys=["structure"]),
             LabelledValuesOf(response, keys=["record_id", "structure"]),
             strips_of(response, names),
             {(row["record_id"], row["structure"]): row for row in sensitivity_rows(response)},
@@ -156,6 +158,23 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
             listed,
             left_out,
         )
+
+
+def _with_parameters(response: xr.Dataset) -> xr.Dataset:
+    """Return a dataset with a variable for each property of structures that do not rock."""
+    if "parameter" not in response:
+        return response
+    names, units, labels = (
+        map(str, response[name].values)
+        for name in ("parameter", "parameter_units", "parameter_label")
+    )
+    values = response["parameter_value"].values.T
+    return response.assign(
+        {
+            f"parameter_{name}": ("structure", column, {"units": unit, "long_name": label})
+            for name, unit, label, column in zip(names, units, labels, values, strict=True)
+        }
+    )
 
 
 def _some(dataset: xr.Dataset, names: Collection[str]) -> xr.Dataset:
@@ -216,8 +235,9 @@ def _entries(path: Path, names: Collection[str] | None) -> tuple[tuple[dict[str,
 def rank(row: Mapping[str, str]) -> tuple[int, float]:
     """Return the sort key of a row of the table: rows of most interest first.
 
-    The order is: structures that nominally rock and stand, by decreasing rotation; then structures
-    that nominally overturn; then structures that never uplift.
+    The order is: structures that nominally rock and stand, by decreasing rotation, before those of
+    kinds that do not rock; then structures that nominally overturn; then structures that never
+    uplift, and those that were not computed.
 
     Examples
     --------
@@ -226,14 +246,15 @@ def rank(row: Mapping[str, str]) -> tuple[int, float]:
     >>> [row["peak_rotation_ratio"] for row in sorted(rows, key=rank)]
     ['0.9', '0.2', '9.0', '0.0']
     """
-    kind = {"stands": 0, "overturns": 1}.get(row["verdict"], 2)
-    return kind, -float(row["peak_rotation_ratio"])
+    kind = {"stands": 0, "overturns": 1, "no_uplift": 2}.get(row["verdict"], 3)
+    rotation = number(row["peak_rotation_ratio"])
+    return kind, 0.0 if math.isnan(rotation) else -rotation
 
 
 def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str, str]]:
     """Yield the rows of the table, and count the verdicts of each structure by kind."""
-    for number, row in enumerate(_rows(path)):
-        missing = [name for name in _NEEDED if name not in row] if number == 0 else []
+    for place, row in enumerate(_rows(path)):
+        missing = [name for name in _NEEDED if name not in row] if place == 0 else []
         if missing:
             must_be = "Use a file that this version of `rockframe table1` wrote."
             raise InputError(path, f"without column {missing[0]!r}. {must_be}")

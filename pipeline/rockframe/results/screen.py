@@ -36,12 +36,12 @@ from rockframe.results.writing import (
     slices,
 )
 from rockframe.risk.fragility import Outcome, determined
-from rockframe.rocking.response import Response
+from rockframe.structures.contract import StructureResponse
 
 Float = NDArray[np.float64]
 Scenario = Mapping[str, NDArray[Any]]
 #: Positions of record, structure and scale, and the response of that scenario with its nodes.
-KeptHistory = tuple[tuple[int, int, int], Response]
+KeptHistory = tuple[tuple[int, int, int], StructureResponse]
 
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
@@ -72,7 +72,7 @@ def write_screening(
     Parameters
     ----------
     scenarios : iterable of mapping of str to array, shape (structures, scales)
-        The result of `peaks_of_frames` for each motion, and the shares and bands of an ensemble.
+        The result of `quantities_of` for each motion, and the shares and bands of an ensemble.
     sizes : mapping of str to int
         Numbers of motions, structures and scales: ``record``, ``structure`` and ``scale``; with an
         ensemble also of limits and quantiles: ``limit_state`` and ``quantile``.
@@ -163,7 +163,8 @@ def _append_histories(partial: Path, kept: Iterable[KeptHistory]) -> dict[str, l
     columns: dict[str, list[int]] = {name: [] for name in ("history_size", *_INDICES)}
     with growing(partial, {name: SCREEN_NC[name].holding([]) for name in _SERIES}, "a") as written:
         for where, response in kept:
-            written.append({name: getattr(response, name) for name in _SERIES})
+            absent = np.full(response.time.size, np.nan)
+            written.append({name: getattr(response, name, absent) for name in _SERIES})
             columns["history_size"].append(response.time.size)
             for name, at in zip(_INDICES, where, strict=True):
                 columns[name].append(at)

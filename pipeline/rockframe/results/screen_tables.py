@@ -36,6 +36,7 @@ from rockframe.results.tables.workbook import write_workbook
 from rockframe.risk import FURTHER, OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.risk.fragility import why_undetermined
 from rockframe.rocking.verdict import SpreadVerdict, Verdict
+from rockframe.study.kinds import declared_kind
 
 Rows = Iterator[dict[str, Any]]
 
@@ -85,6 +86,7 @@ def screen_rows(screening: xr.Dataset) -> Rows:
     columns = _OF_PAIR | _of_members(screening)
     columns |= {name: name for name in _MARGINS if name in screening} | _OF_MOTION | _OF_FRAME
     columns |= {one.column: name for name, one in FURTHER.items() if name in screening}
+    columns |= {"kind": "kind"} if "kind" in screening else {}
     for end in ("", "rotd50", "rotd100"):
         variable = "spectral_acceleration" + (end and f"_{end}")
         periods = screening["spectral_period"].values if variable in screening else ()
@@ -171,7 +173,8 @@ _NAMED: Final = 5
 def _words(row: dict[str, Any]) -> str:
     """Return the verdict at the scale of the row, in words; the nominal one without an ensemble."""
     shares = {name: row[name] for name in ("share_overturned", "share_uplifted") if name in row}
-    return SpreadVerdict(Verdict[row["verdict"].upper()], **shares).words
+    fails = declared_kind(row.get("kind", "")).fails
+    return SpreadVerdict(Verdict[row["verdict"].upper()], fails=fails, **shares).words
 
 
 def overall_rows(screening: xr.Dataset) -> Rows:

@@ -473,6 +473,7 @@ def _allowed(
         return np.asarray(((values >= 0) | (one.valid == "any")) & (values < end))
     if one.holds == "numbers":
         allowed = np.isfinite(values) & ((values > 0.0) | (one.valid != "positive"))
+        allowed |= np.isnan(values) & (one.valid == "finite or absent")
     else:
         texts = [_is_text(one, value) for value in values.ravel()]
         allowed = np.array(texts, dtype=bool).reshape(values.shape)

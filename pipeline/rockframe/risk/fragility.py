@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
@@ -12,7 +12,6 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
 from rockframe.quantities import LIMITED, QUANTITIES
 
@@ -180,52 +179,6 @@ def why_undetermined(median: float, lowest: float, highest: float, unit: str = "
     if lowest <= median <= highest:
         why = "the lognormal β of the fit has no upper bound at 90 % confidence"
     return f"{Outcome.UNDETERMINED.sentence}: {why}"
-
-
-def peaks_of_frames(
-    frames: Sequence[RockingFrame],
-    verdict: NDArray[np.int8],
-    peak_rotation: Float,
-    impact_velocity: Float,
-) -> dict[str, NDArray[Any]]:
-    """Return the variables of scenarios: ``verdict``, ``peak_u`` and so on.
-
-    Ratios of tendons and gaps are 0 for structures without them; these ratios are not written.
-
-    Parameters
-    ----------
-    frames : sequence of RockingFrame
-        The structures.
-    verdict, peak_rotation, impact_velocity : array, shape (structures, scales)
-        Results for one motion [1, rad, m s-1].
-    """
-    alpha = np.array([[frame.slenderness] for frame in frames])
-    u, v, tendons, gaps = (np.zeros_like(peak_rotation) for _ in range(4))
-    for k, frame in enumerate(frames):
-        u[k] = frame.horizontal_displacement(peak_rotation[k])
-        if frame.abutment is not None:
-            gaps[k] = u[k] / frame.abutment.gap
-        if frame.tendon is not None:
-            tension = np.vectorize(frame.tension, otypes=[float])
-            valid = np.minimum(peak_rotation[k], frame.abutment_rotation)
-            tendons[k] = tension(valid) / frame.tendon.yield_force
-        v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
-    return {
-        "verdict": verdict,
-        "peak_rotation_ratio": peak_rotation / alpha,
-        "peak_u": u,
-        "peak_v": v,
-        "peak_impact_velocity": impact_velocity,
-        "peak_tendon_ratio": tendons,
-        "peak_gap_ratio": gaps,
-    }
-
-
-def limited_in(frame: RockingFrame, quantity: str) -> bool:
-    """Return True if a frame has a quantity: some need a tendon that yields, or a gap."""
-    if quantity == "peak_tendon_ratio":
-        return frame.tendon is not None and frame.tendon.yield_force < math.inf
-    return quantity != "peak_gap_ratio" or frame.abutment is not None
 
 
 #: Distribution of the logarithm of the intensity at overturning: normal or logistic.

@@ -64,13 +64,6 @@ from .scenarios import Peaks as Peaks
 from .scenarios import Scenarios as Scenarios
 from .scenarios import respond_many as respond_many
 from .scenarios import respond_scenarios as respond_scenarios
-from .screening import PEAKS as PEAKS
-from .screening import Scenario as Scenario
-from .screening import ScreeningTask as ScreeningTask
-from .screening import margins_of as margins_of
-from .screening import member_peaks_of as member_peaks_of
-from .screening import peaks_of as peaks_of
-from .screening import responses_of as responses_of
 from .spectra.overturning import columns_of as columns_of
 from .spectra.overturning import overturning_spectrum as overturning_spectrum
 from .spectra.overturning import require_scan as require_scan

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import exp, lgamma
-from typing import TYPE_CHECKING, Final, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeAlias, TypeVar
 
 from rockframe.notebook import Shown
 from rockframe.quantities import BANDED, QUANTITIES
 from rockframe.record import Part
-from rockframe.rocking.verdict import ModelEnd, Strip, strip_of
+from rockframe.rocking.verdict import ModelEnd, SpreadVerdict, Strip, Verdict, strip_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -402,3 +402,42 @@ class Margin(Shown):
         """Scales that overturn and the robust margin, for figures and pages."""
         robust = self.robust and (self.robust.s10, self.robust.s25, self.robust.s50)
         return strip_of(self.critical_scale, self.largest_scale, self.islands, robust or ())
+
+
+class _Assessed(Protocol):
+    """A response with its ensemble and margin."""
+
+    @property
+    def verdict(self) -> Verdict: ...
+    @property
+    def overturning_time(self) -> float: ...
+    @property
+    def ensemble(self) -> EnsembleResponse | None: ...
+    @property
+    def margin(self) -> Margin | None: ...
+
+
+def verdict_of(response: _Assessed, model_ends: Mapping[str, float]) -> SpreadVerdict:
+    """Return the verdict of a response, from its ensemble and margin if it has them.
+
+    Parameters
+    ----------
+    response : object
+        The response of a structure of any kind.
+    model_ends : mapping of str to float
+        Time of each event of `MODEL_ENDS` [s]; NaN if it does not occur.
+    """
+    margin, ensemble, nothing = response.margin, response.ensemble, math.nan
+    robust = margin.robust if margin else None
+    return SpreadVerdict(
+        response.verdict,
+        overturning_time=response.overturning_time,
+        share_overturned=ensemble.share_overturned if ensemble else nothing,
+        share_uplifted=ensemble.share_uplifted if ensemble else nothing,
+        share_model_ends=ensemble.share_model_ends if ensemble else nothing,
+        robust_scale=robust.s10 if robust else None,
+        critical_scale=margin.critical_scale if margin else None,
+        largest_scale=margin.largest_scale if margin else nothing,
+        model_ends=model_ends,
+        model_end=ensemble.model_end if ensemble else ModelEnd.NONE,
+    )

@@ -108,25 +108,33 @@ class Design:
             If a frame cannot rock; if the dimension is the width and the columns have a stated
             inertia; or if the pivots of the frame crush.
         """
-        if frame.before_crushing is not None:
-            raise ParameterError(
-                f"frame {frame.name!r} rocks on pivots that crush, which depend on its "
-                f"{self.dimension}. Remove the pivots to search for a {self.dimension}."
-            )
-        return tuple(self._varied(frame, float(value)) for value in self.values)
+        return tuple(varied(frame, self.dimension, float(value)) for value in self.values)
 
-    def _varied(self, frame: RockingFrame, value: float) -> RockingFrame:
-        if self.dimension == "mass_ratio":
-            return replace(frame, mass_ratio=value)
-        if self.dimension == "height":
-            return frame.resized(value, frame.width * value / frame.height)
-        if frame.column_section is None:
-            raise ParameterError(
-                f"frame {frame.name!r} has a stated inertia_ratio {frame.inertia_ratio:g}, which "
-                f"depends on the width. State a section instead, {' or '.join(SECTIONS)}, to "
-                "search for a width."
-            )
-        return frame.resized(frame.height, value)
+
+def varied(frame: RockingFrame, dimension: str, value: float) -> RockingFrame:
+    """Return a frame with another value of one of `DIMENSIONS`.
+
+    Raises
+    ------
+    ParameterError
+        As `Design.candidates`.
+    """
+    if frame.before_crushing is not None:
+        raise ParameterError(
+            f"frame {frame.name!r} rocks on pivots that crush, which depend on its {dimension}. "
+            f"Remove the pivots to search for a {dimension}."
+        )
+    if dimension == "mass_ratio":
+        return replace(frame, mass_ratio=value)
+    if dimension == "height":
+        return frame.resized(value, frame.width * value / frame.height)
+    if frame.column_section is None:
+        raise ParameterError(
+            f"frame {frame.name!r} has a stated inertia_ratio {frame.inertia_ratio:g}, which "
+            f"depends on the width. State a section instead, {' or '.join(SECTIONS)}, to "
+            "search for a width."
+        )
+    return frame.resized(frame.height, value)
 
 
 @dataclass(frozen=True)

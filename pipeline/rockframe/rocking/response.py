@@ -23,11 +23,12 @@ from rockframe.rocking.assessments import (
     JointForces,
     Margin,
     PartResponse,
+    verdict_of,
 )
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import kernel, ties
 from rockframe.rocking.kernels.ties import TIE_LOG_SIZE
-from rockframe.rocking.verdict import ModelEnd, SpreadVerdict, Verdict
+from rockframe.rocking.verdict import SpreadVerdict, Verdict
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
@@ -339,24 +340,12 @@ class Response(Shown):
         >>> respond(RockingFrame(height=3.0, width=0.4), pulse).spread_verdict.words
         'overturns 0.3 s'
         """
-        margin, ensemble, nothing = self.margin, self.ensemble, math.nan
-        robust = margin.robust if margin else None
-        return SpreadVerdict(
-            self.verdict,
-            overturning_time=self.overturning_time,
-            share_overturned=ensemble.share_overturned if ensemble else nothing,
-            share_uplifted=ensemble.share_uplifted if ensemble else nothing,
-            share_model_ends=ensemble.share_model_ends if ensemble else nothing,
-            robust_scale=robust.s10 if robust else None,
-            critical_scale=margin.critical_scale if margin else None,
-            largest_scale=margin.largest_scale if margin else nothing,
-            model_ends={
-                "gap_closed_time": self.gap_closed_time,
-                "lift_exceeded_time": self.lift_exceeded_time,
-                "tendon_yield_time": self.restraint.tendon_yields if self.restraint else nothing,
-            },
-            model_end=ensemble.model_end if ensemble else ModelEnd.NONE,
-        )
+        events = {
+            "gap_closed_time": self.gap_closed_time,
+            "lift_exceeded_time": self.lift_exceeded_time,
+            "tendon_yield_time": self.restraint.tendon_yields if self.restraint else math.nan,
+        }
+        return verdict_of(self, events)
 
     @property
     def u(self) -> Float:

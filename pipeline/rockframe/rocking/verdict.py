@@ -38,16 +38,22 @@ MODEL_ENDS: Final = {
     "gap_closed_time": "gap closes",
     "lift_exceeded_time": "lift exceeded",
     "tendon_yield_time": "tendon yields",
+    "ductility_exceeded_time": "ductility exceeded",
 }
 
 
 class ModelEnd(IntEnum):
-    """Event that ends the model; the values of the flag variable `model_end`."""
+    """Event that ends the model; the values of the flag variable `model_end`.
+
+    Overturning, or collapse, ends the model too; it is a verdict of its own.
+    """
 
     NONE = 0
     GAP_CLOSES = 1
     LIFT_EXCEEDED = 2
     TENDON_YIELDS = 3
+    DUCTILITY_EXCEEDED = 4
+    OVERTURNS = 5
 
     @property
     def words(self) -> str:
@@ -55,10 +61,36 @@ class ModelEnd(IntEnum):
 
         Examples
         --------
-        >>> [event.words for event in ModelEnd][1:] == list(MODEL_ENDS.values())
+        >>> [event.words for event in ModelEnd][1:-1] == list(MODEL_ENDS.values())
         True
         """
         return self.name.lower().replace("_", " ") if self else ""
+
+
+def first_end(ends: Mapping[ModelEnd, float]) -> tuple[ModelEnd, float]:
+    """Return the event that first ends the model, and its time [s]; NaN if the time is not known.
+
+    Parameters
+    ----------
+    ends : mapping of ModelEnd to float
+        Time of each event that occurs [s]; infinite if it occurs after the motion or between two
+        nodes, and NaN if it does not occur.
+
+    Examples
+    --------
+    >>> first_end({ModelEnd.OVERTURNS: 8.0, ModelEnd.GAP_CLOSES: 3.5})
+    (<ModelEnd.GAP_CLOSES: 1>, 3.5)
+    """
+    happens = {end: time for end, time in ends.items() if not math.isnan(time)}
+    if not happens:
+        return ModelEnd.NONE, math.nan
+    first = min(happens, key=lambda end: happens[end])
+    return first, happens[first] if math.isfinite(happens[first]) else math.nan
+
+
+def sometime(time: float) -> float:
+    """Return the time of an event that occurs; infinite instead of NaN, if its time is unknown."""
+    return math.inf if math.isnan(time) else time
 
 
 class Verdict(IntEnum):
@@ -135,6 +167,8 @@ class SpreadVerdict:
         Time of each event of `MODEL_ENDS` for the structure as given [s]; NaN if it does not occur.
     model_end : ModelEnd
         Event that ends the model of most members.
+    fails : str
+        Verb for the end of the structure: overturn or collapse.
 
     Examples
     --------
@@ -146,6 +180,8 @@ class SpreadVerdict:
     'overturns 36.8 s'
     >>> SpreadVerdict(Verdict.STANDS, model_ends={"gap_closed_time": 5.8}).words
     'stands; gap closes 5.8 s'
+    >>> SpreadVerdict(Verdict.OVERTURNS, share_overturned=1.0, fails="collapse").words
+    'collapses'
     """
 
     nominal: Verdict
@@ -158,6 +194,7 @@ class SpreadVerdict:
     largest_scale: float = math.nan
     model_ends: Mapping[str, float] = field(default_factory=dict)
     model_end: ModelEnd = ModelEnd.NONE
+    fails: str = "overturn"
 
     @property
     def is_nominal(self) -> bool:
@@ -178,7 +215,7 @@ class SpreadVerdict:
     @property
     def words(self) -> str:
         """The verdict in words, with the event that ends the model, if there is one."""
-        words = self.kind.label
+        words = self.kind.label.replace("overturn", self.fails)
         if self.kind is VerdictKind.MAY_OVERTURN:
             words += f" ({_percent(self.share_overturned)})"
         if self.is_nominal and math.isfinite(self.overturning_time):
@@ -194,7 +231,7 @@ class SpreadVerdict:
             return ""
         none = math.isnan(scale)
         stated = f"> {self.largest_scale:.3g}" if none else f"{scale:.2f}"
-        return f"10 % overturn at {stated}" if robust else f"nominal critical scale {stated}"
+        return f"10 % {self.fails} at {stated}" if robust else f"nominal critical scale {stated}"
 
     @property
     def sentence(self) -> str:

@@ -14,7 +14,6 @@ from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.frame import RockingFrame
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import BridgeEnsemble
-from rockframe.oscillators.comparison import Compared, Rivals, bridge_members, compare
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting, whole_file
 from rockframe.record import Record
@@ -36,8 +35,15 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
-from rockframe.structures.contract import require_possible
-from rockframe.study.structures import CompareEntry, FixedEntry, StructureEntry, read_bridges
+from rockframe.structures.comparison import Rivals, compare
+from rockframe.structures.contract import Compared, require_possible
+from rockframe.study.structures import (
+    CompareEntry,
+    FixedEntry,
+    StructureEntry,
+    StructureTable,
+    read_bridges,
+)
 from rockframe.study.toml import line_of, read_text
 
 
@@ -128,37 +134,49 @@ def compare_stage(
 
 def _compared(
     path: Path,
-    entries: Sequence[StructureEntry],
+    entries: Sequence[StructureTable],
     common: CompareEntry,
     against: Collection[str] | None,
     structure: str | None,
 ) -> list[Rivals]:
-    """Return the models of each requested structure."""
+    """Return the models of each requested rocking frame."""
+    frames = _frames(entries)
     if structure is not None:
-        require_known("structure", structure, [one.name for one in entries])
+        require_known("structure", structure, [one.name for one in frames])
     found: list[Rivals] = []
-    for i, entry in enumerate(entries):
+    for entry in frames:
         if structure not in (None, entry.name):
             continue
         try:
             found.append(_next_rivals(found, entry, common, against))
         except ParameterError as error:
-            line = line_of(read_text(path), ("structure", i))
+            line = line_of(read_text(path), ("structure", entries.index(entry)))
             raise InputError(path, str(error), line) from None
     return found
 
 
-def foresee_compare(options: CompareEntry, structures: Sequence[StructureEntry]) -> None:
+def _frames(entries: Sequence[StructureTable]) -> list[StructureEntry]:
+    """Return the rocking frames; other structures of a file are rivals of none.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+    """
+    frames = [entry for entry in entries if isinstance(entry, StructureEntry)]
+    if not frames:
+        kinds = ", ".join(f"{entry.name!r} is {entry.kind}" for entry in entries[:3])
+        raise ParameterError(f"No rocking frame to compare: {kinds}. State one of kind rocking.")
+    return frames
+
+
+def foresee_compare(options: CompareEntry, structures: Sequence[StructureTable]) -> None:
     """Raise the errors of `compare_stage` that need no record."""
     found: list[Rivals] = []
-    for entry in structures:
+    for entry in _frames(structures):
         found.append(_next_rivals(found, entry, options))
     models = [model for rivals in found for model in rivals.models.values()]
-    frames = [model for model in models if isinstance(model, RockingFrame)]
-    require_possible(frames, options.ensemble)
-    for model in models if options.ensemble.members else ():
-        if not isinstance(model, RockingFrame):
-            bridge_members(options.ensemble, model)
+    require_possible(models, options.ensemble)
 
 
 def _next_rivals(

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
 
 from rockframe.components import vertical_beside
 from rockframe.engines.engine import Engine, map_tasks, on_threads
@@ -38,9 +38,7 @@ from rockframe.rocking import (
     GroundAcceleration,
     Versions,
     as_ground,
-    ensemble_responses,
     not_at_rest,
-    respond,
 )
 from rockframe.stages.common import (
     WHOLE,
@@ -58,10 +56,11 @@ from rockframe.structures.contract import (
     Structure,
     StructureResponse,
     ensembles_of_each,
+    most_critical,
     require_possible,
     respond_each,
 )
-from rockframe.study.structures import SHIPPED_STRUCTURES, StructureEntry, read_structures
+from rockframe.study.structures import SHIPPED_STRUCTURES, StructureTable, read_structures
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
@@ -149,25 +148,25 @@ def respond_stage(
     options, structures_path = options or RespondOptions(), Path(structures_path)
     beside = [Path(pulses_path)] if pulses_path else []
     refuse_overwriting([output], [records_path, structures_path, *beside])
-    frames = choose_structures(structures_path, options.structure)
-    require_possible(frames, options.ensemble)
+    structures = choose_structures(structures_path, options.structure)
+    require_possible(structures, options.ensemble)
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
         motions = _motions(file, names, options, left_out)
         pulses = _Pulses.read(next(iter(beside), None), names)
         tasks = Counted(
-            _tasks(motions, tuple(frames), options, pulses),
-            math.ceil(file.samples(names) * len(frames) / _NODES),
+            _tasks(motions, tuple(structures), options, pulses),
+            math.ceil(file.samples(names) * len(structures) / _NODES),
         )
         answers = chain.from_iterable(map_tasks(_rows, tasks, engine=engine))
         made = write_response_rows(
             (row for _, row in accepted(answers, names, batch, left_out, progress)),
-            frames,
+            structures,
             output,
             input_sha256=input_hash(records_path, structures_path, *beside),
             parameters=options.stated()
-            | {"structures": [frame.name for frame in frames], "pulses": pulses_path is not None},
+            | {"structures": [one.name for one in structures], "pulses": pulses_path is not None},
             left_out=left_out,
             batch=batch.stated,
             motions=file.most_parts,
@@ -177,17 +176,15 @@ def respond_stage(
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
 
 
-def foresee_respond(options: RespondOptions, structures: Sequence[StructureEntry]) -> None:
+def foresee_respond(options: RespondOptions, structures: Sequence[StructureTable]) -> None:
     """Raise the errors of `respond_stage` that need no record.
 
-    Of thousands of structures, whose members would take minutes, only the stoutest and those that
-    lose least in impacts are tried with their members, because these are impossible first.
+    Of thousands of structures, whose members would take minutes, only those are tried with their
+    members that are the first of which members are impossible.
     """
-    frames = made_structures(structures, options.structure)
-    require_possible(frames, None)
-    stoutest = sorted(frames, key=lambda frame: -frame.slenderness)[:_TRIED]
-    bounciest = sorted(frames, key=lambda frame: -frame.restitution)[:_TRIED]
-    require_possible([*dict.fromkeys([*stoutest, *bounciest])], options.ensemble)
+    chosen = made_structures(structures, options.structure)
+    require_possible(chosen, None)
+    require_possible(most_critical(chosen, _TRIED), options.ensemble)
 
 
 def _warn_of_motion(response: xr.Dataset) -> None:
@@ -217,7 +214,7 @@ def _motions(
 
 def _tasks(
     motions: Iterable[_Motion],
-    frames: tuple[RockingFrame, ...],
+    structures: tuple[Structure, ...],
     options: RespondOptions,
     pulses: _Pulses,
 ) -> Iterator[ResponseTask]:
@@ -231,12 +228,12 @@ def _tasks(
         several |= {record.record_id: made_of} if made_of else {}
         parts |= {record.record_id: record.parts} if record.parts else {}
         beside |= pulses.of(record)
-        nodes += record.acceleration.size * len(frames)
+        nodes += record.acceleration.size * len(structures)
         if nodes >= _NODES:
-            yield ResponseTask(held, several, parts, beside, frames, options)
+            yield ResponseTask(held, several, parts, beside, structures, options)
             held, several, parts, beside, nodes = {}, {}, {}, {}, 0
     if held:
-        yield ResponseTask(held, several, parts, beside, frames, options)
+        yield ResponseTask(held, several, parts, beside, structures, options)
 
 
 @dataclass(frozen=True)
@@ -360,7 +357,7 @@ def scaled_rows(
         If there is no structure or horizontal record of a name.
     """
     options = options or RespondOptions()
-    frames = choose_structures(structures_path, options.structure)
+    structures = choose_structures(structures_path, options.structure)
     left_out: dict[str, str] = {}
     found: list[Row] = []
     with open_records(records_path) as file:
@@ -371,7 +368,9 @@ def scaled_rows(
         for done, (record, motion, made_of) in enumerate(_motions(file, names, options, left_out)):
             versions = made_of.versions(options.ensemble, motion) if made_of else None
             try:
-                found += _at_scales(record, as_ground(motion), frames, scales, options, versions)
+                found += _at_scales(
+                    record, as_ground(motion), structures, scales, options, versions
+                )
             except ParameterError as error:
                 left_out[record.record_id] = str(error)
             progress(done + 1, len(names))
@@ -381,7 +380,7 @@ def scaled_rows(
 def _at_scales(
     record: Record,
     ground: GroundAcceleration,
-    frames: Sequence[RockingFrame],
+    structures: Sequence[Structure],
     scales: Sequence[float],
     options: RespondOptions,
     versions: Versions | None,
@@ -389,19 +388,20 @@ def _at_scales(
     """Yield the rows of one record, by structure and scale."""
     grounds = [ground.scaled(scale) for scale in scales]
     every = [None if versions is None else versions.scaled(scale) for scale in scales]
-    ensemble = options.ensemble
-    spread = ensemble_responses(grounds, frames, ensemble, every) if ensemble.members else None
-    for k, frame in enumerate(frames):
+    ensemble, alone = options.ensemble, options.replaced(margins="none", forces=False)
+    spread = ensembles_of_each(structures, grounds, ensemble, every) if ensemble.members else None
+    nominal = [respond_each(structures, Shaking(motion, alone)) for motion in grounds]
+    for k, structure in enumerate(structures):
         for j, scale in enumerate(scales):
-            nominal = respond(frame, grounds[j])
+            response, members = nominal[j][k], spread[j][k] if spread else None
             row: Row = {
                 "record_id": record.record_id,
-                "structure": frame.name,
+                "structure": structure.name,
                 "scale": float(scale),
-                "verdict": nominal.verdict.name.lower(),
-                **{one.column(): getattr(nominal, one.name) for one in PEAKS},
-                "overturning_time_s": nominal.overturning_time,
-                **(ensemble_cells(spread[j][k]) if spread else {}),
+                "verdict": response.verdict.name.lower(),
+                **{one.column(): getattr(response, one.name, math.nan) for one in PEAKS},
+                "overturning_time_s": getattr(response, "overturning_time", math.nan),
+                **(ensemble_cells(members) if members else {}),
             }
             yield row | {"verdict_words": spread_verdict(row).words}
 
@@ -442,7 +442,7 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
     )
 
 
-def choose_structures(path: Path, name: str | None) -> list[RockingFrame]:
+def choose_structures(path: Path, name: str | None) -> list[Any]:
     """Return the structures of a file, or only the one with this name.
 
     Raises
@@ -454,21 +454,38 @@ def choose_structures(path: Path, name: str | None) -> list[RockingFrame]:
 
     Examples
     --------
-    >>> [frame.name for frame in choose_structures(SHIPPED_STRUCTURES, "apollo-frame")]
+    >>> [one.name for one in choose_structures(SHIPPED_STRUCTURES, "apollo-frame")]
     ['apollo-frame']
     """
     return _named(read_structures(path), name)
 
 
-def made_structures(
-    entries: Iterable[StructureEntry], name: str | None
-) -> tuple[RockingFrame, ...]:
+def made_structures(entries: Iterable[StructureTable], name: str | None) -> tuple[Structure, ...]:
     """Return the structures of a study, or only the one with this name."""
     return tuple(_named([entry.made() for entry in entries], name))
 
 
-def _named(frames: list[RockingFrame], name: str | None) -> list[RockingFrame]:
+def _named(structures: list[Structure], name: str | None) -> list[Structure]:
     if name is None:
-        return frames
-    require_known("structure", name, [frame.name for frame in frames])
-    return [frame for frame in frames if frame.name == name]
+        return structures
+    require_known("structure", name, [one.name for one in structures])
+    return [one for one in structures if one.name == name]
+
+
+def only_frames(structures: Iterable[Structure], what: str) -> list[RockingFrame]:
+    """Return structures that have to be rocking structures.
+
+    Raises
+    ------
+    ParameterError
+        If one is of another kind; the message names it and `what` needs frames.
+    """
+    frames = []
+    for one in structures:
+        if not isinstance(one, RockingFrame):
+            raise ParameterError(
+                f"Invalid kind {one.kind} of structure {one.name!r} for {what}. Must be rocking: "
+                "choose another structure."
+            )
+        frames.append(one)
+    return frames

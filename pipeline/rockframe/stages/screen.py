@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError
-from rockframe.frame import RockingFrame
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
 from rockframe.outcome import InputOutcome
@@ -21,6 +20,7 @@ from rockframe.quantities import QUANTILES, QUANTITIES
 from rockframe.record import SiteType
 from rockframe.results.pulses import RecordMetadata, read_metadata
 from rockframe.results.records import open_records
+from rockframe.results.response import structure_values
 from rockframe.results.schema.response import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
 from rockframe.results.screen import Batches, pooled_fits, read_screening, write_screening
 from rockframe.results.screen_tables import (
@@ -53,14 +53,16 @@ from rockframe.risk import (
     read_hazard,
     shares_at_most,
 )
-from rockframe.risk.fragility import Curve, limited_in
+from rockframe.risk.distribution import Band
+from rockframe.risk.fragility import Curve
 from rockframe.rocking import Design, quantiles
 from rockframe.rocking.verdict import COMPUTED
 from rockframe.stages.common import NamedFigure, Progress, Written, silent, unseen
 from rockframe.stages.respond import choose_structures, made_structures
-from rockframe.stages.screen_batches import ScreeningRequest, ScreeningRun
+from rockframe.stages.screen_batches import ScreeningRequest, ScreeningRun, is_free
 from rockframe.stages.screen_motions import Motions
-from rockframe.study.structures import SHIPPED_STRUCTURES, StructureEntry
+from rockframe.structures.screening import has_quantity
+from rockframe.study.structures import SHIPPED_STRUCTURES, StructureTable
 
 Float = NDArray[np.float64]
 #: For each structure and limit state, the shares of members that reach it, for the motions and
@@ -113,7 +115,6 @@ def statistics(
         "cluster": clusters,
         **{name: numbers[name] for name in numbers if name not in spectra},
         "limit_state": [limit.name for limit in run.limits],
-        **SCREEN_NC.filled("frame", list(request.frames)),
         **_demand_values(run, clusters),
         "fragility_curve": form,
         **_fragility_values(fits, _grid(intensities, request.scales)),
@@ -122,7 +123,7 @@ def statistics(
         **(_pooled_values(run, reached, numbers, clusters) if request.options.pooled else {}),
         **_optional_values(run, {name: numbers[name] for name in spectra}, clusters),
         **(_rates(hazard, fits) | run.demands_at(hazard, intensities) if hazard else {}),
-        "structure": [frame.name for frame in request.frames],
+        **structure_values(SCREEN_NC, request.structures),
         "scale": request.scales,
     }
     return values, _design_units(request.design) if request.design else {}
@@ -133,10 +134,10 @@ def _reached(run: ScreeningRun) -> Reached:
     shares = [run.shares(number) for number, _ in enumerate(run.limits)]
     return [
         [
-            of_limit[:, k] if limited_in(frame, limit.quantity) else None
+            of_limit[:, k] if has_quantity(structure, limit.quantity) else None
             for of_limit, limit in zip(shares, run.limits, strict=True)
         ]
-        for k, frame in enumerate(run.request.frames)
+        for k, structure in enumerate(run.request.structures)
     ]
 
 
@@ -144,11 +145,16 @@ def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, 
     """Return ranks, distributions of peaks, counts of outcomes, and results over all motions."""
     seed, at = run.request.options.seed, run.request.reference
     fell = run.shares(0)
-    peaks_of_frames = run.kept["peak_rotation_ratio"].swapaxes(0, 1)
-    at_most = (shares_at_most(peaks, LEVELS) for peaks in peaks_of_frames)
-    bands = mean_shares(at_most, clusters=clusters, seed=seed)
+    rotations = run.kept["peak_rotation_ratio"].swapaxes(0, 1)
+    at_most = (shares_at_most(peaks, LEVELS) for peaks in rotations)
+    bands = [
+        Band(*np.full((3, LEVELS.size), np.nan)) if np.isnan(peaks).any() else band
+        for band, peaks in zip(
+            mean_shares(at_most, clusters=clusters, seed=seed), rotations, strict=True
+        )
+    ]
     overall = mean_shares([*fell.swapaxes(0, 1)], clusters=clusters, seed=seed)
-    ranks = demand_ranks(run.ratio, fell[:, :, at])
+    ranks = demand_ranks(run.demand, fell[:, :, at])
     return {
         "reference_scale": float(run.request.scales[at]),
         "demand_rank": ranks,
@@ -185,7 +191,7 @@ def _optional_values(
         for name, row in zip(("rotd00", "rotd50", "rotd100"), percentiles, strict=True):
             values[f"{name}_peak_rotation_ratio"] = row
     if run.request.design is not None:
-        shape = (len(run.request.frames), -1)
+        shape = (len(run.request.structures), -1)
         share, largest = (values.reshape(shape) for values in run.candidates(run.request.design))
         values |= _design_values(run.request.design, share, largest)
     return values
@@ -306,8 +312,8 @@ def _pooled_values(
     A recording is one observation, whatever number of structures respond to it.
     """
     request, limits = run.request, [k for k, one in enumerate(run.limits) if _is_pooled(one)]
-    free = [k for k, frame in enumerate(request.frames) if not frame.restrained]
-    frames = [request.frames[k] for k in free]
+    free = [k for k, one in enumerate(request.structures) if is_free(one)]
+    frames = [one for one in request.structures if is_free(one)]
     intensities = pooled_intensities(frames, numbers["pga"], numbers["pgv"])
     together = np.tile(clusters, len(free))
     # Without restraints, a frame has the share of each of these limit states.
@@ -325,7 +331,7 @@ def _pooled_values(
     # These do not vary with the structure.
     alone = ("measure", "measure_units", "fragility_intensity")
     return {
-        "pooled": [int(k in free) for k in range(len(request.frames))],
+        "pooled": [int(k in free) for k in range(len(request.structures))],
         "pooled_limit_state": [run.limits[k].name for k in limits],
         "pooled_better_measure": better.measure,
         "pooled_better_measure_reason": better.reason,
@@ -465,8 +471,8 @@ def screen_stage(
     read = [records_path, structures_path, *filter(None, (pulses_path, options.hazard))]
     refuse_overwriting([output, *tables.values()], read, beside=output)
     refuse_strange_tables(tables)
-    frames = tuple(choose_structures(structures_path, options.structure))
-    request = _requested(options, frames)
+    structures = tuple(choose_structures(structures_path, options.structure))
+    request = ScreeningRequest.of(options, structures)
     _require_pulses(options, pulses_path)
     hazard = _hazard(options, pulses_path)
     metadata = read_metadata(records_path, pulses_path)
@@ -485,7 +491,7 @@ def screen_stage(
             parameters=options.stated()
             | {
                 "filters": chosen.filters.bounds(),
-                "structures": [frame.name for frame in frames],
+                "structures": [one.name for one in structures],
             },
             left_out={r.file: r.reason for r in chosen.rejections} | chosen.left_out,
             filtered=chosen.left_out,
@@ -498,15 +504,9 @@ def screen_stage(
     return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
 
 
-def foresee_screen(options: ScreenOptions, structures: Sequence[StructureEntry]) -> None:
+def foresee_screen(options: ScreenOptions, structures: Sequence[StructureTable]) -> None:
     """Raise the errors of `screen_stage` that need no record."""
-    _requested(options, made_structures(structures, options.structure))
-
-
-def _requested(options: ScreenOptions, frames: tuple[RockingFrame, ...]) -> ScreeningRequest:
-    """Return the computation of these options for these structures, if it is possible."""
-    _require_free(options, frames)
-    return ScreeningRequest.of(options, frames)
+    ScreeningRequest.of(options, made_structures(structures, options.structure))
 
 
 def _asked(options: ScreenOptions) -> dict[str, bool]:
@@ -538,15 +538,6 @@ def _require_pulses(options: ScreenOptions, pulses_path: Path | None) -> None:
     for name in options.pulse_filters():
         if pulses_path is None:
             raise ParameterError(f"{name} needs pulses. State them with --pulses.")
-
-
-def _require_free(options: ScreenOptions, frames: Sequence[RockingFrame]) -> None:
-    free = [frame.name for frame in frames if not frame.restrained]
-    if options.pooled and len(free) < 2:
-        raise ParameterError(
-            f"pooled needs at least two structures without tendons and dissipaters, and there "
-            f"{'is one' if free else 'is none'} of {len(frames)}. State more, or leave out pooled."
-        )
 
 
 def _wanted(options: ScreenOptions, hazard: HazardCurve | None) -> tuple[list[float], list[str]]:

@@ -5,38 +5,35 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import repeat
-from typing import Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Self, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine, map_tasks
-from rockframe.errors import invalid
-from rockframe.frame import RockingFrame
+from rockframe.errors import ParameterError, invalid
 from rockframe.options.respond import ScreenOptions
 from rockframe.quantities import LIMITED, OF_SCENARIO, QUANTILES
 from rockframe.results.screen import Batches, KeptHistory
 from rockframe.risk import OVERTURNING, HazardCurve, LimitState, demands_at, measure_of
-from rockframe.risk.fragility import limited_in, peaks_of_frames
-from rockframe.rocking import (
-    PEAKS,
-    Design,
-    Histories,
-    Scenario,
-    ScreeningTask,
-    Verdict,
-    as_ground,
-    chosen_ensemble,
-    margins_of,
-    member_peaks_of,
-    members,
-    peaks_of,
-    quantiles,
-    responses_of,
-    ties_of,
-)
+from rockframe.rocking import Design, Histories, Verdict, as_ground, chosen_ensemble, quantiles
 from rockframe.stages.common import Progress
 from rockframe.stages.screen_motions import Motion, Motions
+from rockframe.structures.contract import PEAKS, Structure, kind_of, require_possible
+from rockframe.structures.screening import (
+    Scenario,
+    ScreeningTask,
+    has_quantity,
+    margins_of,
+    member_peaks_of,
+    peaks_of,
+    quantities_of,
+    responses_of,
+)
+from rockframe.study.kinds import declared_kind
+
+if TYPE_CHECKING:
+    from rockframe.frame import RockingFrame
 
 Float = NDArray[np.float64]
 
@@ -50,6 +47,7 @@ _KEPT: Final = ("peak_rotation_ratio", "peak_u")
 _RESTRAINED: Final = (
     ("peak_tendon_ratio", "yield_stress_pa", "tendons"),
     ("peak_gap_ratio", "gap_m", "abutments"),
+    ("ductility", "strength_ratio", "isolated or fixed bridges"),
 )
 #: Approximate number of responses per batch, of some 0.1 s each; an interruption loses no more.
 _RESPONSES: Final = 2048
@@ -71,24 +69,24 @@ class ScreeningRequest:
     ----------
     options : ScreenOptions
         Options of the screening.
-    frames : tuple of RockingFrame
+    structures : tuple of Structure
         The structures.
     design : Design, optional
         The design problem.
-    candidates : tuple of RockingFrame
-        Candidate frames of the design, structure by structure.
+    candidates : tuple of Structure
+        Candidates of the design, structure by structure.
     scales : array, shape (scales,)
         Multiples of the motions [1].
     """
 
     options: ScreenOptions
-    frames: tuple[RockingFrame, ...]
+    structures: tuple[Structure, ...]
     design: Design | None
-    candidates: tuple[RockingFrame, ...]
+    candidates: tuple[Structure, ...]
     scales: NDArray[np.float64]
 
     @classmethod
-    def of(cls, options: ScreenOptions, frames: tuple[RockingFrame, ...]) -> Self:
+    def of(cls, options: ScreenOptions, structures: tuple[Structure, ...]) -> Self:
         """Return the request of these options for these structures.
 
         Raises
@@ -98,10 +96,11 @@ class ScreeningRequest:
             has the restraint of a stated limit, or if a structure lacks the restraint that the
             design limits.
         """
-        chosen_ensemble(options, frames)
+        _require_free(options, structures)
+        require_possible(structures, chosen_ensemble(options))
         for quantity, key, owner in _RESTRAINED:
-            without = [frame.name for frame in frames if not limited_in(frame, quantity)]
-            if getattr(options, f"limit_{quantity}") and len(without) == len(frames):
+            without = [one.name for one in structures if not has_quantity(one, quantity)]
+            if getattr(options, f"limit_{quantity}") and len(without) == len(structures):
                 raise invalid(key, None, owner, f"stated for limit_{quantity}")
             if without and options.design is not None and options.design.quantity == quantity:
                 stated = f"stated for a design of quantity {quantity}"
@@ -111,13 +110,9 @@ class ScreeningRequest:
             lowest, highest = options.design.range
             others = {k: v for k, v in options.design if k != "range"}
             design = Design(lowest=lowest, highest=highest, **others)
-        candidates = tuple(c for one in frames for c in (design.candidates(one) if design else ()))
-        ensemble = options.scenario_ensemble()
-        for frame in (*frames, *candidates):
-            ties_of(frame)
-            if ensemble is not None:
-                members(ensemble, frame)
-        return cls(options, frames, design, candidates, np.array(options.scales))
+        candidates = () if design is None else _candidates(design, structures)
+        require_possible((*structures, *candidates), options.scenario_ensemble())
+        return cls(options, structures, design, candidates, np.array(options.scales))
 
     @property
     def histories(self) -> Histories:
@@ -132,13 +127,42 @@ class ScreeningRequest:
     def scenarios(self) -> dict[str, Any]:
         """Return everything that the scenarios depend on, as JSON values."""
         return {
-            "frames": [asdict(frame) for frame in self.frames],
-            "candidates": [asdict(frame) for frame in self.candidates],
+            "structures": [_as_json(one) for one in self.structures],
+            "candidates": [_as_json(one) for one in self.candidates],
             "scales": self.scales.tolist(),
             "members": self.options.model_dump(
                 mode="json", include={"margins", "ensemble", "scenario_members"}
             ),
         }
+
+
+def is_free(structure: Structure) -> TypeGuard[RockingFrame]:
+    """Return True for rocking frames without tendons, dissipaters and abutments."""
+    return declared_kind(structure.kind).rocks and not getattr(structure, "restrained", True)
+
+
+def _require_free(options: ScreenOptions, structures: Sequence[Structure]) -> None:
+    free = [one.name for one in structures if is_free(one)]
+    if options.pooled and len(free) < 2:
+        raise ParameterError(
+            f"pooled needs at least two rocking structures without tendons and dissipaters, and "
+            f"there {'is one' if free else 'is none'} of {len(structures)}. State more, or leave "
+            "out pooled."
+        )
+
+
+def _candidates(design: Design, structures: Sequence[Structure]) -> tuple[Structure, ...]:
+    """Return each structure with each value of the dimension of a design."""
+    return tuple(
+        kind_of(one).resized(one, design.dimension, value)
+        for one in structures
+        for value in design.values.tolist()
+    )
+
+
+def _as_json(structure: Structure) -> dict[str, Any]:
+    """Return what a structure is, as JSON values."""
+    return {"kind": structure.kind, **asdict(structure)}  # type: ignore[call-overload]
 
 
 class ScreeningRun:
@@ -166,7 +190,7 @@ class ScreeningRun:
         self._engine = engine
         self._progress = progress
         self._done = 0
-        shape = (len(chosen.motions), len(request.frames), request.scales.size)
+        shape = (len(chosen.motions), len(request.structures), request.scales.size)
         self.members = request.options.scenario_members
         self.verdicts = np.empty(shape, dtype=np.int8)
         self.limits = [OVERTURNING, *(LimitState(*limit) for limit in request.options.limits())]
@@ -182,6 +206,12 @@ class ScreeningRun:
         median: Float = quantiles(self.kept["peak_rotation_ratio"])[..., 1]
         return median
 
+    @property
+    def demand(self) -> Float:
+        """The median that ranks motions: of |theta| / alpha or, without a rotation, of |u| [m]."""
+        drift = quantiles(self.kept["peak_u"])[..., 1]
+        return np.where(np.isnan(self.ratio), drift, self.ratio)
+
     def sizes(self) -> dict[str, int]:
         """Return the dimensions of the variables of scenarios."""
         sizes = dict(zip(("record", "structure", "scale"), self.verdicts.shape, strict=True))
@@ -195,23 +225,23 @@ class ScreeningRun:
 
     def rows(self) -> Iterator[Arrays]:
         """Yield the scenarios motion by motion, and fill the attributes."""
-        frames = self.request.frames
+        structures = self.request.structures
         ensemble = self.request.options.scenario_ensemble()
         each = repeat(None) if ensemble is None else self._peaks("members")
         for i, (peaks, of_members) in enumerate(zip(self._peaks("peaks"), each, strict=False)):
-            row = peaks_of_frames(frames, *peaks)
+            row = quantities_of(structures, *peaks)
             self.verdicts[i] = row["verdict"]
             mask = self.request.histories.mask(row["verdict"], row["peak_rotation_ratio"])
             self._selected.append(np.argwhere(mask))
             if ensemble is None or of_members is None:
-                for k in range(len(frames)):
+                for k in range(len(structures)):
                     self._keep(i, k, {name: values[k : k + 1] for name, values in row.items()})
                 yield row
                 continue
             found = []
-            for k, frame in enumerate(frames):
+            for k, structure in enumerate(structures):
                 columns = (values[k].T for values in of_members)
-                family = peaks_of_frames(members(ensemble, frame), *columns)
+                family = quantities_of(kind_of(structure).members(structure, ensemble), *columns)
                 self._keep(i, k, family)
                 found.append(self._shares_and_bands(i, k, family))
             yield row | {name: np.stack([one[name] for one in found]) for name in found[0]}
@@ -224,13 +254,13 @@ class ScreeningRun:
         for name, kept in self.kept.items():
             kept[i, k] = _standing(found, name)[:, self.request.reference]
         for name, demands in self._demands.items():
-            if limited_in(self.request.frames[k], name):
+            if has_quantity(self.request.structures[k], name):
                 demands[i, k] = _standing(found, name).T
 
     def _shares_and_bands(self, i: int, k: int, found: Arrays) -> Arrays:
         """Return the variables of an ensemble, shape (scales, limits) or (scales, quantiles)."""
-        frame = self.request.frames[k]
-        has = [limited_in(frame, limit.quantity) for limit in self.limits]
+        structure = self.request.structures[k]
+        has = [has_quantity(structure, limit.quantity) for limit in self.limits]
         share = self.reached[:, i, k].T / self.members
         bands = {one.band: quantiles(_standing(found, one.name).T) for one in OF_SCENARIO}
         uplifted = (found["verdict"] != Verdict.NO_UPLIFT).mean(axis=0)
@@ -251,7 +281,7 @@ class ScreeningRun:
 
     def _scenarios(self) -> Iterator[tuple[Scenario, ...]]:
         """Yield groups of scenarios of limited size; each motion is read once."""
-        frames, scales = self.request.frames, self.request.scales
+        structures, scales = self.request.structures, self.request.scales
         for motion, selected in zip(self.motions, self._selected, strict=True):
             if not len(selected):
                 continue
@@ -259,7 +289,7 @@ class ScreeningRun:
             together = max(1, _NODES // ground.coefficients.shape[0])
             for start in range(0, len(selected), together):
                 yield tuple(
-                    Scenario(ground, frames[k], float(scales[s]))
+                    Scenario(ground, structures[k], float(scales[s]))
                     for k, s in selected[start : start + together].tolist()
                 )
 
@@ -296,7 +326,7 @@ class ScreeningRun:
                     *(curve, periods, of_frames[:, k], measured, clusters),
                     options.fragility_curve,
                 )
-                for k in range(len(self.request.frames))
+                for k in range(len(self.request.structures))
             ]
             for end in found[0]:
                 variable = f"{name}_at_return_period" + ("" if end == "value" else f"_{end}")
@@ -312,13 +342,13 @@ class ScreeningRun:
             Share below the limit [1], and 84 % quantile of the quantity, infinite if it overturns.
         """
         shares, largest = [], []
-        for frames, held in self._of_groups():
-            share, quantile = self._of_candidates(design, frames, held)
+        for candidates, held in self._of_groups():
+            share, quantile = self._of_candidates(design, candidates, held)
             shares.append(share)
             largest.append(quantile)
         return np.concatenate(shares), np.concatenate(largest)
 
-    def _of_groups(self) -> Iterator[tuple[tuple[RockingFrame, ...], Arrays]]:
+    def _of_groups(self) -> Iterator[tuple[tuple[Structure, ...], Arrays]]:
         """Yield each group of candidates with its peaks, (motions, candidates, scale, ...)."""
         groups, held, width = iter(self._groups()), list[Arrays](), 0
         for part in self._map("design"):
@@ -330,16 +360,16 @@ class ScreeningRun:
                 held, width = [], 0
 
     def _of_candidates(
-        self, design: Design, frames: Sequence[RockingFrame], held: Arrays
+        self, design: Design, candidates: Sequence[Structure], held: Arrays
     ) -> tuple[Float, Float]:
         ensemble = self.request.options.scenario_ensemble()
-        family = (
-            frames if ensemble is None else [m for one in frames for m in members(ensemble, one)]
-        )
+        family = candidates
+        if ensemble is not None:
+            family = [m for one in candidates for m in kind_of(one).members(one, ensemble)]
         columns = {name: values.reshape(len(self.motions), -1).T for name, values in held.items()}
-        found = peaks_of_frames(family, *(columns[name] for name in PEAKS))
+        found = quantities_of(family, *(columns[name] for name in PEAKS))
         fell = found["verdict"] == Verdict.OVERTURNS
-        shape = (len(frames), -1)
+        shape = (len(candidates), -1)
         reached = LimitState(design.quantity, design.limit).reached(found, fell).reshape(shape)
         demand = _standing(found, design.quantity).reshape(shape)
         return (~reached).mean(axis=1), quantiles(demand)[:, 2]
@@ -362,7 +392,7 @@ class ScreeningRun:
         functions = {"peaks": peaks_of, "margins": margins_of, "members": each, "design": each}
         return self._batches.map(functions[kind], self._tasks(kind), self._engine, self._step)
 
-    def _groups(self) -> list[tuple[RockingFrame, ...]]:
+    def _groups(self) -> list[tuple[Structure, ...]]:
         """Return the candidates in groups whose responses to all motions fit into memory."""
         candidates = self.request.candidates
         width = max(1, min(_RESPONSES, _HELD // len(self.motions)) // self.members)
@@ -373,11 +403,11 @@ class ScreeningRun:
         scales = self.request.scales
         if kind in ("margins", "design"):
             scales = scales[self.request.reference :][:1]
-        groups = self._groups() if kind == "design" else [self.request.frames]
+        groups = self._groups() if kind == "design" else [self.request.structures]
         motions = self.motions
-        for number, frames in enumerate(groups):
-            columns = len(frames) * (1 if kind == "peaks" else self.members)
-            most = _TOGETHER if columns == len(frames) else _TOGETHER_IN_VERSIONS
+        for number, structures in enumerate(groups):
+            columns = len(structures) * (1 if kind == "peaks" else self.members)
+            most = _TOGETHER if columns == len(structures) else _TOGETHER_IN_VERSIONS
             each = columns * scales.size
             together = 1 if kind == "margins" else min(max(1, _RESPONSES // each), most)
             width = scales.size if each <= _RESPONSES else max(1, _RESPONSES // columns)
@@ -386,13 +416,13 @@ class ScreeningRun:
                     some = motions[first : first + together]
                     part = tuple(scales[start : start + width].tolist())
                     name = f"{kind}-{number}-{first}-{start}"
-                    yield name, self._maker(kind, some, frames, part)
+                    yield name, self._maker(kind, some, structures, part)
 
     def _maker(
         self,
         kind: str,
         motions: Sequence[Motion],
-        frames: tuple[RockingFrame, ...],
+        structures: tuple[Structure, ...],
         scales: tuple[float, ...],
     ) -> Callable[[], ScreeningTask]:
         options = self.request.options
@@ -400,7 +430,7 @@ class ScreeningRun:
         responding = kind in ("members", "design")
         return lambda: ScreeningTask(
             tuple(map(self._chosen.read, motions)),
-            frames,
+            structures,
             scales,
             ensemble,
             tuple(map(self._chosen.uncertain, motions)) if responding else (),

@@ -31,7 +31,7 @@ from rockframe.rocking import (
     rocking_spectrum,
 )
 from rockframe.stages.common import NamedFigure, Written, horizontal, unseen
-from rockframe.study.structures import StructureEntry
+from rockframe.study.structures import StructureTable
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
@@ -107,13 +107,13 @@ def _scan(options: SpectrumOptions) -> tuple[list[Pulse], Float, Float, Float, F
     )
 
 
-def foresee_spectrum(options: SpectrumOptions, _structures: Sequence[StructureEntry]) -> None:
+def foresee_spectrum(options: SpectrumOptions, _structures: Sequence[StructureTable]) -> None:
     """Raise the errors of `spectrum_stage`, which needs no record."""
     require_scan(*_scan(options))
 
 
 def foresee_rocking_spectrum(
-    options: RockingSpectrumOptions, _structures: Sequence[StructureEntry]
+    options: RockingSpectrumOptions, _structures: Sequence[StructureTable]
 ) -> None:
     """Raise the errors of `rocking_spectrum_stage` that need no record."""
     columns_of(np.radians(options.slenderness_degree), options.mass_ratio, options.column_period_s)

@@ -16,7 +16,8 @@ The rules of a kind:
    components and a rectangular column. Stages then write the response as not computed; the other
    methods never receive such a motion.
 4. `require_possible` raises a `ParameterError` for a structure that cannot be computed, or for an
-   ensemble with an impossible member. It needs no motion, so that a plan finds the error at once.
+   ensemble with an impossible member. It needs no motion, so that a plan finds the error at once;
+   `most_critical` says which of many structures are worth the time.
 5. `respond` returns a response to one motion, with its histories and all that the options ask for,
    except the ensemble. A motion that is not possible, such as ground that falls faster than
    gravity, is a `ParameterError`, and rejects the record.
@@ -24,24 +25,36 @@ The rules of a kind:
    they were not computed, and the attributes of `StructureResponse`. Its other attributes have the
    names of the variables of ``response.nc`` and of `rockframe.quantities`. What a structure does
    not have is left out: files have NaN in its place, tables a blank.
-7. ``time`` is empty, and the histories with it, unless `Histories` keeps them.
-8. Overturning or collapse is a result, `Verdict.OVERTURNS`; peaks then only describe the fall.
+7. `quantities` names those of them that only some kinds have, such as the ductility. `parameters`
+   are the properties of a structure, with their units, that files and pages state; those of rocking
+   frames have variables of their own.
+8. ``time`` is empty, and the histories with it, unless `Histories` keeps them.
+9. Overturning or collapse is a result, `Verdict.OVERTURNS`; peaks then only describe the fall.
    After an event of ``ModelEnd`` the model is no longer valid: its time is an attribute.
-9. `ensembles` draws the same members for all motions, from the seed and the spreads of the options
-   alone.
+10. `compared` is for bridges only: a response in the quantities of `Compared`, for the
+    compare stage.
+11. `members` are plausible structures of the same kind, drawn from the seed and the spreads of the
+    ensemble alone; `ensembles` are their responses. Names of spreads are options of the ensemble.
+12. `peaks` and `member_peaks` are for many scenarios, without histories: two numbers of each, from
+    which `quantities_of` computes the quantities that the kind has, for structures and members
+    alike. They agree with the responses of `history`.
+13. `resized` keeps the proportions that the dimension leaves free, and raises a `ParameterError` if
+    the structure has no such dimension.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.options import loaded
+from rockframe.errors import ParameterError
 from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.record import Part, Record
 from rockframe.rocking import (
@@ -52,24 +65,19 @@ from rockframe.rocking import (
     Verdict,
     Versions,
 )
+from rockframe.rocking.response import require_some
+from rockframe.rocking.verdict import ModelEnd
 from rockframe.study.kinds import KINDS
+from rockframe.study.kinds import Structure as Structure
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
     from rockframe.wobbling import PairAcceleration
 
+#: Results of a scenario, from which all quantities follow; see `StructureKind.peaks`.
+PEAKS: Final = ("verdict", "peak", "speed")
 #: A motion in one direction, with or without its vertical component, or in both directions.
 Motion: TypeAlias = "Record | Pulse | GroundAcceleration | PairAcceleration"
-
-
-class Structure(Protocol):
-    """A structure: a frozen dataclass with a name and a kind."""
-
-    kind: ClassVar[str]
-
-    @property
-    def name(self) -> str:
-        """Name in tables."""
 
 
 class StructureResponse(Protocol):
@@ -125,6 +133,84 @@ class Shaking:
     versions: Versions | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """The response of one model of a bridge, in the quantities that all kinds of bridges have.
+
+    Parameters
+    ----------
+    model : str
+        Name of the model: free, restrained, hybrid, isolated or fixed.
+    time, u, v : array, shape (nodes,)
+        Time [s], drift and lift of the deck [m]; NaN after overturning or collapse.
+    base_shear : array, shape (nodes,)
+        Force of the ground to the right, including that of tendons, over the weight of deck and
+        columns [1].
+    peak_u, peak_v, residual_u : float
+        Largest drift, largest lift, and residual drift [m]; infinite if the frame overturns or
+        collapses.
+    peak_base_shear : float
+        Largest base shear at the nodes [1], until the validity ends; without the impulses of
+        impacts, which are instantaneous in the model.
+    peak_rotation_ratio, ductility : float
+        Largest |theta| / alpha of rocking frames; largest drift over yield drift of others [1].
+    peak_tendon_force : float
+        Largest force of a tendon [N]; NaN without tendons.
+    friction_demand : float
+        Coefficient of friction that base and top joints of a rocking frame need, also during
+        impacts [1].
+    model_end : ModelEnd
+        Event that first ends the model; overturning is one.
+    valid_until : float
+        Time of this event [s]. NaN if there is none, or if it occurs after the end of the motion or
+        between two nodes.
+    gap_closed_time, closing_velocity : float
+        Time [s] and velocity [m s-1] at which the deck first closes the gap of an abutment; NaN if
+        never.
+    ensemble : EnsembleResponse, optional
+        Response of the ensemble of the model, if one was requested.
+    """
+
+    model: str
+    time: NDArray[np.float64]
+    u: NDArray[np.float64]
+    v: NDArray[np.float64]
+    base_shear: NDArray[np.float64]
+    peak_u: float
+    peak_v: float
+    residual_u: float
+    peak_base_shear: float
+    model_end: ModelEnd
+    valid_until: float
+    gap_closed_time: float
+    closing_velocity: float
+    peak_rotation_ratio: float = math.nan
+    ductility: float = math.nan
+    peak_tendon_force: float = math.nan
+    friction_demand: float = math.nan
+    ensemble: EnsembleResponse | None = None
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A property of a structure that files and pages state.
+
+    Parameters
+    ----------
+    name, label : str
+        Name and description.
+    value : float
+        Value.
+    units : str
+        Unit as CF writes it; ``1`` for a ratio.
+    """
+
+    name: str
+    label: str
+    value: float
+    units: str = "1"
+
+
 class StructureKind(Protocol):
     """A kind of structure; the rules are in the docstring of this module."""
 
@@ -132,11 +218,24 @@ class StructureKind(Protocol):
     def name(self) -> str:
         """Name of the kind in files, and value of ``kind`` in tables of structures."""
 
+    @property
+    def quantities(self) -> Sequence[str]:
+        """Variables of ``response.nc`` that its responses have beyond those that all files have."""
+
+    def parameters(self, structure: Any) -> Sequence[Parameter]:
+        """Return the properties of a structure that are no variables of ``response.nc``."""
+
     def why_not(self, structure: Any, motion: Motion) -> str:
         """Return why the kind does not compute a structure under a motion; "" if it does."""
 
     def require_possible(self, structure: Any, ensemble: Ensemble | None) -> None:
         """Raise a `ParameterError` if the structure or a member of its ensemble is impossible."""
+
+    def members(self, structure: Any, ensemble: Ensemble) -> Sequence[Structure]:
+        """Return each member of the ensemble of a structure."""
+
+    def most_critical(self, structures: Sequence[Any], count: int) -> Sequence[Structure]:
+        """Return those structures, about `count`, of which members are impossible first."""
 
     def respond(self, structures: Sequence[Any], shaking: Shaking) -> Sequence[StructureResponse]:
         """Return the response of each structure to a motion, without its ensemble."""
@@ -149,6 +248,56 @@ class StructureKind(Protocol):
         versions: Sequence[Versions | None],
     ) -> Sequence[Sequence[EnsembleResponse]]:
         """Return the response of the ensemble of each structure to each motion."""
+
+    def history(self, structure: Any, motion: GroundAcceleration) -> StructureResponse:
+        """Return the bare response to a motion, with its histories."""
+
+    def peaks(
+        self,
+        structures: Sequence[Any],
+        motions: Sequence[Record | GroundAcceleration],
+        scales: Sequence[float],
+    ) -> dict[str, NDArray[Any]]:
+        """Return ``verdict``, ``peak`` and ``speed``, shape (motions, structures, scales).
+
+        They are the two numbers from which `quantities_of` computes all quantities: the largest
+        rotation or displacement, and the speed of impacts or NaN.
+        """
+
+    def member_peaks(
+        self,
+        structures: Sequence[Any],
+        motions: Sequence[Record | GroundAcceleration],
+        scales: Sequence[float],
+        ensemble: Ensemble,
+        versions: Sequence[Versions | None],
+    ) -> dict[str, NDArray[Any]]:
+        """Return the same of each member, shape (motions, structures, scales, members)."""
+
+    def quantities_of(
+        self,
+        structures: Sequence[Any],
+        peak: NDArray[np.float64],
+        speed: NDArray[np.float64],
+    ) -> dict[str, NDArray[Any]]:
+        """Return the quantities of scenarios by name, shape (structures, scales)."""
+
+    def has(self, structure: Any, quantity: str) -> bool:
+        """Return True if limits of a quantity apply to a structure."""
+
+    def margins(
+        self,
+        structures: Sequence[Any],
+        motions: Sequence[Record | GroundAcceleration],
+        ensemble: Ensemble | None,
+    ) -> Sequence[Sequence[Margin]]:
+        """Return the margin of each structure under each motion."""
+
+    def resized(self, structure: Any, dimension: str, value: float) -> Structure:
+        """Return a structure with another value of a dimension of `Design`."""
+
+    def compared(self, structure: Any, motion: Motion) -> Compared:
+        """Return the response of a bridge in the quantities that all bridges have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +338,7 @@ def kind_named(name: str) -> StructureKind:
     >>> kind_named("rocking").name
     'rocking'
     """
-    kind: StructureKind = loaded(KINDS[name].contract)
+    kind: StructureKind = resolve_name(KINDS[name].contract)
     return kind
 
 
@@ -203,6 +352,41 @@ def kind_of(structure: Structure) -> StructureKind:
     'rocking'
     """
     return kind_named(structure.kind)
+
+
+def require_structures(structures: Sequence[Structure]) -> None:
+    """Raise an error if a sequence of structures is none, empty, or of anything else.
+
+    Examples
+    --------
+    >>> require_structures([])
+    Traceback (most recent call last):
+    rockframe.errors.ParameterError: Invalid number of structures, 0. Must be one or more.
+    """
+    require_some(structures=structures)
+    for one in structures:
+        if getattr(one, "kind", None) not in KINDS:
+            raise ParameterError(
+                f"Invalid structure of type {type(one).__name__}. Must be a RockingFrame, "
+                "IsolatedDeck, FixedFrame or another kind of structure."
+            )
+
+
+def most_critical(structures: Sequence[Structure], count: int) -> list[Structure]:
+    """Return the structures of each kind whose members are impossible before those of others.
+
+    Parameters
+    ----------
+    structures : sequence of Structure
+        The structures.
+    count : int
+        Number that is enough.
+    """
+    return [
+        one
+        for kind, places in places_of_kinds(structures)
+        for one in kind.most_critical([structures[place] for place in places], count)
+    ]
 
 
 def require_possible(structures: Sequence[Structure], ensemble: Ensemble | None) -> None:
@@ -268,7 +452,7 @@ def ensembles_of_each(
         If a member or a motion is not possible.
     """
     found: list[list[EnsembleResponse | None]] = [[None] * len(structures) for _ in motions]
-    for kind, places in _places_of_kinds(structures):
+    for kind, places in places_of_kinds(structures):
         some = [structures[place] for place in places]
         for those, which in _alike(kind, some, motions):
             answers = kind.ensembles(
@@ -283,7 +467,7 @@ def ensembles_of_each(
     return found
 
 
-def _places_of_kinds(
+def places_of_kinds(
     structures: Sequence[Structure],
 ) -> Iterator[tuple[StructureKind, list[int]]]:
     """Yield each kind with the places of its structures."""
@@ -299,7 +483,7 @@ def _by_kind(
 ) -> list[StructureResponse]:
     """Return the results of structures in their order, computed together for each kind."""
     found: dict[int, StructureResponse] = {}
-    for kind, places in _places_of_kinds(structures):
+    for kind, places in places_of_kinds(structures):
         reasons = {place: kind.why_not(structures[place], motion) for place in places}
         some = [place for place in places if not reasons[place]]
         for place in places:

@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
+from rockframe.oscillators.response import largest_until
 from rockframe.record import Record
 from rockframe.rocking import (
     EnsembleResponse,
     GroundAcceleration,
     Histories,
+    Margin,
     Response,
     Versions,
     as_ground,
     chosen_ensemble,
+    draws,
     ensemble_responses,
+    margins,
     members,
     part_responses,
+    reactions,
     require_motion,
     respond,
+    respond_many,
+    respond_scenarios,
     ties_of,
     with_contact,
     with_envelope,
@@ -29,8 +40,14 @@ from rockframe.rocking import (
     with_margins,
     with_pulse,
 )
-from rockframe.structures.contract import Motion, Shaking
+from rockframe.rocking.design import varied
+from rockframe.rocking.margins.ensemble import shaken
+from rockframe.rocking.scenarios import Prepared, scales_of
+from rockframe.rocking.verdict import ModelEnd, Verdict, first_end, sometime
+from rockframe.structures.contract import Compared, Motion, Parameter, Shaking
 from rockframe.wavelets.pulse import Pulse
+
+Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -38,6 +55,11 @@ class RockingKind:
     """The kind of `RockingFrame`; its methods keep the rules of `structures.contract`."""
 
     name: str = "rocking"
+    quantities: tuple[str, ...] = ()
+
+    def parameters(self, _structure: RockingFrame) -> tuple[Parameter, ...]:
+        """Return none: all properties of frames have variables of their own."""
+        return ()
 
     def why_not(self, _structure: RockingFrame, motion: Motion) -> str:
         """Return why a frame is not computed under a motion; "" if it is."""
@@ -49,6 +71,16 @@ class RockingKind:
         ties_of(structure)
         if ensemble is not None and ensemble.members:
             members(ensemble, structure)
+
+    def members(self, structure: RockingFrame, ensemble: Ensemble) -> Sequence[RockingFrame]:
+        """Return each member of the ensemble of a frame."""
+        return members(ensemble, structure)
+
+    def most_critical(self, structures: Sequence[RockingFrame], count: int) -> list[RockingFrame]:
+        """Return the stoutest frames, and those that lose least in impacts."""
+        stoutest = sorted(structures, key=lambda frame: -frame.slenderness)[:count]
+        bounciest = sorted(structures, key=lambda frame: -frame.restitution)[:count]
+        return [*dict.fromkeys([*stoutest, *bounciest])]
 
     def respond(self, structures: Sequence[RockingFrame], shaking: Shaking) -> list[Response]:
         """Return the response of each frame, with contact, pulse, margins and forces."""
@@ -85,6 +117,162 @@ class RockingKind:
     ) -> list[list[EnsembleResponse]]:
         """Return the response of the ensemble of each frame to each motion."""
         return ensemble_responses(motions, structures, ensemble, versions)  # type: ignore[arg-type]
+
+    def history(self, structure: RockingFrame, motion: GroundAcceleration) -> Response:
+        """Return the bare response to a motion."""
+        return respond(structure, motion)
+
+    def peaks(
+        self,
+        structures: Sequence[RockingFrame],
+        motions: Sequence[Record | GroundAcceleration],
+        scales: Sequence[float],
+    ) -> dict[str, NDArray[Any]]:
+        """Return verdicts, peak rotations [rad] and speeds of impacts [m s-1] of scenarios."""
+        found = respond_many(motions, structures, scales)
+        return {name: getattr(found, attribute) for name, attribute in _PEAKS.items()}
+
+    def member_peaks(
+        self,
+        structures: Sequence[RockingFrame],
+        motions: Sequence[Record | GroundAcceleration],
+        scales: Sequence[float],
+        ensemble: Ensemble,
+        versions: Sequence[Versions | None],
+    ) -> dict[str, NDArray[Any]]:
+        """Return the same of the members of each frame."""
+        factors, count = scales_of(scales), ensemble.members
+        family = [member for frame in structures for member in members(ensemble, frame)]
+        grounds, of_member = shaken(motions, ensemble, versions)
+        shape = (len(motions), len(structures), factors.size, count)
+        motion, frame, scale, member = (axis.ravel() for axis in np.indices(shape))
+        found = respond_scenarios(
+            [Prepared(ground) for ground in grounds],
+            family,
+            of_member[motion, member],
+            frame * count + member,
+            factors[scale] * draws(ensemble)[member, 3],
+        )
+        return {
+            name: getattr(found, attribute).reshape(shape) for name, attribute in _PEAKS.items()
+        }
+
+    def quantities_of(
+        self, structures: Sequence[RockingFrame], peak: Float, speed: Float
+    ) -> dict[str, Float]:
+        """Return the quantities of scenarios from peak rotations and speeds of impacts."""
+        return quantities_of_frames(structures, peak, speed)
+
+    def has(self, structure: RockingFrame, quantity: str) -> bool:
+        """Return True if a frame has a quantity: some need a tendon that yields, or a gap."""
+        if quantity == "peak_tendon_ratio":
+            return structure.tendon is not None and structure.tendon.yield_force < math.inf
+        if quantity == "peak_gap_ratio":
+            return structure.abutment is not None
+        return quantity != "ductility"
+
+    def margins(
+        self,
+        structures: Sequence[RockingFrame],
+        motions: Sequence[Record | GroundAcceleration],
+        ensemble: Ensemble | None,
+    ) -> list[list[Margin]]:
+        """Return the margin of each frame under each motion."""
+        return margins(motions, structures, ensemble=ensemble)
+
+    def resized(self, structure: RockingFrame, dimension: str, value: float) -> RockingFrame:
+        """Return a frame of another height, width or mass ratio: see `DIMENSIONS`."""
+        return varied(structure, dimension, value)
+
+    def compared(self, structure: RockingFrame, motion: Motion) -> Compared:
+        """Return the response of a frame in the quantities that all bridges have."""
+        ground = as_ground(motion)  # type: ignore[arg-type]
+        return _compared(with_contact(respond(structure, ground), ground), ground)
+
+
+#: Attributes of `Scenarios` that are the peaks of the contract.
+_PEAKS: Final = {"verdict": "verdict", "peak": "peak_rotation", "speed": "impact_velocity"}
+
+
+def quantities_of_frames(
+    frames: Sequence[RockingFrame], peak_rotation: Float, impact_velocity: Float
+) -> dict[str, Float]:
+    """Return the quantities of scenarios by name: ``peak_u`` and so on.
+
+    Ratios of tendons and gaps are 0 for structures without them; these ratios are not written.
+
+    Parameters
+    ----------
+    frames : sequence of RockingFrame
+        The structures.
+    peak_rotation, impact_velocity : array, shape (structures, scales)
+        Results for one motion [rad, m s-1].
+    """
+    alpha = np.array([[frame.slenderness] for frame in frames])
+    u, v, tendons, gaps = (np.zeros_like(peak_rotation) for _ in range(4))
+    for k, frame in enumerate(frames):
+        u[k] = frame.horizontal_displacement(peak_rotation[k])
+        if frame.abutment is not None:
+            gaps[k] = u[k] / frame.abutment.gap
+        if frame.tendon is not None:
+            tension = np.vectorize(frame.tension, otypes=[float])
+            valid = np.minimum(peak_rotation[k], frame.abutment_rotation)
+            tendons[k] = tension(valid) / frame.tendon.yield_force
+        v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
+    return {
+        "peak_rotation_ratio": peak_rotation / alpha,
+        "peak_u": u,
+        "peak_v": v,
+        "peak_impact_velocity": impact_velocity,
+        "peak_tendon_ratio": tendons,
+        "peak_gap_ratio": gaps,
+    }
+
+
+def _compared(response: Response, motion: GroundAcceleration) -> Compared:
+    frame, tied = response.frame, response.restraint
+    overturned = response.verdict is Verdict.OVERTURNS
+    shear = reactions(response, motion).support_shear / (1.0 + frame.mass_ratio)
+    end, until = first_end(_ends(response))
+    demands = [
+        getattr(response.contact, f"{joint}_friction_demand", math.nan)
+        for joint in ("base", "top", "impact")
+    ]
+    rest = 0.0 if tied is None or math.isnan(tied.residual_rotation) else tied.residual_rotation
+    return Compared(
+        model=frame.name,
+        time=response.time,
+        u=response.u,
+        v=response.v,
+        base_shear=shear,
+        peak_u=math.inf if overturned else response.peak_u,
+        peak_v=math.inf if overturned else response.peak_v,
+        residual_u=math.inf if overturned else float(frame.horizontal_displacement(rest)),
+        peak_base_shear=largest_until(until, response.time, shear),
+        peak_rotation_ratio=response.peak_rotation_ratio,
+        peak_tendon_force=math.nan if tied is None else tied.peak_tendon_force,
+        friction_demand=max((one for one in demands if not math.isnan(one)), default=math.nan),
+        model_end=end,
+        valid_until=until,
+        gap_closed_time=response.gap_closed_time,
+        closing_velocity=response.closing_velocity,
+    )
+
+
+def _ends(response: Response) -> dict[ModelEnd, float]:
+    """Return the time of each event that ends the model [s], as `first_end` needs it."""
+    frame, tied = response.frame, response.restraint
+    ends: dict[ModelEnd, float] = {}
+    if response.verdict is Verdict.OVERTURNS:
+        ends[ModelEnd.OVERTURNS] = sometime(response.overturning_time)
+    if frame.abutment is not None:
+        if response.peak_u >= frame.abutment.gap:
+            ends[ModelEnd.GAP_CLOSES] = sometime(response.gap_closed_time)
+        if response.peak_v >= frame.abutment.uplift_allowance:
+            ends[ModelEnd.LIFT_EXCEEDED] = sometime(response.lift_exceeded_time)
+    if tied is not None and frame.tendon is not None and not frame.tendon.loses_prestress:
+        ends[ModelEnd.TENDON_YIELDS] = tied.tendon_yields
+    return ends
 
 
 ROCKING: Final = RockingKind()

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final, Protocol
+
+
+class Structure(Protocol):
+    """A structure: a frozen dataclass with a name and a kind."""
+
+    kind: ClassVar[str]
+
+    @property
+    def name(self) -> str:
+        """Name in tables."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,18 +24,48 @@ class DeclaredKind:
     Parameters
     ----------
     contract : str
-        Module and name of the object that keeps the rules of `rockframe.structures.contract`.
+        Module and name, separated by a colon, of the object that keeps the rules of
+        `rockframe.structures.contract`.
     table : str
         Module and name of the model of a ``[[structure]]`` table of this kind.
+    rocks : bool
+        Its structures uplift, and have joints; their largest rotation is theta / alpha.
+    fails : str
+        Verb for the end of its structures in tables: overturn or collapse.
     """
 
     contract: str
     table: str
+    rocks: bool = False
+    fails: str = "overturn"
 
 
 #: Each kind by its name, the value of ``kind`` in ``[[structure]]`` tables.
 KINDS: Final[Mapping[str, DeclaredKind]] = {
     "rocking": DeclaredKind(
-        contract="structures.rocking.ROCKING", table="study.structures.StructureEntry"
+        contract="rockframe.structures.rocking:ROCKING",
+        table="rockframe.study.structures:StructureEntry",
+        rocks=True,
+    ),
+    "isolated": DeclaredKind(
+        contract="rockframe.structures.oscillators:ISOLATED",
+        table="rockframe.study.structures:IsolatedStructure",
+        fails="collapse",
+    ),
+    "fixed": DeclaredKind(
+        contract="rockframe.structures.oscillators:FIXED",
+        table="rockframe.study.structures:FixedStructure",
+        fails="collapse",
     ),
 }
+
+
+def declared_kind(name: str) -> DeclaredKind:
+    """Return the declaration of the kind that a file states; "" is that of rocking frames.
+
+    Examples
+    --------
+    >>> declared_kind("").rocks, declared_kind("fixed").fails
+    (True, 'collapse')
+    """
+    return KINDS.get(name or "rocking", DeclaredKind(contract="", table=""))

@@ -6,10 +6,13 @@ import math
 import warnings
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from pkgutil import resolve_name
+from typing import Annotated, Any, Final, Literal, Self, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
+from pydantic_core import InitErrorDetails, core_schema
 
 from rockframe.errors import InputError, RockframeWarning, invalid
 from rockframe.frame import RockingFrame, crushed, unusual
@@ -33,6 +36,7 @@ from rockframe.rivals import (
     FixedFrame,
     IsolatedDeck,
 )
+from rockframe.study.kinds import KINDS, Structure
 from rockframe.study.toml import line_of, parse, read_text
 from rockframe.units import GRAVITY
 
@@ -81,7 +85,60 @@ class TableEntry(Options):
         """Return the object that the table describes."""
 
 
-class IsolatedEntry(TableEntry):
+class StructureTable(TableEntry):
+    """A ``[[structure]]`` table of any kind; `KINDS` names the class of each kind."""
+
+    name: Name
+    kind: str
+
+    @classmethod
+    def for_value(cls, value: Any) -> type[StructureTable]:
+        """Return the class of the kind that a table states; rocking by default."""
+        kind = value.get("kind") if isinstance(value, dict) else None
+        declared = KINDS.get(kind, KINDS["rocking"]) if isinstance(kind, str) else KINDS["rocking"]
+        table: type[StructureTable] = resolve_name(declared.table)
+        return table
+
+    @abstractmethod
+    def made(self) -> Structure:
+        """Return the structure that the table describes."""
+
+    def unusual(self) -> str:
+        """Return what is unusual about the structure, in words, for a warning; "" if nothing is."""
+        return ""
+
+
+class _OfKind:
+    """Annotation of a `StructureTable` that is validated as a table of its kind."""
+
+    @staticmethod
+    def _validated(value: Any) -> StructureTable:
+        if isinstance(value, StructureTable):
+            return value
+        kind = value.get("kind", "rocking") if isinstance(value, dict) else "rocking"
+        if not (isinstance(kind, str) and kind in KINDS):
+            allowed = {"expected": ", ".join(map(repr, KINDS))}
+            error = InitErrorDetails(type="literal_error", loc=("kind",), input=kind, ctx=allowed)
+            raise ValidationError.from_exception_data("StructureTable", [error])
+        return StructureTable.for_value(value).model_validate(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Return the schema of pydantic: the class is chosen when a table is read."""
+        return core_schema.no_info_plain_validator_function(self._validated)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        """Return the JSON schema: a table of one of the kinds."""
+        tables = [resolve_name(kind.table) for kind in KINDS.values()]
+        for table in tables:
+            table.model_rebuild()
+        return {"anyOf": [handler(table.__pydantic_core_schema__) for table in tables]}
+
+
+#: A ``[[structure]]`` table of one of the kinds.
+AnyStructure: TypeAlias = Annotated[StructureTable, _OfKind()]
+
+
+class IsolatorsTable(TableEntry):
     """Isolators under the deck: lead-rubber bearings, or friction pendulums."""
 
     strength_ratio: Annotated[float | None, _for_example(0.05)] = None
@@ -101,11 +158,12 @@ class IsolatedEntry(TableEntry):
     damping_ratio: float = 0.0
     """Viscous damping, as a fraction of critical damping."""
 
-    def made(self) -> IsolatedDeck:
+    def isolated(self) -> IsolatedDeck:
         """Return the deck on its isolators."""
-        stated = {name: value for name, value in self if value is not None}
+        fields = IsolatorsTable.model_fields
+        stated = {name: value for name, value in self if name in fields and value is not None}
         if "radius" in stated or "friction" in stated:
-            for name, field in type(self).model_fields.items():
+            for name, field in fields.items():
                 value = getattr(self, name)
                 if name not in ("radius", "friction", "damping_ratio") and value != field.default:
                     raise invalid(name, value, "isolators", "absent where a pendulum is stated")
@@ -131,7 +189,32 @@ class IsolatedEntry(TableEntry):
         return IsolatedDeck.lead_rubber(**stated)
 
 
-class FixedEntry(TableEntry):
+class IsolatedEntry(IsolatorsTable):
+    """Isolators under the deck: lead-rubber bearings, or friction pendulums."""
+
+    def made(self) -> IsolatedDeck:
+        """Return the deck on its isolators."""
+        return self.isolated()
+
+
+class IsolatedStructure(StructureTable, IsolatorsTable):
+    """A ``[[structure]]`` that is a deck on isolators and rigid piers."""
+
+    kind: Literal["isolated"] = "isolated"
+    """Kind of the structure."""
+    mass_ratio: Annotated[float | None, _for_example(4.0)] = None
+    """Mass of the deck over that of the piers; by default the base shear is that of the deck."""
+    abutment: Abutment | None = None
+    """Gap at the ends of the deck."""
+
+    def made(self) -> IsolatedDeck:
+        """Return the deck on its isolators."""
+        ratio = math.inf if self.mass_ratio is None else self.mass_ratio
+        deck = self.isolated()
+        return replace(deck, name=self.name, mass_ratio=ratio, abutment=self.abutment)
+
+
+class MonolithicTable(TableEntry):
     """Columns that are monolithic with ground and deck."""
 
     modulus: Annotated[float, _key("modulus_pa", 30.0e9)]
@@ -153,13 +236,10 @@ class FixedEntry(TableEntry):
     """Largest drift over the yield drift for which the model is valid; by default that of Caltrans,
     Seismic Design Criteria 1.7, section 2.2.4, for bents of several columns."""
 
-    def made(self) -> FixedFrame:
-        """Return a frame with these columns; its dimensions are 1 m, and it has no P-delta."""
-        return self.of_columns(height=1.0, width=1.0, column_mass=0.0, deck_mass=1.0, p_delta=False)
-
     def of_columns(self, **size: Any) -> FixedFrame:
         """Return the frame of one column of a size: see `FixedFrame.from_columns`."""
-        stated = {name: value for name, value in self if value is not None}
+        fields = MonolithicTable.model_fields
+        stated = {name: value for name, value in self if name in fields and value is not None}
         moment = stated.pop("moment_capacity", None)
         if moment is not None:
             if self.strength_ratio is not None:
@@ -172,13 +252,71 @@ class FixedEntry(TableEntry):
         return FixedFrame.from_columns(columns=1, **stated | size)
 
 
-class StructureEntry(TableEntry):
-    """One ``[[structure]]`` of a file of structures.
+class FixedEntry(MonolithicTable):
+    """Columns that are monolithic with ground and deck."""
+
+    def made(self) -> FixedFrame:
+        """Return a frame with these columns; its dimensions are 1 m, and it has no P-delta."""
+        return self.of_columns(height=1.0, width=1.0, column_mass=0.0, deck_mass=1.0, p_delta=False)
+
+
+class FixedStructure(StructureTable, MonolithicTable):
+    """A ``[[structure]]`` whose columns are fixed to the ground and to the deck."""
+
+    kind: Literal["fixed"] = "fixed"
+    """Kind of the structure."""
+    height_m: float
+    """Clear height of a column [m]."""
+    width_m: float
+    """Width of a column along the motion [m]; of a circular one, its diameter."""
+    section: Literal["rectangular", "circular"] = "rectangular"
+    """Section of the columns."""
+    depth_m: Annotated[float | None, _for_example(1.6)] = None
+    """Depth of rectangular columns across the motion [m]."""
+    mass_ratio: float
+    """Mass of the deck over that of all columns."""
+    column_mass_kg: Annotated[float | None, _for_example(61440.0)] = None
+    """Mass of a column [kg], or its density."""
+    density_kg_m3: Annotated[float | None, _for_example(2500.0)] = None
+    """Density of the columns [kg/m3]."""
+    abutment: Abutment | None = None
+    """Gap at the ends of the deck."""
+
+    def made(self) -> FixedFrame:
+        """Return the frame of columns that are solid and prismatic."""
+        circular, whole = self.section == "circular", f"frame {self.name!r}"
+        if circular and self.depth_m is not None:
+            raise invalid("depth", self.depth_m, whole, "absent where the section is circular")
+        if not circular and self.depth_m is None:
+            raise invalid("depth", None, whole, "stated for rectangular columns")
+        if (self.column_mass_kg is None) == (self.density_kg_m3 is None):
+            stated = "stated, or density_kg_m3, and not both"
+            raise invalid("column_mass", self.column_mass_kg, whole, stated)
+        mass = self.column_mass_kg
+        if self.density_kg_m3 is not None:
+            size = (self.height_m, self.width_m)
+            mass = self.density_kg_m3 * volume(self.section, *size, depth=self.depth_m)
+        if mass is None or not 0.0 < mass < math.inf:
+            raise invalid("density", self.density_kg_m3, whole, "positive and finite")
+        columns = self.of_columns(
+            height=self.height_m,
+            width=self.width_m,
+            depth=self.depth_m,
+            column_mass=mass,
+            deck_mass=self.mass_ratio * mass,
+        )
+        return replace(columns, name=self.name, abutment=self.abutment)
+
+
+class StructureEntry(StructureTable):
+    """One ``[[structure]]`` of a file of structures that is a rocking frame.
 
     Parameters
     ----------
     name : str
         Name in tables: letters and digits of any script, points, hyphens, underscores.
+    kind : str
+        Kind of the structure.
     height_m, width_m : float
         Height and width of a column [m].
     mass_ratio : float
@@ -215,7 +353,7 @@ class StructureEntry(TableEntry):
         Rivals for comparison: the same deck on isolators, and on monolithic columns.
     """
 
-    name: Name
+    kind: Literal["rocking"] = "rocking"
     height_m: float
     width_m: float
     mass_ratio: float = 0.0
@@ -248,6 +386,11 @@ class StructureEntry(TableEntry):
             If the frame does not rock, or if keys exclude each other.
         """
         return self.on_pivots(self.whole())
+
+    def unusual(self) -> str:
+        """Return what is unusual about height, mass ratio or slenderness; "" if nothing is."""
+        frame = self.made()
+        return unusual(frame.height, frame.mass_ratio, frame.slenderness)
 
     def whole(self) -> RockingFrame:
         """Return the frame with intact edges."""
@@ -341,8 +484,8 @@ _CURES: Final = {
 }
 
 
-def restrained_in_words(frames: Iterable[RockingFrame]) -> str:
-    """Return the names of the frames that are restrained, each with its restraints; "" if none is.
+def restrained_in_words(structures: Iterable[Structure]) -> str:
+    """Return the names of the restrained structures, each with its restraints; "" if none is.
 
     Examples
     --------
@@ -353,7 +496,8 @@ def restrained_in_words(frames: Iterable[RockingFrame]) -> str:
     """
     kinds = ("tendon", "dissipater", "abutment")
     found = {
-        frame.name: [kind for kind in kinds if getattr(frame, kind) is not None] for frame in frames
+        one.name: [kind for kind in kinds if getattr(one, kind, None) is not None]
+        for one in structures
     }
     return ", ".join(f"{name} ({', '.join(own)})" for name, own in found.items() if own)
 
@@ -381,11 +525,11 @@ class CompareEntry(Options):
 
 
 class _StructuresFile(Options):
-    structure: Annotated[tuple[StructureEntry, ...], Field(min_length=1, strict=False)]
+    structure: Annotated[tuple[AnyStructure, ...], Field(min_length=1, strict=False)]
     compare: CompareEntry = CompareEntry()
 
 
-def read_structures(path: str | Path = SHIPPED_STRUCTURES) -> list[RockingFrame]:
+def read_structures(path: str | Path = SHIPPED_STRUCTURES) -> list[Any]:
     """Read the structures of a TOML file.
 
     Parameters
@@ -395,14 +539,14 @@ def read_structures(path: str | Path = SHIPPED_STRUCTURES) -> list[RockingFrame]
 
     Returns
     -------
-    list of RockingFrame
+    list of RockingFrame, IsolatedDeck, FixedFrame or another kind
         In the order of the file.
 
     Raises
     ------
     InputError
         If the file is missing, is not TOML, has an unknown key or an invalid value, states a name
-        twice, or describes a structure that does not rock.
+        twice, or describes a structure that is impossible.
 
     Examples
     --------
@@ -411,10 +555,10 @@ def read_structures(path: str | Path = SHIPPED_STRUCTURES) -> list[RockingFrame]
     """
     path = Path(path)
     text = read_text(path)
-    return build_frames(path, text, parse(path, text, _StructuresFile).structure)
+    return build_structures(path, text, parse(path, text, _StructuresFile).structure)
 
 
-def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
+def read_bridges(path: Path) -> tuple[tuple[StructureTable, ...], CompareEntry]:
     """Read the structure entries of a TOML file, and the alternative systems to compare with.
 
     Raises
@@ -424,28 +568,28 @@ def read_bridges(path: Path) -> tuple[tuple[StructureEntry, ...], CompareEntry]:
     """
     text = read_text(path)
     content = parse(path, text, _StructuresFile)
-    build_frames(path, text, content.structure)  # rejects a name stated twice
+    build_structures(path, text, content.structure)  # rejects a name stated twice
     return content.structure, content.compare
 
 
-def build_frames(path: Path, text: str, entries: Sequence[StructureEntry]) -> list[RockingFrame]:
-    """Return the frames that the ``[[structure]]`` tables of a file describe.
+def build_structures(path: Path, text: str, entries: Sequence[StructureTable]) -> list[Structure]:
+    """Return the structures that the ``[[structure]]`` tables of a file describe.
 
-    An unusual height, slenderness or mass ratio raises a warning.
+    An unusual structure raises a warning, such as a rocking frame that is a kilometre high.
 
     Raises
     ------
     InputError
         If a name is stated twice.
     """
-    frames: dict[str, RockingFrame] = {}
+    structures: dict[str, Structure] = {}
     for i, entry in enumerate(entries):
-        if entry.name in frames:  # not earlier: finding the line reads the whole text
+        if entry.name in structures:  # not earlier: finding the line reads the whole text
             line = line_of(text, ("structure", i, "name"))
             raise InputError(path, f"name {entry.name!r} is stated twice.", line)
-        frame = frames[entry.name] = entry.made()
-        if words := unusual(frame.height, frame.mass_ratio, frame.slenderness):
+        structures[entry.name] = entry.made()
+        if words := entry.unusual():
             at = line_of(text, ("structure", i))
             warning = f"{path}:{at}: structure {entry.name!r}: {words}. Check units and values."
             warnings.warn(warning, RockframeWarning, stacklevel=3)
-    return list(frames.values())
+    return list(structures.values())

@@ -32,8 +32,8 @@ from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import RespondOptions
 from rockframe.study.structures import (
     SHIPPED_STRUCTURES,
-    StructureEntry,
-    build_frames,
+    AnyStructure,
+    build_structures,
     bundled_records,
     read_structures,
 )
@@ -93,7 +93,7 @@ class StudyTables(_WithRequested):
     figures: FigureOptions = FigureOptions()
     report: ReportOptions = ReportOptions()
     batches: BatchOptions = BatchOptions()
-    structure: Annotated[tuple[StructureEntry, ...], Field(strict=False)] = ()
+    structure: Annotated[tuple[AnyStructure, ...], Field(strict=False)] = ()
     """A structure of this study."""
 
 
@@ -190,7 +190,7 @@ def read_study(path: Path) -> Study:
         if tables.structures is not None:
             message = "structures and [[structure]] tables both stated. State only one of them."
             raise InputError(path, message, line_of(text, ("structures",)))
-        build_frames(path, text, tables.structure)
+        build_structures(path, text, tables.structure)
     _require_records(study, text)
     _require_files(study, text)
     if not tables.structure:

@@ -61,7 +61,7 @@ def parse(path: Path, text: str, model: type[File]) -> File:
     except ValidationError as invalid:
         # unknown keys first: an unknown key is often a missing key misspelt
         errors = sorted(invalid.errors(), key=lambda error: error["type"] not in UNKNOWN)
-        message, where = _explain(errors[0], model)
+        message, where = _explain(errors[0], model, content)
         raise InputError(path, message, line_of(text, where)) from None
 
 
@@ -97,16 +97,19 @@ def _too_large(value: Any, where: _Location = ()) -> _Location:
     return next((place for key, part in inner if (place := _too_large(part, (*where, key)))), ())
 
 
-def _explain(error: ErrorDetails, model: type[Options]) -> tuple[str, _Location]:
+def _explain(
+    error: ErrorDetails, model: type[Options], content: dict[str, Any]
+) -> tuple[str, _Location]:
     """Return the message and place of an error; pydantic's own text is for programmers."""
     kind, where = error["type"], error["loc"]
     if kind == REFUSED:
-        return _invalid_quantity(error["ctx"]["error"], model, where)
+        owner = _owner(model, where, content)[1]
+        return _invalid_quantity(error["ctx"]["error"], model, owner, where)
     names = tuple(part for part in where if isinstance(part, str))
     of_value = explain(error, lambda _: _dotted(model, names)), where
     if kind in (RULE, VALUE) or (kind == "missing" and isinstance(where[-1], int)):
         return of_value
-    table, owner = _owner(model, names[:-1])
+    table, owner = _owner(model, where[:-1], content)
     if kind in UNKNOWN:
         known = [_written(owner, key, table) for key in option_fields(owner)]
         hint = meant(names[-1], option_fields(owner))
@@ -134,11 +137,11 @@ def _beyond(key: str) -> str:
 
 
 def _invalid_quantity(
-    error: ParameterError, model: type[Options], where: _Location
+    error: ParameterError, model: type[Options], owner: type, where: _Location
 ) -> tuple[str, _Location]:
     """Return the message about an invalid quantity of a table, and the place of its key."""
     names = tuple(part for part in where if isinstance(part, str))
-    keys = _keys(_owner(model, names)[1], error.quantity)
+    keys = _keys(owner, error.quantity)
     if not keys:
         return str(error), where
     stated = _dotted(model, (*names, *keys))
@@ -160,16 +163,27 @@ def _keys(model: type, quantity: str) -> tuple[str, ...]:
     return ()
 
 
-def _owner(model: type, names: tuple[str, ...]) -> tuple[str, type]:
+def _owner(model: type, where: _Location, content: Any) -> tuple[str, type]:
     """Return the header of the table at this path, as written in the file, and its model."""
     written = ""
-    for name in names:
-        inner = options_within(option_fields(model)[name].annotation)
-        if inner is None:
-            break
-        written = _written(model, name, written)
-        model = inner
+    for name in where:
+        content = _at(content, name)
+        if isinstance(name, str):
+            inner = options_within(option_fields(model)[name].annotation)
+            if inner is None:
+                break
+            written = _written(model, name, written)
+            model = inner
+        # some tables are of one of several models, which the table itself states
+        model = model.for_value(content) if hasattr(model, "for_value") else model
     return written, model
+
+
+def _at(content: Any, name: str | int) -> Any:
+    """Return the part of a content with a key or a number; None if there is none."""
+    if isinstance(content, dict):
+        return content.get(name)
+    return content[name] if isinstance(content, list) and isinstance(name, int) else None
 
 
 def _written(model: type, key: str, table: str) -> str:

@@ -398,9 +398,10 @@ def pulse_cell(row: Mapping[str, Any], _key: str = "") -> str:
     words = str(row["verdict_to_pulse"]).replace("_", " ")
     if words != "stands":
         return words
-    ratio = f"θ/α {row['peak_rotation_ratio_to_pulse']:.3f}"
-    error = row["surrogate_error"]
-    return ratio if math.isnan(error) else f"{ratio}, {100.0 * error:+.0f} %"
+    ratio, error = row["peak_rotation_ratio_to_pulse"], row["surrogate_error"]
+    parts = [] if math.isnan(ratio) else [f"θ/α {ratio:.3f}"]
+    parts += [] if math.isnan(error) else [f"{100.0 * error:+.0f} %"]
+    return ", ".join(parts)
 
 
 #: Explanation of the columns of the ensemble.

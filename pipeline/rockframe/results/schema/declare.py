@@ -34,8 +34,8 @@ class Variable:
         Description.
     source : str
         The object that has the value, and the attribute if its name differs: ``match.pulse.T_p``.
-    valid : {"", "any", "finite", "positive"}
-        Allowed values. By default integers are zero or positive, and numbers may be NaN or
+    valid : {"", "any", "finite", "positive", "finite or absent"}
+        Allowed values; ``finite or absent`` allows NaN too. By default integers are zero or positive, and numbers may be NaN or
         infinite.
     key : bool
         The values identify the positions along the dimension: they are unique, and texts are safe
@@ -63,7 +63,7 @@ class Variable:
     units: str
     long_name: str
     source: str = ""
-    valid: Literal["", "any", "finite", "positive"] = ""
+    valid: Literal["", "any", "finite", "positive", "finite or absent"] = ""
     key: bool = False
     choices: tuple[str, ...] = ()
     former_meanings: str = ""

@@ -9,16 +9,22 @@ from typing import Final
 import numpy as np
 
 from rockframe.matching.record_pulses import PulseVerdict
-from rockframe.oscillators.comparison import RIVALS, Validity
-from rockframe.quantities import BANDED, LIMITED, PEAKS, QUANTITIES, Quantity
+from rockframe.quantities import BANDED, LIMITED, OF_KINDS, PEAKS, QUANTITIES, Quantity
 from rockframe.quantities import FORCES as FORCES_OF_RESPONSE
 from rockframe.results.schema.declare import FileKind, Variable, optional
 from rockframe.results.schema.records import RECORDS_NC
+from rockframe.results.schema.structures import (
+    KINDS_OF_STRUCTURES,
+    OF_CRUSHING,
+    OF_FRAME,
+    OF_WEIGHT,
+)
 from rockframe.risk import FURTHER, MEASURES, POOLED, Outcome
 from rockframe.rocking import DIMENSIONS
 from rockframe.rocking.kernels.tails import REST_VELOCITY_RATIO
 from rockframe.rocking.margins.first_overturning import EDGE_TOLERANCE
 from rockframe.rocking.verdict import COMPUTED, ModelEnd, Verdict
+from rockframe.structures.comparison import RIVALS
 from rockframe.wavelets.family import SHAPES, WAVELETS
 
 
@@ -109,23 +115,6 @@ class FateUnderPulse(IntEnum):
 
 
 # fmt: off
-#: Properties of each structure.
-OF_FRAME: Final = (
-    Variable("height", "structure", float, "m", "height of a column", "frame", valid="finite"),
-    Variable("width", "structure", float, "m", "width of a column", "frame", valid="finite"),
-    Variable("top_contact_width", "structure", float, "m", "width at the top of a column, on which the beam rests", "frame", valid="finite"),
-    Variable("centre_height", "structure", float, "m", "height of a column's centre of gravity above its base", "frame", valid="finite"),
-    Variable("inertia_ratio", "structure", float, "1", "I_o / (m_c R^2) of a column about its base corner", "frame", valid="finite"),
-    Variable("slenderness", "structure", float, "rad", "slenderness, alpha; for columns that are not prismatic, the slenderness of the equivalent column", "frame", valid="finite"),
-    Variable("size", "structure", float, "m", "distance from the pivot of a column to its centre of gravity, R", "frame", valid="finite"),
-    Variable("mass_ratio", "structure", float, "1", "mass of the beam over that of all columns", "frame", valid="finite"),
-    Variable("frequency_parameter", "structure", float, "rad s-1", "frequency parameter of a column, p", "frame", valid="finite"),
-    Variable("effective_frequency_parameter", "structure", float, "rad s-1", "frequency parameter of the frame, p-hat", "frame", valid="finite"),
-    Variable("restitution", "structure", float, "1", "angular velocity after an impact over angular velocity before, sqrt(r)", "frame", valid="finite"),
-    Variable("uplift_acceleration", "structure", float, "m s-2", "ground acceleration that starts uplift", "frame", valid="finite"),
-)
-
-
 def histories(along: str) -> tuple[Variable, ...]:
     """Declare the histories of structures on their time."""
     fallen, on_time = "NaN after overturning", {"coordinates": "time"}
@@ -251,18 +240,20 @@ OF_ABUTMENT: Final = optional("abutment",
 
 ABUTMENT: Final = tuple(one.name for one in OF_ABUTMENT)
 
-#: What turns forces over the weight into newtons, and the friction that shear keys need not carry.
-OF_WEIGHT: Final = optional("weight",
-    Variable("weight", "structure", float, "N", "weight of a column with its share of the beam", "frame", comment="NaN if the mass is not stated"),
-    Variable("friction_coefficient", "structure", float, "1", "coefficient of friction available at the joints", "frame", comment="NaN if it is not stated"),
+#: Responses of kinds of structures that do not rock.
+OF_KIND: Final = (
+    *(
+        variable
+        for one in OF_KINDS
+        for variable in optional(one.name, of_quantity(one, "record structure", "response"))
+    ),
+    *optional("first yield",
+        Variable("first_yield_time", "record structure", float, "s", "time of the first yielding or sliding", "response", comment="NaN if never"),
+    ),
+    *optional("limit of ductility",
+        Variable("ductility_exceeded_time", "record structure", float, "s", "time at which the ductility first exceeds its limit", "response", comment="NaN if never during the record, or without such a limit; afterwards the model is no longer valid"),
+    ),
 )
-
-#: Values of frames before their edges crush; OF_FRAME has the values after crushing.
-OF_CRUSHING: Final = optional("crushing",
-    Variable("slenderness_before_crushing", "structure", float, "rad", "slenderness before the edges crush", "before_crushing.slenderness", comment="NaN where edges do not crush"),
-    Variable("restitution_before_crushing", "structure", float, "1", "restitution, sqrt(r), before the edges crush", "before_crushing.restitution", comment="NaN if edges do not crush; smaller than the restitution after crushing, because columns on closer pivots lose less"),
-)
-
 RESPONSE_NC: Final = FileKind(
     "response", "respond", "Rocking response of free-standing frames to records",
     (
@@ -291,6 +282,7 @@ RESPONSE_NC: Final = FileKind(
         ),
         *OF_PARTS,
         *OF_ABUTMENT,
+        *OF_KIND,
         *OF_FORCES,
         *OF_FORCE_BANDS,
         *optional("margins",
@@ -316,10 +308,27 @@ RESPONSE_NC: Final = FileKind(
         *OF_FRAME,
         *OF_WEIGHT,
         *OF_CRUSHING,
+        *KINDS_OF_STRUCTURES,
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
     ),
 )
 # fmt: on
+
+
+class Validity(IntEnum):
+    """Values of `validity`: the event that first ends the model, a `ModelEnd`."""
+
+    HOLDS = 0
+    OVERTURNS = 1
+    TENDON_YIELDS = 2
+    GAP_CLOSES = 3
+    LIFT_EXCEEDED = 4
+    DUCTILITY_EXCEEDED = 5
+
+    @classmethod
+    def of(cls, end: ModelEnd) -> Validity:
+        """Return the value of an event."""
+        return cls[end.name] if end else cls.HOLDS
 
 
 _EACH: Final = "record structure model"
@@ -344,7 +353,7 @@ COMPARE_NC: Final = FileKind(
         Variable("ductility", _EACH, float, "1", "largest drift over the yield drift", "compared", comment="NaN for rocking bridges and for models that do not yield"),
         of_quantity(QUANTITIES["peak_tendon_force"], _EACH, "compared"),
         of_quantity(QUANTITIES["friction_demand"], _EACH, "compared", _ROCKING),
-        Variable("validity", _EACH, Validity, "1", "first reason why the model is no longer valid", "compared"),
+        Variable("validity", _EACH, Validity, "1", "first reason why the model is no longer valid"),
         Variable("valid_until", _EACH, float, "s", "time at which the model is no longer valid", "compared", comment="NaN if the model stays valid, or if its validity ends after the record or between two samples"),
         Variable("gap_closed_time", _EACH, float, "s", "time at which the deck first closes the gap of an abutment", "compared", comment="NaN if the gap never closes, or if no gap is stated"),
         Variable("closing_velocity", _EACH, float, "m s-1", "speed of the deck when the gap closes", "compared"),
@@ -493,6 +502,7 @@ SCREEN_NC: Final = FileKind(
         *_NUMBERS,
         *_FURTHER,
         *OF_FRAME,
+        *KINDS_OF_STRUCTURES,
         Variable("reference_scale", "", float, "1", "scale at which ranks and distributions are computed", refers_to="scale"),
         Variable("demand_rank", "record structure", float, "1", "rank of the motion by share of members that overturn, then by median peak rotation; 1 the largest"),
         Variable("mean_rank", "record", float, "1", "mean rank over the structures"),

@@ -13,7 +13,7 @@ import xarray as xr
 from rockframe.cells import Column, in_digits, number
 from rockframe.quantities import FORCES, QUANTILES, Quantity
 from rockframe.results.reading import only_record
-from rockframe.results.tables.rows import Row, rows_along
+from rockframe.results.tables.rows import Row, is_computed, rocks, rows_along
 
 #: Meaning of the forces, for the lines below a table or figure.
 FORCES_LEGEND: Final = (
@@ -62,6 +62,8 @@ def _has(force: Quantity, row: Row) -> bool:
     """Return True if the structure of a row has the joint or the restraint of a force."""
     if force.kind == "tie":
         return not math.isnan(row[force.name])
+    if not is_computed(row) or (force.of_joints and not rocks(row)):
+        return False
     return not force.name.startswith("top") or row["mass_ratio"] > 0.0
 
 
@@ -82,7 +84,7 @@ _QUANTILES: Final = ("", *(f"_{100 * one:.0f}" for one in QUANTILES))
 _SHARED: Final = ("record_id", "structure", "weight", "friction_coefficient", "mass_ratio")
 #: Variables of rows with all forces, over the weight or in N.
 _VARIABLES: Final = {
-    **{name: name for name in (*_SHARED, "verdict")},
+    **{name: name for name in (*_SHARED, "verdict", "kind")},
     **{
         f"{force.name}{end}": f"{force.band}.{place - 1}" if end else force.name
         for force in FORCES

@@ -18,6 +18,7 @@ from rockframe.quantities import BANDED, PEAKS, QUANTILES, QUANTITIES, Quantity
 from rockframe.results.schema import KINDS
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, SpreadVerdict, Verdict
 from rockframe.signals.passport import implausible_peak
+from rockframe.study.kinds import declared_kind
 from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ def spread_verdict(row: Cells) -> SpreadVerdict:
         largest_scale=number(row.get("largest_scale")),
         model_ends={name: number(row.get(f"{name}_s")) for name in MODEL_ENDS},
         model_end=ModelEnd[(row.get("model_end") or "none").upper()],
+        fails=declared_kind(row.get("kind") or "").fails,
     )
 
 
@@ -90,6 +92,11 @@ def standing(row: Cells, key: str) -> float | str:
     """
     verdict = Verdict[row["verdict"].upper()]
     return verdict.label if verdict is Verdict.OVERTURNS else number(row[key])
+
+
+def rocks(row: Cells) -> bool:
+    """Return True if the structure of a row is of a kind that rocks."""
+    return declared_kind(row.get("kind") or "").rocks
 
 
 def is_computed(row: Cells) -> bool:

@@ -23,6 +23,7 @@ from rockframe.results.tables.rows import (
     critical_scale,
     is_computed,
     peak_words,
+    rocks,
     share_words,
     spread_verdict,
 )
@@ -144,8 +145,8 @@ MATRICES: Final[Mapping[str, Matrix]] = MappingProxyType(
 def severity(row: Cells) -> tuple[float, float, float]:
     """Return the key that sorts rows, the most severe first.
 
-    The share that overturns decides, then the largest rotation (the median of the ensemble, if
-    there is one), then the margin. Responses that were not computed are the last.
+    The share that overturns decides, then the largest rotation (of kinds that do not rock, drift;
+    the median of the ensemble, if there is one), then the margin. Not computed is the last.
 
     Examples
     --------
@@ -158,9 +159,8 @@ def severity(row: Cells) -> tuple[float, float, float]:
         margin = number(row.get(_SEARCHED[_margin_of(row)]))
     if not is_computed(row):
         return math.inf, math.inf, math.inf
-    rotation = _peak(QUANTITIES["peak_rotation_ratio"], row)
-    most = 0.0 if math.isnan(rotation) else -rotation
-    return -share_overturned(row), most, math.inf if math.isnan(margin) else margin
+    largest = _peak(QUANTITIES["peak_rotation_ratio" if rocks(row) else "peak_u"], row)
+    return -share_overturned(row), -largest, math.inf if math.isnan(margin) else margin
 
 
 #: Largest number of records that are named for a reason, and of reasons that are stated.
@@ -347,7 +347,7 @@ class _OverRecords:
         self.shares.append(share_overturned(row))
         for quantity, peaks in self._peaks.items():
             peaks.append(_peak(quantity, row))
-        if verdict.kind is not VerdictKind.NO_UPLIFT:
+        if verdict.kind is not VerdictKind.NO_UPLIFT and rocks(row):
             self._uplifted += 1
             self._drifts_of_uplifted.append(_peak(QUANTITIES["peak_u"], row))
         if peak := peak_words(row):
@@ -384,7 +384,7 @@ class _OverRecords:
             "records": len(self.names),
             **dict.fromkeys(("left_out", "left_out_words")),  # filled for all structures at once
             **interval,
-            "uplifted": self._uplifted,
+            "uplifted": self._uplifted if rocks(first) else "",
             "uplifted_peak_u_50_m": over_records(self._drifts_of_uplifted)[1],
             "model_ends": self._model_ends,
             "largest_share_model_ends": self._largest_share_ends,
@@ -510,7 +510,7 @@ def summary_notes(rows: Sequence[Cells]) -> list[str]:
     notes = []
     for row in rows:
         name, records = row["structure"], int(row["records"])
-        uplifted = int(row["uplifted"])
+        uplifted = int(row["uplifted"] or 0)
         if 0 < uplifted < records and row.get("uplifted_peak_u_50_m"):
             drift = 100.0 * number(row["uplifted_peak_u_50_m"])
             words = "where it overturns" if math.isinf(drift) else f"of {drift:.1f} cm"

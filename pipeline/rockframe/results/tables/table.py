@@ -14,7 +14,7 @@ import xarray as xr
 
 from rockframe.cells import Column
 from rockframe.errors import InputError
-from rockframe.quantities import PEAKS
+from rockframe.quantities import OF_KINDS, PEAKS
 from rockframe.record import Part
 from rockframe.results.pulses import pulse_rows
 from rockframe.results.reading import opened
@@ -33,6 +33,16 @@ from rockframe.results.tables.rows import (
 from rockframe.results.tables.summary import OF_STRUCTURE
 from rockframe.rocking.verdict import MODEL_ENDS
 
+#: Columns that only some files have, with their variables.
+_SOME: Final = {
+    "kind": "kind",
+    **{one.column(): one.name for one in OF_KINDS},
+    "first_yield_time_s": "first_yield_time",
+    "ductility_exceeded_time_s": "ductility_exceeded_time",
+    "not_computed": "not_computed",
+}
+#: Events that end the model, of rocking frames.
+_MODEL_ENDS: Final = tuple(name for name in MODEL_ENDS if f"{name}_s" not in _SOME)
 #: Columns of ``table.csv`` in order. Units are in the names; unknown values are NaN or empty. Those
 #: of `force_cells` follow if the responses have forces.
 _COLUMNS: Final = (
@@ -46,13 +56,11 @@ _COLUMNS: Final = (
     *("uplift_time_s", "overturning_time_s", "record_id", "source_file", "facts_source"),
     *("pulse_verdict", "pulse_p_value", "verdict_to_pulse", "peak_rotation_ratio_to_pulse"),
     *("surrogate_error", *CONTACT, *OF_STRUCTURE, "slenderness_before_crushing_deg"),
-    *("restitution", "restitution_before_crushing", *(f"{name}_s" for name in MODEL_ENDS)),
+    *("restitution", "restitution_before_crushing", *(f"{name}_s" for name in _MODEL_ENDS)),
     *SHARES,
     "model_end",
     *OF_BANDS,
 )
-#: Columns that only some files have.
-_SOME: Final = ("not_computed",)
 #: Columns of a record and columns of a response, with their variables.
 _OF_RECORD: Final = columns_of(
     "record_id event station component source_file facts_source magnitude",
@@ -71,9 +79,10 @@ _OF_RESPONSE: Final = columns_of(
     "height_m=height width_m=width mass_ratio slenderness_deg=slenderness",
     "slenderness_before_crushing_deg=slenderness_before_crushing",
     "restitution restitution_before_crushing",
-    *(f"{name}_s={name}" for name in MODEL_ENDS),
+    *(f"{name}_s={name}" for name in _MODEL_ENDS),
     *SHARES,
-    "model_end not_computed",
+    "model_end",
+    *(f"{column}={name}" for column, name in _SOME.items()),
     *(f"{column}={variable}" for column, variable in OF_BANDS.items()),
 )
 _NO_PULSE: Final[Row] = {
@@ -138,7 +147,7 @@ def _table_rows(
             "record": short if named[short] == 1 else name,
             "pulse_p_value": pulse["p_value"],
         }
-        further = [*_SOME] if "not_computed" in response else []
+        further = [column for column, name in _SOME.items() if name in response]
         further += FORCE_CELLS if FORCE_CELLS[0] in answer else []
         yield {column: row[column] for column in (*_COLUMNS, *further)}
 

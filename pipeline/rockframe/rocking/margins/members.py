@@ -316,13 +316,40 @@ def rank_correlations(
     >>> round(found["amplitude"], 3), abs(found["height"]) < 0.3
     (1.0, True)
     """
-    drawn, peak = _drawn_ranks(ensemble), _centred(ranks(peaks))
+    drawn = _drawn_ranks(ensemble)
     varied = () if versions is None else versions.varied
+    return _correlated(peaks, {name: drawn[name] for name in spreads_of(ensemble)}, varied)
+
+
+def correlations_of(
+    peaks: Float, drawn: Mapping[str, Float], varied: Sequence[str] = ()
+) -> dict[str, float]:
+    """Return Spearman's rank correlation between spreads of any kind and peaks of members [1].
+
+    Parameters
+    ----------
+    peaks : array, shape (members,)
+        Peaks of the members; infinite for members that overturn or collapse.
+    drawn : mapping of str to array, shape (members,)
+        Draws of each spread.
+    varied : sequence of str
+        Those of ``corner`` and ``orientation_degree`` in which the versions of the motion differ;
+        the others have NaN.
+    """
+    centred = {name: _centred(ranks(values)) for name, values in drawn.items()}
+    return _correlated(peaks, centred, varied)
+
+
+def _correlated(
+    peaks: Float, drawn: Mapping[str, Float], varied: Sequence[str]
+) -> dict[str, float]:
+    """Return the correlations of peaks with the ranks of draws, less their mean."""
+    peak = _centred(ranks(peaks))
     found = {}
-    for name in spreads_of(ensemble):
+    for name, values in drawn.items():
         known = name in varied or name not in ("corner", "orientation_degree")
-        size = math.sqrt(float(np.square(drawn[name]).sum() * np.square(peak).sum()))
-        product = float((drawn[name] * peak).sum())
+        size = math.sqrt(float(np.square(values).sum() * np.square(peak).sum()))
+        product = float((values * peak).sum())
         found[name] = product / size if known and size > 0.0 else math.nan
     return found
 

@@ -116,7 +116,7 @@ def robust_margins(
         largest = largest_scale_of(ground, largest_scale)
         weakest = [min(one, key=lambda frame: frame.uplift_acceleration) for one in families]
         searches = [
-            _Family(amplitude, least_scale_of(ground, frame), largest, chosen.seed).search()
+            FamilySearch(amplitude, least_scale_of(ground, frame), largest, chosen.seed).search()
             for frame in weakest
         ]
         changes = changed_by_sampling([ground], frames, chosen)[0]
@@ -160,8 +160,20 @@ def _side_by_side(
 
 
 @dataclass(eq=False)
-class _Family:
-    """The search for the robust margin of one ensemble, at powers of 1 + SCALE_STEP."""
+class FamilySearch:
+    """The search for the robust margin of one ensemble, at powers of 1 + SCALE_STEP.
+
+    Parameters
+    ----------
+    amplitude : array, shape (members,)
+        Factors of the motion [1].
+    least, largest : float
+        Ends of the range of scales [1].
+    seed : int
+        Random seed of the bootstrap.
+    responses : int
+        Number of responses that were computed so far.
+    """
 
     amplitude: Float
     least: float
