@@ -106,6 +106,10 @@ OF_COMMANDS: Final = {
     ("respond", "--record"): "r.nc --output x.nc --record A",
     ("respond", "--figures"): "r.nc --output x.nc --figures drawn",
     ("figure", "--beam-centre"): "joints --output a.png --beam-centre 1",
+    **{
+        ("report", f"--{name}"): f"run --{name} words"
+        for name in ("company", "project", "question", "logo")
+    },
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
+from typing import Final
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.cli import arguments, console
@@ -118,25 +119,61 @@ def add_report(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output",
         "-o",
-        type=file_to_write(".html"),
+        type=file_to_write(".html", ".pdf"),
         help="page to write (default: report.html in the folder, or beside the responses)",
+    )
+    parser.add_argument(
+        "--client",
+        action="store_true",
+        help="write one or two pages for a client instead, made to print: client.html, and "
+        "client.pdf where Chromium or WeasyPrint is present; --output may end in .pdf",
     )
     add_options(parser, ReportOptions)
 
 
 def run_report(options: argparse.Namespace) -> None:
     """Verify the run, write the page, and print what it contains."""
-    from rockframe.stages.report import PAGE, files_as_run, report_stage
+    from rockframe.stages.report import files_as_run
 
     first: Path = options.folder[0]
-    wanted = chosen(options, ReportOptions)
+    _refuse_letterhead(options)
     if len(options.folder) == 1 and first.suffix != ".nc":
-        output = options.output or first / PAGE
-        counts = report_stage(first, output, wanted)
-    else:
-        output = options.output or first.with_name(PAGE)
-        with files_as_run(options.folder) as folder:
-            counts = report_stage(folder, output, wanted, verified=True)
+        _write_pages(options, first, first)
+        return
+    with files_as_run(options.folder) as folder:
+        _write_pages(options, folder, first.parent, verified=True)
+
+
+#: Options of the report that only the client's page has.
+_LETTERHEAD: Final = ("company", "project", "question", "logo")
+
+
+def _refuse_letterhead(options: argparse.Namespace) -> None:
+    """Raise an error if an option is stated that the page does not take."""
+    for name in _LETTERHEAD:
+        if not options.client and hasattr(options, name):
+            raise ParameterError(f"--{name} has no effect without --client. State --client too.")
+    if not options.client and options.output and options.output.suffix == ".pdf":
+        raise ParameterError("Only the page of --client can be a .pdf. Name a file in .html.")
+
+
+def _write_pages(
+    options: argparse.Namespace, folder: Path, beside: Path, *, verified: bool = False
+) -> None:
+    """Write the report of a run, or its client's page, and print what was written."""
+    from rockframe.stages.report import CLIENT_PAGE, PAGE, client_stage, report_stage
+
+    wanted, output = chosen(options, ReportOptions), options.output
+    if options.client:
+        place = output or (None if folder == beside else beside / CLIENT_PAGE)
+        files = client_stage(folder, place, wanted, verified=verified)
+        if options.json:
+            console.show_json({"output": str(files[0]), "files": [str(one) for one in files]})
+        else:
+            print(*files, sep="\n")
+        return
+    output = output or beside / PAGE
+    counts = report_stage(folder, output, wanted, verified=verified)
     size = output.stat().st_size
     if options.json:
         console.show_json({"output": str(output), "bytes": size, **counts})

@@ -529,3 +529,12 @@ class ReportOptions(Options):
     rows: Annotated[int, Field(ge=1)] = 5000
     """Largest number of rows of the table in the page. If there are more, they are chosen in the
     same way; the counts still include all of them."""
+    company: Annotated[str, Field(max_length=80)] = ""
+    """Name of the company on the client's page."""
+    project: Annotated[str, Field(max_length=120)] = ""
+    """Name of the project on the client's page; by default that of the run."""
+    question: Annotated[str, Field(max_length=240)] = ""
+    """Question that the client's page answers; by default whether the structures stand."""
+    logo: Annotated[File | None, Field(examples=["logo.png"])] = None
+    """Logo on the client's page: PNG, JPEG or SVG of at most 0.5 MB, relative to the current
+    folder."""

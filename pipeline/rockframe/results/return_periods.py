@@ -67,6 +67,8 @@ def demand_words(row: Mapping[str, Any]) -> str:
     """
     quantity = QUANTITIES[row["quantity"]]
     value, low, high = (quantity.outcome(row[name]) for name in ("value", "low", "high"))
+    if value == low == high:
+        return value
     return f"{value} ({low} to {high})"
 
 

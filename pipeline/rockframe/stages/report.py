@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import subprocess
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -282,6 +284,122 @@ def report_stage(
     return {"histories": len(shown), "left_out": total - len(shown), "rows": len(content.rows)}
 
 
+#: File name of the client's page, in the folder of its run.
+CLIENT_PAGE: Final = "client.html"
+#: Programs that print a page, in the order in which they are tried.
+_BROWSERS: Final = ("chromium", "chromium-browser", "google-chrome", "chrome")
+#: Time after which a program that prints a page is stopped [s].
+_PATIENCE: Final = 120
+
+
+def client_stage(
+    folder: Path,
+    output: Path | None = None,
+    options: ReportOptions | None = None,
+    *,
+    verified: bool = False,
+) -> list[Path]:
+    """Write the client's page of a run: HTML made to print, and PDF where a program can print it.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the run.
+    output : Path, optional
+        The page, ``.html`` or ``.pdf``; by default ``client.html`` in the folder, with a PDF
+        where Chromium or WeasyPrint is present.
+    options : ReportOptions, optional
+        Company, project, question and logo; those that are not stated are those of the study.
+    verified : bool
+        Do not verify the run first.
+
+    Returns
+    -------
+    list of Path
+        The files that were written.
+
+    Raises
+    ------
+    InputError
+        If the run is incomplete or changed, a file cannot be read or written, or a PDF is asked for
+        and no program can print it.
+    """
+    from rockframe.report.client import Letterhead, client_page
+    from rockframe.results.run import read_run
+    from rockframe.results.screen import read_screening
+    from rockframe.results.stored import attributes_of
+    from rockframe.results.tables.sentences import members_of
+
+    page = output or folder / CLIENT_PAGE
+    refuse_obstacles([page])
+    for fault in () if verified else verify_run(folder).faults:
+        raise InputError(folder, f"is not a complete run: {fault}")
+    content = read_run(folder)
+    refuse_overwriting([page], [folder / name for name in content.manifest["outputs"]])
+    study = content.manifest["parameters"].get("study") or content.manifest["parameters"]
+    stated = options.model_dump(exclude_unset=True) if options else {}
+    wanted = ReportOptions(**{**(study.get("report") or {}), **stated})
+    screened = folder / "screen.nc"
+    known = screened.name in content.manifest["outputs"]
+    screening = read_screening(screened, every_scale=False) if known else None
+    parameters = json.loads(attributes_of(folder / "response.nc", "response")["parameters"])
+    letterhead = Letterhead(wanted.company, wanted.project, wanted.question, wanted.logo)
+    text = client_page(content, letterhead, members_of(parameters), screening)
+    if page.suffix == ".pdf":
+        _print_page(text, page)
+        return [page]
+    with whole_file(page) as partial:
+        partial.write_text(text, encoding="utf-8")
+    if output is not None:
+        return [page]
+    with suppress(InputError):  # no program can print it: the page is there to be printed by hand
+        _print_page(text, page.with_suffix(".pdf"))
+        return [page, page.with_suffix(".pdf")]
+    return [page]
+
+
+def _print_page(text: str, output: Path) -> None:
+    """Print a page as PDF with Chromium, or with WeasyPrint.
+
+    Raises
+    ------
+    InputError
+        If neither is present, or the program fails.
+    """
+    browser = next(filter(None, map(shutil.which, _BROWSERS)), None)
+    if browser is None:
+        _print_without_browser(text, output)
+        return
+    with scratch_folder() as folder:
+        page, printed = folder / "page.html", folder / "page.pdf"
+        page.write_text(text, encoding="utf-8")
+        words = [browser, "--headless", "--disable-gpu", "--no-pdf-header-footer", "--no-first-run"]
+        words += [f"--user-data-dir={folder / 'profile'}", f"--print-to-pdf={printed}"]
+        if getattr(os, "geteuid", lambda: 1)() == 0:
+            words.append("--no-sandbox")  # Chromium has none for the superuser
+        with suppress(subprocess.TimeoutExpired, OSError):
+            subprocess.run(
+                [*words, page.as_uri()], capture_output=True, check=False, timeout=_PATIENCE
+            )
+        if not printed.is_file():
+            raise InputError(output, f"cannot be printed: {browser} failed. Write .html instead.")
+        with whole_file(output) as partial:
+            shutil.copyfile(printed, partial)
+
+
+def _print_without_browser(text: str, output: Path) -> None:
+    try:
+        from weasyprint import HTML
+    except (ImportError, OSError):  # OSError: a library of the system is missing
+        raise InputError(
+            output,
+            "cannot be printed: neither Chromium nor WeasyPrint is present. Write .html, and print "
+            "it from a browser.",
+        ) from None
+    with whole_file(output) as partial:
+        HTML(string=text).write_pdf(partial)
+
+
 #: Files that a page without a run needs, and those that it shows too if they are named.
 _OF_PAGE: Final = ("records", "pulses", "response")
 _BESIDE_PAGE: Final = ("screen", "compare")
@@ -304,11 +422,10 @@ def files_as_run(files: Sequence[Path]) -> Iterator[Path]:
 
     Examples
     --------
-    >>> with files_as_run([]):
+    >>> with files_as_run([]):  # doctest: +ELLIPSIS
     ...     pass
     Traceback (most recent call last):
-    rockframe.errors.ParameterError: No records file named. Name the outputs of `rockframe ingest`,
-    `pulse` and `respond`, or the folder of a run.
+    rockframe.errors.ParameterError: No records file named. Name the outputs of ...
     """
     from rockframe.stages.table import table_stage
 

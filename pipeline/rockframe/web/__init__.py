@@ -143,6 +143,7 @@ def policy(script: str, style: str, connect: str | None = None) -> str:
         "default-src 'none'",
         f"script-src '{_hash(script)}'",
         f"style-src '{_hash(style)}'",
+        "img-src data:",
         "base-uri 'none'",
         "form-action 'none'",
     ]

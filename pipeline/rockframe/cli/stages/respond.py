@@ -93,7 +93,6 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.results.pulses import peaks_of, recordings_of
-    from rockframe.results.tables.forces import force_rows
     from rockframe.results.tables.sentences import answers
     from rockframe.results.tables.summary import (
         first_columns,
@@ -104,7 +103,11 @@ def run_respond(options: argparse.Namespace) -> int:
     from rockframe.results.tables.table import part_rows, response_rows
 
     wanted = chosen(options, RespondOptions)
-    pairs = {"forces": ("record_id", "structure"), "scales": ("record_id", "structure")}
+    pairs = {
+        "envelope": ("structure", "force"),
+        "forces": ("record_id", "structure"),
+        "scales": ("record_id", "structure"),
+    }
     arguments.refuse_tables(options, first_columns(*_RESPONSES) | pairs, _RESPONSES[0])
     if options.sensitivity:
         _require_spreads(wanted.ensemble)
@@ -119,7 +122,7 @@ def run_respond(options: argparse.Namespace) -> int:
     summary = summary_rows(rows, recordings_of(options.records), left_out)
     tables = {
         **tables_of(rows, summary, _RESPONSES[0]),
-        **({"forces": list(force_rows(response))} if wanted.forces else {}),
+        **(_force_tables(response) if wanted.forces else {}),
         **({"scales": scaled} if scaled else {}),
     }
     said_of_each = answers(rows, wanted.ensemble.members)
@@ -263,8 +266,22 @@ def _require_spreads(ensemble: Ensemble) -> None:
         raise ParameterError(f"--sensitivity without an ensemble: {lack}. State another one.")
 
 
+def _force_tables(response: xr.Dataset) -> dict[str, Sequence[Row]]:
+    """Return the tables of the forces, and of their envelope over all records."""
+    from rockframe.results.tables.envelope import force_envelope
+    from rockframe.results.tables.forces import force_rows
+
+    rows = list(force_rows(response))
+    return {"forces": rows, "envelope": force_envelope(rows)}
+
+
 def _show_forces(response: xr.Dataset, output: str, wanted: RespondOptions) -> None:
     """Print the forces at the joints, and their meaning."""
+    from rockframe.results.tables.envelope import (
+        ENVELOPE_LEGEND,
+        envelope_columns,
+        force_envelope,
+    )
     from rockframe.results.tables.forces import (
         NO_VERTICAL,
         force_columns,
@@ -278,6 +295,12 @@ def _show_forces(response: xr.Dataset, output: str, wanted: RespondOptions) -> N
         console.show_rows(f"Forces in {output}", force_columns(rows), each, group="pair")
         said = forces_in_words(rows)
         print(console.filled(said if wanted.vertical else f"{said} {NO_VERTICAL}"))
+        if len({row["record_id"] for row in rows}) > 1:
+            envelope = force_envelope(rows)
+            console.show_rows(
+                "\nEnvelope of the forces over all records", envelope_columns(), envelope
+            )
+            print(console.filled(ENVELOPE_LEGEND))
 
 
 def _stated_scales(options: argparse.Namespace, wanted: RespondOptions) -> tuple[float, ...]:

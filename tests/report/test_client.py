@@ -1,0 +1,99 @@
+"""The client's page: answers, bands, letterhead, names that are HTML, and PDF."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from html import unescape
+from pathlib import Path
+
+import pytest
+
+from rockframe.cli.main import main
+from rockframe.errors import InputError
+from rockframe.provenance import MANIFEST, sha256_of
+from rockframe.report.client import Letterhead
+from rockframe.results.tables.entries import rows_of
+from rockframe.stages import report as stage
+
+LOGO = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle r="4"/></svg>'
+
+
+def page_of(folder: Path, *words: str) -> str:
+    """Write the client's page of a run with these options, and return it as plain text."""
+    output = folder / "page.html"
+    assert main(["report", str(folder), "--client", "--output", str(output), *words]) == 0
+    return output.read_text(encoding="utf-8")
+
+
+def test_the_page_has_the_answers_and_the_bands_of_the_summary(bundled_run: Path) -> None:
+    page = unescape(page_of(bundled_run)).replace("\N{NO-BREAK SPACE}", " ")
+    rows = list(rows_of(bundled_run / "summary.csv"))
+    assert len(rows) == 5
+    for row in rows:
+        assert f"<strong>{row['structure']}</strong> " in page
+        if row["peak_u_84_m"] != "inf":
+            assert f">{100 * float(row['peak_u_84_m']):.1f}</td>" in page
+    assert page.count("of 64 plausible structures overturn") == 5
+    assert "Forces were not computed" in page
+    assert sha256_of(bundled_run / MANIFEST)[:12] in page
+    assert "motion in one plane" in page
+
+
+def test_the_same_run_gives_the_same_page_and_no_script_or_request(hostile_run: Path) -> None:
+    page = page_of(hostile_run)
+    assert page == page_of(hostile_run)
+    assert "<script" not in page
+    assert "<b onclick" not in page
+    assert "&lt;b onclick" in page
+    assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)
+    assert "1 file or record was rejected" in page
+
+
+def test_the_letterhead_is_that_of_the_command(hostile_run: Path, tmp_path: Path) -> None:
+    logo = tmp_path / "logo.svg"
+    logo.write_bytes(LOGO)
+    words = ("--company", "A & B", "--project", "Pier <4>", "--question", "Does it stand?")
+    page = page_of(hostile_run, *words, "--logo", str(logo))
+    assert "<h1>Pier &lt;4&gt;</h1>" in page
+    assert '<p class="eyebrow">A &amp; B</p>' in page
+    assert "Does it stand?" in page
+    assert 'src="data:image/svg+xml;base64,' in page
+
+
+@pytest.mark.parametrize("content", [None, b"GIF89a", LOGO + b" " * 500_000])
+def test_a_logo_that_no_page_can_show_is_an_error(content: bytes | None, tmp_path: Path) -> None:
+    logo = tmp_path / "logo.png"
+    if content is not None:
+        logo.write_bytes(content)
+    said = "cannot be read" if content is None else "Must be PNG, JPEG or SVG of at most 0.5 MB"
+    with pytest.raises(InputError, match=said):
+        _ = Letterhead(logo=logo).picture
+
+
+@pytest.mark.skipif(
+    not any(map(shutil.which, stage._BROWSERS)),  # noqa: SLF001 -- the programs that are tried
+    reason="no Chromium, which prints the page",
+)
+def test_a_pdf_is_printed_and_has_two_pages_at_most(bundled_run: Path, tmp_path: Path) -> None:
+    output = tmp_path / "page.pdf"
+    assert main(["report", str(bundled_run), "--client", "--output", str(output)]) == 0
+    content = output.read_bytes()
+    assert content.startswith(b"%PDF-")
+    assert 1 <= len(re.findall(rb"/Type\s*/Page\b", content)) <= 2
+
+
+def test_without_a_program_that_prints_html_is_written_and_pdf_refused(
+    hostile_run: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(stage, "_BROWSERS", ())
+    monkeypatch.setitem(__import__("sys").modules, "weasyprint", None)
+    output = tmp_path / "page.pdf"
+    assert main(["report", str(hostile_run), "--client", "--output", str(output)]) == 2
+    assert "neither Chromium nor WeasyPrint is present. Write .html" in capsys.readouterr().err
+    assert not output.exists()
+    assert main(["report", str(hostile_run), "--output", str(output)]) == 2
+    assert "Only the page of --client can be a .pdf" in capsys.readouterr().err
