@@ -156,3 +156,5 @@ from .wobbling import PairAcceleration as PairAcceleration
 from .wobbling import WobblingResponse as WobblingResponse
 from .wobbling import wobble as wobble
 from .wobbling import wobbling_ensemble as wobbling_ensemble
+from .wobbling import wobbling_margins as wobbling_margins
+from .wobbling import wobbling_reactions as wobbling_reactions

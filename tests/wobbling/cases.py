@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe import PairAcceleration, Pulse, RockingFrame, hollow, inertia_ratio_of, tapered
+from rockframe import (
+    PairAcceleration,
+    Pulse,
+    RockingFrame,
+    Tendon,
+    hollow,
+    inertia_ratio_of,
+    tapered,
+)
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -62,3 +71,11 @@ def random_motion(rng: np.random.Generator, frame: RockingFrame) -> PairAccelera
     return PairAcceleration(
         first + math.cos(angle) * second, math.sin(angle) * second, 0.005 / seconds
     )
+
+
+def with_tendon(frame: RockingFrame) -> RockingFrame:
+    """Return the frame with stiff prestressed tendons: three quarters of its weight at alpha."""
+    weight = 50e3 * GRAVITY * (1.0 + frame.mass_ratio)
+    stiff = 0.5 * weight / (frame.tie_lever * frame.slenderness)
+    tendon = Tendon(area=1e-3, modulus=stiff * frame.height / 1e-3, prestress=0.25 * weight)
+    return replace(frame, column_mass=50e3, tendon=tendon)

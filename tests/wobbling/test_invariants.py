@@ -15,7 +15,6 @@ from rockframe import (
     PairAcceleration,
     Pulse,
     RockingFrame,
-    Tendon,
     Verdict,
     respond,
     wobble,
@@ -23,7 +22,7 @@ from rockframe import (
 from rockframe.units import GRAVITY
 from rockframe.wobbling.response import axial_inertia
 
-from .cases import Float, random_frame, random_motion
+from .cases import Float, random_frame, random_motion, with_tendon
 
 seeds = pytest.mark.parametrize("seed", range(12))
 
@@ -86,14 +85,6 @@ def test_mirrored_and_exchanged_components_give_the_same_bits(seed: int) -> None
         assert np.array_equal(getattr(found, name), getattr(exchanged, name), equal_nan=True)
     assert np.array_equal(found.u_x, exchanged.u_y, equal_nan=True)
     assert np.array_equal(found.u_y, -mirrored.u_y, equal_nan=True)
-
-
-def with_tendon(frame: RockingFrame) -> RockingFrame:
-    """Return the frame with stiff prestressed tendons: three quarters of its weight at alpha."""
-    weight = 50e3 * GRAVITY * (1.0 + frame.mass_ratio)
-    stiff = 0.5 * weight / (frame.tie_lever * frame.slenderness)
-    tendon = Tendon(area=1e-3, modulus=stiff * frame.height / 1e-3, prestress=0.25 * weight)
-    return replace(frame, column_mass=50e3, tendon=tendon)
 
 
 @pytest.mark.parametrize("parts", ["free", "tendons", "vertical"])

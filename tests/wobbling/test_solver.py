@@ -15,8 +15,7 @@ from scipy.integrate import solve_ivp
 from rockframe import PairAcceleration, RockingFrame, wobble
 from rockframe.units import GRAVITY
 
-from .cases import Float, random_frame, random_motion
-from .test_invariants import with_tendon
+from .cases import Float, random_frame, random_motion, with_tendon
 
 #: Least theta at which no further pass near upright follows within a sample [rad].
 _TINY = 1e-9

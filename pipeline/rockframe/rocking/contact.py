@@ -64,21 +64,40 @@ def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration
         time, theta, omega = (history[nodes] for history in (valid.time, valid.theta, valid.omega))
         few = replace(valid, time=time, theta=theta, omega=omega)
     forces = reactions_under(few, across, upwards)
+    impact = impact_friction_demand(frame) if valid.impacts else math.nan
+    return replace(response, contact=demand_of(frame, forces, impact, _spacing(few, forces)))
+
+
+def demand_of(
+    frame: RockingFrame, forces: Reactions, impact: float = math.nan, spacing: float = math.nan
+) -> ContactDemand:
+    """Return the extremes of joint forces.
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The frame.
+    forces : Reactions
+        Forces at the instants that count.
+    impact : float
+        Coefficient of friction that each impact needs [1].
+    spacing : float
+        Least spacing of two columns [m].
+    """
     gamma = frame.mass_ratio
     base, top = static_vertical(frame)
 
     def least(force: NDArray[np.float64], weight: float) -> float:
         return float(force.min()) / weight if weight > 0.0 else math.nan
 
-    demand = ContactDemand(
+    return ContactDemand(
         base_friction_demand=float(forces.base_friction_demand.max()),
         top_friction_demand=float(forces.top_friction_demand.max()) if gamma > 0.0 else math.nan,
-        impact_friction_demand=impact_friction_demand(frame) if valid.impacts else math.nan,
+        impact_friction_demand=impact,
         least_base_vertical=least(forces.base_vertical, base),
         least_top_vertical=least(forces.top_vertical, gamma and top),
-        least_spacing=_spacing(few, forces),
+        least_spacing=spacing,
     )
-    return replace(response, contact=demand)
 
 
 def static_vertical(frame: RockingFrame) -> tuple[float, float]:
@@ -183,19 +202,27 @@ def joint_forces(
     frame = response.frame
     valid, forces = valid_reactions(response, motion)
     strongest = np.abs(valid.impact_velocities).max(initial=0.0)
-    impulses = impact_impulses(frame, strongest)
+    return largest_of(frame, forces, impact_impulses(frame, strongest))
+
+
+def largest_of(
+    frame: RockingFrame, forces: Reactions, impulses: Impulses | None = None
+) -> JointForces[float]:
+    """Return the largest of the forces at joints, and the impulses of an impact; NaN without."""
     base = 1.0 / (1.0 + frame.mass_ratio)  # reactions are over the weight of the columns alone
     top = base if frame.mass_ratio > 0.0 else math.nan
     of_base = _extremes(forces.base_shear, forces.base_vertical, frame.friction_coefficient)
     of_top = _extremes(forces.top_shear, forces.top_vertical, frame.friction_coefficient)
+    unknown = np.asarray(math.nan)
+    pushed = impulses or Impulses(unknown, unknown, unknown, unknown)
     values = [
         base * float(np.abs(forces.support_shear).max()),
         *(base * one for one in of_base),
         *(top * one for one in of_top),
-        base * float(impulses.base_horizontal) / GRAVITY,
-        base * float(impulses.base_vertical) / GRAVITY,
-        top * float(impulses.top_horizontal) / GRAVITY,
-        top * float(impulses.top_vertical) / GRAVITY,
+        base * float(pushed.base_horizontal) / GRAVITY,
+        base * float(pushed.base_vertical) / GRAVITY,
+        top * float(pushed.top_horizontal) / GRAVITY,
+        top * float(pushed.top_vertical) / GRAVITY,
     ]
     return JointForces(*values)
 

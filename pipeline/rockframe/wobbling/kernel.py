@@ -38,7 +38,8 @@ _MOST_STEPS: Final = 1_000_000
 _MOST_STEPS_PER_SAMPLE: Final = 1_000
 
 #: Largest step over the time in which the tilt could vanish [1], at the closest point of a pass and
-#: far from it, where the direction changes little. Measured: energy is then kept to 1e-12.
+#: far from it, where the direction changes little. Measured: energy is then kept to 1e-12, and to
+#: 1e-10 at twice these steps.
 REACH: Final = 0.08
 _FAR_REACH: Final = 0.3
 #: Added to a divisor that can be 0.
@@ -65,7 +66,8 @@ CONTACT: Final = 8  # tilt within which the far rim touches, over the speed [s];
 SCALE: Final = 9  # multiple of the ground motion [1]
 REST: Final = 10  # energy below which the member is put to rest [s-2]
 STRIDE: Final = 11  # longest step [s]
-MEMBER_SIZE: Final = 12
+LENGTH: Final = 12  # factor on `REACH`: longer steps are less accurate [1]
+MEMBER_SIZE: Final = 13
 
 # Slots of a summary.
 PEAK: Final = 0  # largest theta, also in free motion after the end [rad]
@@ -302,7 +304,8 @@ def _plan(pool: Float) -> None:
         turning = x * vy - y * vx
         # the distance over that at the closest point of a straight line, to the power of 1/8
         farther = math.sqrt(math.sqrt(math.sqrt(r * math.sqrt(v2) / (abs(turning) + _TINY))))
-        reach = min(REACH * max(farther, 1.0), _FAR_REACH)  # farther is 0 without any speed
+        nearer = min(REACH * max(farther, 1.0), _FAR_REACH)  # farther is 0 without any speed
+        reach = pool[k + CONST + LENGTH * WIDTH] * nearer
         h = reach * r / math.sqrt(v2 + 0.5 * r * pull)
         pool[k + H] = min(pool[k + LIMIT], min(h, pool[k + CONST + STRIDE * WIDTH]))
 
@@ -351,7 +354,7 @@ def _go_to(pool: Float, lanes: Lanes, k: int, ground: Float, i: int, history: Fl
         pool[k + GROWTH + j * WIDTH] = 0.0 if ended else scale * ground[i, 3 + j]
     if history.shape[0] > 0:
         for j in range(4):
-            history[i, j] = pool[k + STATE + j * WIDTH]
+            history[lanes[MEMBER, k], i, j] = pool[k + STATE + j * WIDTH]
 
 
 @inlined
@@ -660,8 +663,8 @@ def integrate(  # noqa: C901  one loop over the lanes
         Filled with NO_UPLIFT, STANDS or OVERTURNS, or FAILED after too many steps.
     summaries : array, shape (members, SUMMARY_SIZE)
         Filled with the values of the slots of summaries.
-    history : array, shape (samples, 4) or (0, 4)
-        Filled with the states at the samples, unless it is empty; for one member only.
+    history : array, shape (members, samples, 4) or (0, 0, 4)
+        Filled with the states at the samples from uplift on, unless it is empty.
     """
     pool = np.zeros(_POOL_SIZE)
     lanes = np.full((_LANE_SIZE, WIDTH), -1, dtype=np.int64)

@@ -50,7 +50,7 @@ Float = NDArray[np.float64]
 SHORTENING: Final = 1e-4
 #: Tilt within which the far rim touches, over the speed at upright and the time constant of the
 #: contact [1]; measured in a program for contacts.
-_TOUCHING: Final = 0.45
+TOUCHING: Final = 0.45
 #: Energy below which columns are put to rest, over that at which they overturn [1].
 _REST: Final = 1e-8
 #: Longest step over the time constant of the structure [1]; peaks between steps are then exact to
@@ -84,6 +84,8 @@ class WobblingResponse(Shown):
         Time of the largest theta [s]; NaN if it is reached after the end of the motion or never.
     uplift_time, overturning_time : float
         Times of the first uplift and of overturning [s]; NaN if there is none.
+    contact_shortening : float
+        Shortening of the contact under the weight [m].
     """
 
     frame: RockingFrame
@@ -100,6 +102,7 @@ class WobblingResponse(Shown):
     peak_time: float
     uplift_time: float
     overturning_time: float
+    contact_shortening: float = SHORTENING
 
     @property
     def peak_rotation_ratio(self) -> float:
@@ -207,17 +210,18 @@ def wobble(
     frame = rolling(frame)
     ground = as_pair(motion)
     require_no_flight(ground)
-    states = np.zeros((ground.x.size, 4))  # at rest they are not stored
+    history = np.zeros((1, ground.x.size, 4))  # at rest they are not stored
     first = _state(start)
     verdict, summary = integrated(
         ground,
         [constants(frame, contact_shortening=contact_shortening)],
         starts=first[None],
-        history=states,
+        history=history,
     )
+    states = history[0]
     peak, peak_time, uplift_time, overturning_time, _ = summary[0].tolist()
     states[ground.time > overturning_time] = math.nan
-    theta, phi, theta_rate, phi_rate = _polar(states)
+    theta, phi, theta_rate, phi_rate = polar(states)
     # a direction without the round-off of an angle: a motion along x stays exactly on x
     along = states[:, :2].T / np.where(theta == 0.0, 1.0, np.hypot(*states[:, :2].T))
     u_x, u_y = frame.horizontal_displacement(theta) * along
@@ -237,12 +241,13 @@ def wobble(
         peak_time=peak_time,
         uplift_time=uplift_time,
         overturning_time=overturning_time,
+        contact_shortening=contact_shortening,
     )
 
 
 def integrated(
     ground: PairAcceleration,
-    members: Sequence[Float],
+    members: Sequence[Float] | Float,
     starts: Float | None = None,
     history: Float | None = None,
 ) -> tuple[NDArray[np.int8], Float]:
@@ -263,7 +268,7 @@ def integrated(
         np.zeros((count, 4)) if starts is None else np.ascontiguousarray(starts),
         verdicts,
         summaries,
-        np.empty((0, 4)) if history is None else history,
+        np.empty((0, 0, 4)) if history is None else history,
     )
     if (verdicts == kernel.FAILED).any():
         member = int(np.flatnonzero(verdicts == kernel.FAILED)[0])
@@ -276,7 +281,11 @@ def integrated(
 
 
 def constants(
-    frame: RockingFrame, *, contact_shortening: float = SHORTENING, scale: float = 1.0
+    frame: RockingFrame,
+    *,
+    contact_shortening: float = SHORTENING,
+    scale: float = 1.0,
+    length: float = 1.0,
 ) -> Float:
     """Return the slots of a member of the kernel, see there.
 
@@ -309,8 +318,8 @@ def constants(
     member[kernel.K2] = (radius**2 + gamma * reach**2 + axial) / planar
     member[[kernel.TIE_FORCE, kernel.TIE_STIFFNESS]] = tie_force, tie_stiffness
     member[kernel.LOSS] = 1.0 - frame.restitution**2
-    member[kernel.CONTACT] = _TOUCHING * math.sqrt(contact_shortening / GRAVITY)
-    member[kernel.SCALE] = scale
+    member[kernel.CONTACT] = TOUCHING * math.sqrt(contact_shortening / GRAVITY)
+    member[[kernel.SCALE, kernel.LENGTH]] = scale, length
     member[kernel.REST] = _REST * gb**2 / (math.hypot(gb, gz) + gz)
     member[kernel.STRIDE] = _STRIDE / math.sqrt(math.hypot(gb, gz) + 0.5 * tie_stiffness)
     return member
@@ -412,9 +421,9 @@ def _state(start: Sequence[float]) -> Float:
     return np.array([size * x, size * y, rate * x - across * y, rate * y + across * x])
 
 
-def _polar(states: Float) -> tuple[Float, Float, Float, Float]:
-    """Return theta, phi and their rates of states of the kernel, shape (samples, 4)."""
-    x, y, x_rate, y_rate = states.T
+def polar(states: Float) -> tuple[Float, Float, Float, Float]:
+    """Return theta, phi and their rates of states of the kernel, shape (..., 4)."""
+    x, y, x_rate, y_rate = np.moveaxis(states, -1, 0)
     size = np.hypot(x, y)
     with np.errstate(invalid="ignore", divide="ignore"):
         outward, across = (x * x_rate + y * y_rate) / size, (x * y_rate - y * x_rate) / size

@@ -6,7 +6,7 @@ import math
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,27 +35,46 @@ Int = NDArray[np.int64]
 
 #: Shares of the ensemble whose scales are found [1].
 SHARES: Final = (0.10, 0.25, 0.50)
-#: Relative step from one scale to the next [1].
-SCALE_STEP: Final = 0.01
-#: Number of scales on either side over which the share is averaged, to reduce sampling noise.
-AVERAGED: Final = 4
 #: The scale of a share is the mean of the scales at which `_LEVELS` shares are reached, spaced
 #: evenly within `_NEAR` of the stated share [1]. Where the share hardly rises with the scale, a
 #: single crossing would be uncertain.
 _LEVELS: Final = 9
 _NEAR: Final = 0.03
-#: The scale at which overturning begins is searched with one member in `_EVERY`, other members at
-#: each scale: first in steps of `_TO_ROCK` for a peak |theta| / alpha above `_ROCKS`, then in steps
-#: of `_TO_FALL` for overturning.
-_EVERY: Final = 16
-_TO_ROCK: Final = 8
+#: Peak |theta| / alpha of a member that rocks [1].
 _ROCKS: Final = 0.3
-_TO_FALL: Final = 2
-#: Number of scales in one request for all members, and in one request for some of them.
-_BLOCK: Final = 3
-_SOME: Final = 8
 #: Number of bootstrap samples of the members, for the sampling error.
 _RESAMPLED: Final = 100
+
+
+class Grid(NamedTuple):
+    """The scales of a search for robust margins.
+
+    Attributes
+    ----------
+    step : float
+        Relative step from one scale to the next [1].
+    averaged : int
+        Number of scales on either side over which the share is averaged, to reduce sampling noise.
+    every : int
+        The scale at which overturning begins is searched with one member in so many, other members
+        at each scale.
+    to_rock, to_fall : int
+        Steps of this search, first for a peak |theta| / alpha above 0.3, then for overturning.
+    block, some : int
+        Number of scales in one request for all members, and in one request for some of them.
+    """
+
+    step: float
+    averaged: int
+    every: int = 16
+    to_rock: int = 8
+    to_fall: int = 2
+    block: int = 3
+    some: int = 8
+
+
+#: The scales of motions in one plane.
+IN_ONE_PLANE: Final = Grid(step=0.01, averaged=4)
 
 
 def robust_margins(
@@ -161,29 +180,32 @@ def _side_by_side(
 
 @dataclass(eq=False)
 class FamilySearch:
-    """The search for the robust margin of one ensemble, at powers of 1 + SCALE_STEP.
+    """The search for the robust margin of one ensemble, at powers of 1 + the step of its grid.
 
     Parameters
     ----------
     amplitude : array, shape (members,)
-        Factors of the motion [1].
+        Factor of each member on the motion [1].
     least, largest : float
-        Ends of the range of scales [1].
+        Scale below which no member uplifts, and largest scale [1].
     seed : int
         Random seed of the bootstrap.
+    grid : Grid
+        The scales.
     responses : int
-        Number of responses that were computed so far.
+        Number of responses that were requested.
     """
 
     amplitude: Float
     least: float
     largest: float
     seed: int
+    grid: Grid = IN_ONE_PLANE
     responses: int = 0
 
     def search(self) -> Search:
         """Increase the scale from where overturning begins until half of the members overturn."""
-        growth = math.log1p(SCALE_STEP)
+        growth, block = math.log1p(self.grid.step), self.grid.block
         last = math.floor(math.log(self.largest / self.amplitude.max()) / growth)
         lowest = yield from self._beginning(last)
         if lowest is None:
@@ -191,32 +213,31 @@ class FamilySearch:
         falls = np.empty((0, self.amplitude.size), dtype=bool)
         while lowest + len(falls) <= last:
             top = lowest + len(falls)
-            more = yield from self._all(top, min(top + _BLOCK, last + 1))
+            more = yield from self._all(top, min(top + block, last + 1))
             falls = np.concatenate([falls, more])
             while self._starts_too_high(falls) and self._scale(lowest) > self.least:
-                lowest -= _BLOCK
-                more = yield from self._all(lowest, lowest + _BLOCK)
+                lowest -= block
+                more = yield from self._all(lowest, lowest + block)
                 falls = np.concatenate([more, falls])
-            if (_averaged(falls.mean(axis=1))[:-AVERAGED] >= SHARES[-1] + _NEAR).any():
+            averages = self._averaged(falls.mean(axis=1))[: -self.grid.averaged]
+            if (averages >= SHARES[-1] + _NEAR).any():
                 break
         return self._margin(lowest, falls)
 
-    @staticmethod
-    def _starts_too_high(falls: Bool) -> bool:
+    def _starts_too_high(self, falls: Bool) -> bool:
         """Return True if the least share is reached so early that smaller scales are needed.
 
         The averages at the first scales lack neighbours on their lower side.
         """
-        shares = _averaged(falls.mean(axis=1))[: AVERAGED + 1]
+        shares = self._averaged(falls.mean(axis=1))[: self.grid.averaged + 1]
         return bool((shares >= SHARES[0] - _NEAR).any())
 
-    @staticmethod
-    def _scale(power: float) -> float:
-        return math.exp(math.log1p(SCALE_STEP) * power)
+    def _scale(self, power: float) -> float:
+        return math.exp(math.log1p(self.grid.step) * power)
 
     def _tried(self, power: Int, member: Int) -> _Tried:
         """Request verdicts and peaks |theta| / alpha [1]; return both, shape (powers, members)."""
-        up, down = (powers(1.0 + SCALE_STEP, np.maximum(k, 0)) for k in (power, -power))
+        up, down = (powers(1.0 + self.grid.step, np.maximum(k, 0)) for k in (power, -power))
         scale = (up / down)[:, None] * self.amplitude[member]
         self.responses += scale.size
         fallen, peaks = yield np.broadcast_to(member, scale.shape).ravel(), scale.ravel()
@@ -231,19 +252,20 @@ class FamilySearch:
         """Return a power below which members hardly overturn; None if none ever overturns."""
         if not self.least < self.largest:
             return None
-        start = math.floor(math.log(self.least) / math.log1p(SCALE_STEP))
-        rocks = yield from self._first(start, last, _TO_ROCK, _ROCKS)
-        start = last + 1 if rocks is None else max(start, rocks - _TO_ROCK)
-        return (yield from self._first(start, last, _TO_FALL, math.inf))
+        grid = self.grid
+        start = math.floor(math.log(self.least) / math.log1p(grid.step))
+        rocks = yield from self._first(start, last, grid.to_rock, _ROCKS)
+        start = last + 1 if rocks is None else max(start, rocks - grid.to_rock)
+        return (yield from self._first(start, last, grid.to_fall, math.inf))
 
     def _first(
         self, start: int, last: int, step: int, peak: float
     ) -> Generator[tuple[Int, Float], Answer, int | None]:
         """Return the first power at which a tried member overturns or exceeds a peak ratio."""
         count = self.amplitude.size
-        some = np.arange(0, count, _EVERY)
-        for low in range(start, last + 1, _SOME * step):
-            power = np.arange(low, min(low + _SOME * step, last + 1), step)
+        some, together = np.arange(0, count, self.grid.every), self.grid.some * step
+        for low in range(start, last + 1, together):
+            power = np.arange(low, min(low + together, last + 1), step)
             falls, peaks = yield from self._tried(power, (some + power[:, None]) % count)
             found = (falls | (peaks > peak)).any(axis=1)
             if found.any():
@@ -257,7 +279,7 @@ class FamilySearch:
         again = rng.multinomial(count, np.full(count, 1.0 / count), _RESAMPLED)
         # counts are exact on every processor; a share may equal one of the levels of a crossing
         weights = np.concatenate([np.ones((1, count), dtype=np.int64), again])
-        shares = _averaged(falls.astype(np.int64) @ weights.T) / count
+        shares = self._averaged(falls.astype(np.int64) @ weights.T) / count
         found = []
         for share in SHARES:
             crossing = _crossing(shares, share)
@@ -269,14 +291,13 @@ class FamilySearch:
         (s10, error10), (s25, error25), (s50, error50) = found
         return RobustMargin(s10, s25, s50, error10, error25, error50, self.responses)
 
-
-def _averaged(values: Float | Int) -> Float:
-    """Return means over up to AVERAGED neighbours on either side, along the first axis."""
-    total = np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])
-    place = np.arange(len(values))
-    start, end = np.maximum(place - AVERAGED, 0), np.minimum(place + AVERAGED + 1, len(values))
-    means: Float = ((total[end] - total[start]).T / (end - start)).T
-    return means
+    def _averaged(self, values: Float | Int) -> Float:
+        """Return means over the scales averaged on either side, along the first axis."""
+        total = np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])
+        place, averaged = np.arange(len(values)), self.grid.averaged
+        start, end = np.maximum(place - averaged, 0), np.minimum(place + averaged + 1, len(values))
+        means: Float = ((total[end] - total[start]).T / (end - start)).T
+        return means
 
 
 def _crossing(shares: Float, share: float) -> Float:

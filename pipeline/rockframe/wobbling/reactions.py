@@ -1,0 +1,305 @@
+"""Forces at the joints of round columns that wobble, and the friction that they need.
+
+The accelerations of a column's centre and of the slab follow from the equations of motion in
+`rockframe.wobbling.response` (re-derived from Newton and Euler). All forces are over the weight of
+the columns, as in `rockframe.rocking.reactions`, and are equal to those in one plane if the motion
+stays in it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import ParameterError
+from rockframe.frame import RockingFrame
+from rockframe.rocking.assessments import ContactDemand, JointForces
+from rockframe.rocking.contact import demand_of, largest_of
+from rockframe.rocking.reactions import Reactions
+from rockframe.rocking.verdict import Verdict
+from rockframe.units import GRAVITY
+from rockframe.wobbling.motion import PairAcceleration, PairMotion, as_pair
+from rockframe.wobbling.response import TOUCHING, WobblingResponse, axial_inertia
+
+Float = NDArray[np.float64]
+
+
+def wobbling_reactions(response: WobblingResponse, motion: PairMotion) -> Reactions:
+    """Compute the forces at base and top of all columns together.
+
+    Parameters
+    ----------
+    response : WobblingResponse
+        A response from `wobble`.
+    motion : PairAcceleration, HorizontalPair or BothDirections
+        The motion of the response.
+
+    Returns
+    -------
+    Reactions
+        Forces at the samples; the shears are the lengths of the horizontal vectors. At rest they
+        are those of a body fixed to the ground; NaN after overturning.
+
+    Raises
+    ------
+    ParameterError
+        If the samples of the motion are not those of the response.
+
+    Notes
+    -----
+    While a column passes upright so closely that the far rim touches, its direction turns within
+    the time constant of the contact, and forces of rigid bodies exceed those of any real contact.
+    `touching` returns these samples; the forces of their impacts are impulses, as in one plane.
+
+    Examples
+    --------
+    >>> from rockframe import PairAcceleration, Pulse
+    >>> from rockframe.wobbling.response import wobble
+    >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, section="circular")
+    >>> along = Pulse(wavelet="symmetric_ricker", a_p=4.0, T_p=1.5)
+    >>> across = Pulse(wavelet="symmetric_ricker", a_p=3.0, T_p=1.5, time=0.4)
+    >>> motion = PairAcceleration.from_pulses(along, across)
+    >>> response = wobble(bent, motion)
+    >>> forces = wobbling_reactions(response, motion)
+    >>> round(float(forces.base_friction_demand[~touching(response)].max()), 2)
+    0.19
+    """
+    ground = as_pair(motion)
+    if not np.array_equal(ground.time, response.time):
+        raise ParameterError(
+            f"Invalid motion of {ground.x.size} samples, {ground.time_step:g} s apart. Must be the "
+            f"motion of the response, which has {response.time.size} samples."
+        )
+    motions = (response.theta, response.phi, response.theta_rate, response.phi_rate)
+    found = reactions_of([response.frame], ground, np.ones(1), *(one[None] for one in motions))
+    return Reactions(**{name: forces[0] for name, forces in vars(found).items()})
+
+
+def touching(response: WobblingResponse) -> NDArray[np.bool_]:
+    """Return the samples at which the far rim of the columns touches, shape (samples,).
+
+    There the tilt is below theta_c of the loss near upright, at the speed of the sample.
+    """
+    contact = TOUCHING * math.sqrt(response.contact_shortening / GRAVITY)
+    cone = np.sqrt(_Numbers.of([response.frame]).near_upright[0])
+    phi_rate = np.nan_to_num(response.phi_rate)
+    speed = np.hypot(response.theta_rate, cone * response.theta * phi_rate)
+    return np.asarray((response.theta > 0.0) & (response.theta < contact * speed))
+
+
+def counted_reactions(response: WobblingResponse, motion: PairMotion) -> Reactions | None:
+    """Return `wobbling_reactions` at the samples that count; None if the frame overturns.
+
+    Samples at which the far rim touches do not count: see `wobbling_reactions`.
+    """
+    if response.verdict is Verdict.OVERTURNS:
+        return None
+    counted = ~touching(response)
+    found = wobbling_reactions(response, motion)
+    return Reactions(**{name: forces[counted] for name, forces in vars(found).items()})
+
+
+def wobbling_contact(response: WobblingResponse, motion: PairMotion) -> ContactDemand:
+    """Return the demand on the joints; NaN if the frame overturns.
+
+    Parameters and errors are those of `wobbling_reactions`. The friction that impacts need and the
+    least spacing are NaN, because the impulses of passes near upright are not computed.
+
+    Examples
+    --------
+    >>> from rockframe import PairAcceleration
+    >>> from rockframe.wobbling.response import wobble
+    >>> column = RockingFrame(height=7.5, width=1.8, section="circular")
+    >>> weak = PairAcceleration([0.0, 0.3, 0.0], [0.0, 0.4, 0.0], 0.01)
+    >>> round(9.81 * wobbling_contact(wobble(column, weak), weak).base_friction_demand, 9)
+    0.5
+    """
+    forces = counted_reactions(response, motion)
+    if forces is None:
+        return ContactDemand(*[math.nan] * len(fields(ContactDemand)))
+    return demand_of(response.frame, forces)
+
+
+def wobbling_forces(response: WobblingResponse, motion: PairMotion) -> JointForces[float]:
+    """Return the largest forces at the joints, at the samples that count; NaN if it overturns.
+
+    Parameters and errors are those of `wobbling_reactions`. The impulses of passes near upright
+    are NaN: not computed.
+
+    Examples
+    --------
+    >>> from rockframe import PairAcceleration
+    >>> from rockframe.wobbling.response import wobble
+    >>> column = RockingFrame(height=7.5, width=1.8, section="circular")
+    >>> weak = PairAcceleration([0.0, 0.3, 0.0], [0.0, 0.4, 0.0], 0.01)
+    >>> round(9.81 * wobbling_forces(wobble(column, weak), weak).base_joint_horizontal, 9)
+    0.5
+    """
+    forces = counted_reactions(response, motion)
+    if forces is None:
+        return JointForces(*[math.nan] * len(fields(JointForces)))
+    return largest_of(response.frame, forces)
+
+
+class _Numbers(NamedTuple):
+    """Dimensions and inertias of frames, each of shape (frames, 1); those of masses are over that
+    of a column.
+    """
+
+    b: Float
+    z: Float
+    reach: Float
+    height: Float
+    gamma: Float
+    transverse: Float
+    axial: Float
+
+    @classmethod
+    def of(cls, frames: Sequence[RockingFrame]) -> _Numbers:
+        rows = [
+            (
+                0.5 * frame.width,
+                frame.centre_height,
+                0.5 * (frame.width + frame.top_contact_width),
+                frame.height,
+                frame.mass_ratio,
+                (frame.inertia_ratio - 1.0) * frame.size**2,
+                axial_inertia(frame),
+            )
+            for frame in frames
+        ]
+        return cls(*np.array(rows).T[:, :, None])
+
+    @property
+    def planar(self) -> Float:
+        """Moment of inertia A of a column with its share of the slab [m2]."""
+        slab = self.gamma * (self.reach**2 + self.height**2)
+        return self.b**2 + self.z**2 + self.transverse + slab
+
+    @property
+    def near_upright(self) -> Float:
+        """Inertia B over A theta^2 near upright [1]."""
+        return (self.z**2 + self.gamma * self.height**2 + self.transverse) / self.planar
+
+
+class _Lift(NamedTuple):
+    """Horizontal and vertical displacement of a body in the direction of the tilt, over theta."""
+
+    shift: Float
+    shift_1: Float
+    shift_2: Float
+    lift_1: Float
+    lift_2: Float
+
+
+def _lift(across: Float, upwards: Float, sine: Float, cosine: Float) -> _Lift:
+    """Return the displacements of a point at a distance across and above the rim."""
+    rise = across * sine + upwards * cosine
+    fall = across * cosine - upwards * sine
+    return _Lift(across * (1.0 - cosine) + upwards * sine, rise, fall, fall, -rise)
+
+
+def reactions_of(
+    frames: Sequence[RockingFrame],
+    ground: PairAcceleration,
+    scales: Float,
+    theta: Float,
+    phi: Float,
+    theta_rate: Float,
+    phi_rate: Float,
+) -> Reactions:
+    """Compute the forces of frames from their motions at the samples of the ground motion.
+
+    Parameters
+    ----------
+    frames : sequence of RockingFrame
+        Frames with round columns.
+    ground : PairAcceleration
+        The ground motion.
+    scales : array, shape (frames,)
+        Its multiple for each frame [1].
+    theta, phi, theta_rate, phi_rate : array, shape (frames, samples)
+        Motions of the frames [rad], [rad s-1].
+    """
+    n = _Numbers.of(frames)
+    scale = scales[:, None]
+    rests = theta == 0.0
+    turn, turn_rate = (np.where(rests, 0.0, one) for one in (phi, phi_rate))
+    upwards = 0.0 if ground.z is None else scale * ground.z
+    ex, ey = np.cos(turn), np.sin(turn)
+    radial = scale * (ex * ground.x + ey * ground.y)
+    sideways = scale * (ex * ground.y - ey * ground.x)
+    sine, cosine = np.sin(theta), np.cos(theta)
+    column = _lift(n.b, n.z, sine, cosine)
+    slab = _lift(n.reach, n.height, sine, cosine)
+    tension, moment = _ties(frames, theta)
+    rates = _accelerations(n, column, slab, (sine, cosine), theta_rate, turn_rate, radial, sideways)
+    growth, swing = rates
+    weighing = column.lift_1 + n.gamma * slab.lift_1
+    growth = growth - ((GRAVITY + upwards) * weighing + moment) / n.planar
+    growth, swing = (np.where(rests, 0.0, one) for one in (growth, swing))
+    moving = [_moving(body, theta_rate, turn_rate, growth, swing) for body in (column, slab)]
+    (own_r, own_t, own_v), (slab_r, slab_t, slab_v) = moving
+    lean, press = tension * np.sin(0.5 * theta), tension * np.cos(0.5 * theta)
+    whole = 1.0 + n.gamma
+    support_r = (whole * radial + own_r + n.gamma * slab_r) / GRAVITY
+    support_t = (whole * sideways + own_t + n.gamma * slab_t) / GRAVITY
+    vertical = (whole * (GRAVITY + upwards) + own_v + n.gamma * slab_v) / GRAVITY
+    top_r, top_t = n.gamma * (radial + slab_r) / GRAVITY, n.gamma * (sideways + slab_t) / GRAVITY
+    capped = np.asarray(n.gamma > 0.0, dtype=np.float64)
+    return Reactions(
+        base_shear=np.hypot(support_r + lean, support_t),
+        base_vertical=vertical + press,
+        top_shear=np.hypot(top_r + capped * lean, top_t),
+        top_vertical=n.gamma * (GRAVITY + upwards + slab_v) / GRAVITY + capped * press,
+        support_shear=np.hypot(support_r, support_t),
+    )
+
+
+def _accelerations(
+    n: _Numbers,
+    column: _Lift,
+    slab: _Lift,
+    angle: tuple[Float, Float],
+    theta_rate: Float,
+    turn_rate: Float,
+    radial: Float,
+    sideways: Float,
+) -> tuple[Float, Float]:
+    """Return theta'' without gravity and ties, and phi'' [rad s-2]."""
+    sine, cosine = angle
+    inertia = column.shift**2 + n.gamma * slab.shift**2
+    inertia = inertia + n.transverse * sine**2 + n.axial * (1.0 - cosine) ** 2
+    bend = column.shift * column.shift_1 + n.gamma * slab.shift * slab.shift_1
+    bend = bend + sine * (n.transverse * cosine + n.axial * (1.0 - cosine))  # B' / 2
+    arm, arm_1 = column.shift + n.gamma * slab.shift, column.shift_1 + n.gamma * slab.shift_1
+    with np.errstate(invalid="ignore", divide="ignore"):
+        swing = -(sideways * arm + 2.0 * bend * theta_rate * turn_rate) / inertia
+    return (bend * turn_rate**2 - radial * arm_1) / n.planar, swing
+
+
+def _moving(
+    body: _Lift, theta_rate: Float, turn_rate: Float, growth: Float, swing: Float
+) -> tuple[Float, Float, Float]:
+    """Return the accelerations of a body along and across the tilt and upwards [m s-2]."""
+    along = body.shift_1 * growth + body.shift_2 * theta_rate**2 - body.shift * turn_rate**2
+    across = body.shift * swing + 2.0 * body.shift_1 * theta_rate * turn_rate
+    return along, across, body.lift_1 * growth + body.lift_2 * theta_rate**2
+
+
+def _ties(frames: Sequence[RockingFrame], theta: Float) -> tuple[Float, Float]:
+    """Return the tension of tendons over the weight of a column, and their moment over its mass."""
+    tension, moment = np.zeros((2, *theta.shape))
+    for k, frame in enumerate(frames):
+        if frame.tendon is not None:
+            stretch = 2.0 * frame.tie_lever * np.sin(0.5 * theta[k])
+            mass = frame.column_mass or math.nan
+            force = frame.tendon.prestress + frame.tendon.stiffness * stretch
+            tension[k] = force / (mass * GRAVITY)
+            moment[k] = force * frame.tie_lever * np.cos(0.5 * theta[k]) / mass
+    return tension, moment
