@@ -124,6 +124,7 @@ LONG_FILES = {
     "provenance.py": "hashes, and whole files and folders, which take their names from them",
     "report/page.py": "the page's data, in the order of the page",
     "results/response.py": "writing and reading of one file",
+    "results/schema/response.py": "the declaration of each variable of these files, in their order",
     "results/screen_tables.py": "the tables of one screening",
 }
 #: Functions of other files with more than 40 lines: sequences that are read from top to bottom.

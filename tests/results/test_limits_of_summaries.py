@@ -10,8 +10,9 @@ import pytest
 from tests.screening import sine, stored
 
 from rockframe.cli.main import main
+from rockframe.results.tables.notes import summary_notes
 from rockframe.results.tables.rows import verdict_words
-from rockframe.results.tables.summary import summary_notes, summary_rows
+from rockframe.results.tables.summary import summary_rows
 from rockframe.rocking import SpreadVerdict, Verdict
 
 

@@ -31,7 +31,8 @@ def file(bundled_records: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
 
 
 def test_the_file_has_the_correlations_of_the_ensemble(file: Path, tmp_path: Path) -> None:
-    respond_stage(file, tmp_path / "response.nc", RespondOptions(margins="none", histories="none"))
+    options = RespondOptions(margins="none", histories="none", both_directions=False)
+    respond_stage(file, tmp_path / "response.nc", options)
     frames = read_structures(SHIPPED_STRUCTURES)
     with open_records(file) as records:
         names = records.names[:2]
@@ -59,7 +60,9 @@ def test_the_file_has_the_correlations_of_the_ensemble(file: Path, tmp_path: Pat
 def test_without_spreads_or_members_the_file_has_none(file: Path, tmp_path: Path) -> None:
     off = Ensemble(height=0.0, width=0.0, impact_loss=1.0, amplitude=0.0, corner=1.0)
     for ensemble in (off, Ensemble(members=0)):
-        options = RespondOptions(margins="none", histories="none", ensemble=ensemble)
+        options = RespondOptions(
+            margins="none", histories="none", ensemble=ensemble, both_directions=False
+        )
         respond_stage(file, tmp_path / "response.nc", options)
         with xr.open_dataset(tmp_path / "response.nc") as dataset:
             assert not {"spread", "rank_correlation"} & {*dataset.variables}
@@ -78,7 +81,10 @@ def test_the_command_prints_what_matters_most(
     assert "5 % exceed 0.25 by chance" in out
     assert main([*words, "--sensitivity", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["sensitivity"]
-    assert [row["matters_most"] for row in found] == ["impact_loss"] * 2
+    *plane, both = found
+    assert [row["matters_most"] for row in plane] == ["impact_loss"] * 2
+    assert math.isfinite(both["contact_shortening"])  # and its part is small
+    assert abs(both["contact_shortening"]) < 3.0 * both["by_chance"]
     assert found[0]["impact_loss"] < -found[0]["by_chance"]
     assert main(words) == 0
     assert "Rank correlation" not in capsys.readouterr().out

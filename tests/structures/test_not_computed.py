@@ -10,8 +10,9 @@ import numpy as np
 from rockframe import PairAcceleration, Pulse, Record, RespondOptions, RockingFrame
 from rockframe.results.reading import opened
 from rockframe.results.response import open_response, write_responses
+from rockframe.results.tables.notes import summary_notes
 from rockframe.results.tables.rows import critical_scale, spread_verdict, verdict_words
-from rockframe.results.tables.summary import matrix_rows, severity, summary_notes, summary_rows
+from rockframe.results.tables.summary import matrix_rows, severity, summary_rows
 from rockframe.results.tables.table import response_rows
 from rockframe.rocking import Verdict, VerdictKind
 from rockframe.stages.respond import ResponseTask, answer_task
@@ -29,7 +30,7 @@ def answers() -> list[tuple[str, list[StructureResponse]]]:
     """Return the responses to a record in one plane, and to both directions of a motion."""
     both = PairAcceleration.from_pulses(PULSE, PULSE)
     task = ResponseTask(
-        motions={"plane": SHAKE, "both": both},  # type: ignore[dict-item]  # the kind decides
+        motions={"plane": SHAKE, "both": both},
         uncertain={},
         parts={},
         pulses={},
@@ -65,7 +66,7 @@ def test_the_file_has_the_reason_and_nan_beside_a_computed_response(tmp_path: Pa
         assert response["verdict"].values.tolist() == [[Verdict.STANDS], [Verdict.NOT_COMPUTED]]
         assert response["not_computed"].values.tolist() == [
             [""],
-            ["not computed for both directions"],
+            ["not computed for both directions: columns not circular"],
         ]
         numbers = [
             name

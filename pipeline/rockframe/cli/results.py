@@ -221,7 +221,8 @@ def run_verify(options: argparse.Namespace) -> int:
         )
     else:
         for name, content in found.datasets.items():
-            print(f"{name}: {len(content.records)} records")
+            both = f", {len(content.pairs)} motions in both directions" if content.pairs else ""
+            print(f"{name}: {len(content.records)} records{both}")
         if not found.same_source:
             print("made by another version of the source code")
         if found.other_versions:

@@ -23,6 +23,7 @@ from rockframe.cli.stages.respond import (
     most_severe,
     show_responses,
     verdict_notes,
+    without_lacking_pairs,
 )
 from rockframe.compiled import tell_of_compiling
 from rockframe.errors import ParameterError, require_known
@@ -306,7 +307,8 @@ def show(
     if console.table_width() >= _WIDE:
         show_responses("", (*of_record, *response_columns(one, {})), rows, quantities, **how)
     else:
-        first = {row["record_id"]: row for row in reversed(most_severe(rows))}
+        printed = most_severe(without_lacking_pairs(rows))
+        first = {row["record_id"]: row for row in reversed(printed) if not row.get("components")}
         console.show_rows("Records and pulses", of_record, reversed(first.values()))
         columns = (*titled({"record": "Record"}, once=True), *response_columns(one, {}))
         show_responses("", columns, rows, quantities, **how)

@@ -35,13 +35,26 @@ def run_show(options: argparse.Namespace) -> None:
     from rockframe.results.tables.entries import rows_of
 
     content = read_run(options.folder, most=0)
-    entry = _entry(content, options.record)
-    history = _record_history(content, entry)
+    rows = list(rows_of(options.folder / "table.csv"))
+    both = {row["record_id"]: row.get("components", "").split() for row in rows}
+    first = (both.get(options.record) or [options.record])[0]  # of both components, the first
+    history = _record_history(content, _entry(content, first))
     if options.json:
         console.show_json(history)
     else:
-        rows = rows_of(options.folder / "table.csv")
-        _show(history, [row for row in rows if row["record_id"] == history["record_id"]])
+        name = history["record_id"]
+        own = [row for row in rows if row["record_id"] == name or name in both[row["record_id"]]]
+        _show(history, own)
+
+
+def _show_rows(rows: Sequence[Mapping[str, str]]) -> None:
+    """Print the responses to a record, and to both components of its station."""
+    from rockframe.results.tables.rows import response_columns
+
+    for title, both in (("", False), ("In both directions", True)):
+        chosen = [row for row in rows if bool(row.get("components")) is both]
+        if chosen:
+            console.show_rows(title, response_columns(chosen[0], {}), chosen)
 
 
 def _entry(run: Run, stated: str) -> Mapping[str, str]:
@@ -116,8 +129,6 @@ def _motions(path: Path, name: str) -> list[Mapping[str, Any]]:
 
 
 def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None:
-    from rockframe.results.tables.rows import response_columns
-
     facts = history["facts"]
     print(history["record_id"] or history["file"])
     for label, text in (
@@ -135,8 +146,7 @@ def _show(history: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> None
     ):
         if text or label == "accepted":
             print(f"  {label:<10} {text}".rstrip())
-    if rows:
-        console.show_rows("", response_columns(rows[0], {}), rows)
+    _show_rows(rows)
     if motions := history.get("motions"):
         from rockframe.results.tables.table import part_columns
 

@@ -137,6 +137,9 @@ class RespondOptions(Options):
     """Only the structure of this name."""
     vertical: bool = False
     """Include the vertical component recorded at the same station."""
+    both_directions: bool = True
+    """Also respond to both horizontal components of a station together, where structures have round
+    columns and both are recorded; the other rows are in one plane."""
     histories: Kept = "all"
     """Responses whose histories are written: none, selected (those that overturn or reach half the
     slenderness), or all."""

@@ -45,6 +45,7 @@ from rockframe.results.tables.forces import (
     force_words,
     forces_in_words,
 )
+from rockframe.results.tables.notes import summary_notes
 from rockframe.results.tables.rows import (
     OVERVIEW,
     LabelledValue,
@@ -64,7 +65,6 @@ from rockframe.results.tables.summary import (
     left_out_words,
     summary_columns,
     summary_legend,
-    summary_notes,
     summary_title,
 )
 from rockframe.risk import LimitState, Outcome, measure_of
@@ -75,6 +75,7 @@ from rockframe.web import (
     PLOT_SIZE,
     Plot,
     bars_svg,
+    path_svg,
     plot_path,
     plot_place,
     render_page,
@@ -175,7 +176,8 @@ def payload(
     for ground, histories in motions:
         i = len(grounds)
         samples[f"g{i}"], samples[f"p{i}"] = encode(ground.acceleration), encode(ground.pulse)
-        grounds.append(_ground(run, ground, entry_of.get(ground.record, {})))
+        record = next(iter(ground.components), ground.record)
+        grounds.append(_ground(run, ground, record, entry_of.get(record, {})))
         for history in histories:
             pair = (history.record, history.structure)
             for name in ("theta", "u", "v", "theta_low", "theta_high"):
@@ -197,6 +199,7 @@ def payload(
                     "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
                     "spreads": _spreads(run.spreads[pair]) if pair in run.spreads else "",
                     "forces": _forces(run.forces.get(pair, ())),
+                    "path": path_svg(history.u_x, history.u_y) if ground.components else "",
                     "peak": _finite(row["peak_rotation_ratio"]),
                     "facts": _texts(_of_pair(run.pairs[pair], stated)),
                 }
@@ -258,12 +261,14 @@ def _of_pair(facts: Iterable[LabelledValue], stated: SpreadVerdict) -> list[Labe
     ]
 
 
-def _ground(run: Run, ground: Ground, entry: Mapping[str, str]) -> dict[str, Any]:
+def _ground(run: Run, ground: Ground, record: str, entry: Mapping[str, str]) -> dict[str, Any]:
+    """Return a motion, with the values and checks of its record or first component."""
+    both = [["components", " and ".join(ground.components)]] if ground.components else []
     return {
         "id": ground.record,
         "step": ground.time_step,
         "pulseStart": ground.pulse_start,
-        "facts": _texts(run.records[ground.record]),
+        "facts": [*both, *_texts(run.records[record])],
         "checks": checks(entry),
         "passport": entry.get("passport", ""),
     }

@@ -14,8 +14,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.components import (
+    BothDirections,
     Channel,
     HorizontalPair,
+    both_directions,
     motions_of,
     pair_horizontals,
     reasons_alone,
@@ -24,7 +26,7 @@ from rockframe.components import (
 from rockframe.components import rotd as rotd_of
 from rockframe.engines.engine import on_threads
 from rockframe.errors import InputError, ParameterError, require_known
-from rockframe.record import Orientation, Part, Record
+from rockframe.record import LONGEST_ID, Orientation, Part, Record
 from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS
 from rockframe.results.schema.records import RECORDS_NC
@@ -341,6 +343,35 @@ class RecordsFile:
             return 0
         stated = map(str, self._values_of["parts"].values)
         return max((len(text.split("; ")) for text in stated if text), default=0)
+
+    @property
+    def sequences(self) -> list[str]:
+        """Identifiers of the records that are sequences of motions."""
+        if "parts" not in self._values_of:
+            return []
+        stated = map(str, self._values_of["parts"].values)
+        return [name for name, text in zip(self.names, stated, strict=True) if text]
+
+    def in_both(self, names: Sequence[str]) -> BothDirections:
+        """Return both horizontal components of the motion of these records, with the vertical.
+
+        Raises
+        ------
+        ParameterError
+            If they cannot be combined.
+        """
+        motions, rejected = both_directions([self.read(name) for name in names])
+        if not motions:
+            raise ParameterError(rejected[0].reason)
+        return motions[0]
+
+    def name_of_pair(self, one: str) -> str:
+        """Return a name of both horizontals together: ``both`` in place of the first component."""
+        component = str(self._values_of["component"].values[self._rows[one]])
+        stem = one.removesuffix(component) if component else one
+        stem = stem if stem and stem != one else f"{one}-"
+        name = f"{stem[: LONGEST_ID - 4]}both"
+        return name if name not in self._rows else f"{one[: LONGEST_ID - 10]}-with-both"
 
     @property
     def orientations(self) -> list[Orientation]:

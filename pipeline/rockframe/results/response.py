@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, Final, Self, Unpack
+from typing import Any, Final, NamedTuple, Self, Unpack
 
 import numpy as np
 import xarray as xr
@@ -58,6 +58,8 @@ from rockframe.rocking.verdict import Strip, Verdict, strip_of
 from rockframe.structures.contract import Compared, Structure, StructureResponse, kind_of
 
 _HISTORIES: Final = ("theta", "u", "v")
+#: Histories of motions in both directions.
+_OF_BOTH: Final = ("phi", "u_x", "u_y")
 _ENVELOPES: Final = tuple(one.name for one in ENVELOPES)
 #: Optional parts of a response.
 _PARTS: Final = (
@@ -72,6 +74,19 @@ _CORRELATIONS: Final = "correlations"
 
 #: Those that are kept as arrays.
 _AS_ARRAYS: Final = ("ensemble", "contact", "forces", "force_bands")
+
+
+class Components(NamedTuple):
+    """The records of both components of a motion, and how they differ from those at right angles.
+
+    Both are empty for a motion in one plane.
+    """
+
+    records: tuple[str, ...] = ()
+    remark: str = ""
+
+
+NO_COMPONENTS: Final = Components()
 
 
 def write_responses(
@@ -123,8 +138,11 @@ def write_response_rows(
     **origin: Unpack[Origin],
 ) -> xr.Dataset:
     """Write what `response_row` returned for each record; the rest is as for `write_responses`."""
-    pulses = bool(origin["parameters"].get("pulses"))
-    complete = partial(_complete, structures=structures, pulses=pulses, motions=motions)
+    stated = origin["parameters"]
+    pulses, pairs = bool(stated.get("pulses")), bool(stated.get("pairs"))
+    complete = partial(
+        _complete, structures=structures, pulses=pulses, motions=motions, pairs=pairs
+    )
     return write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
 
 
@@ -155,17 +173,29 @@ def responses_dataset(
 
 
 def response_row(
-    name: str, responses: Sequence[StructureResponse], parameters: Mapping[str, Any]
+    name: str,
+    responses: Sequence[StructureResponse],
+    parameters: Mapping[str, Any],
+    components: Components = NO_COMPONENTS,
 ) -> WrittenRow:
-    """Return the histories and the other values of a record; workers do, which is less to send."""
-    names = _HISTORIES + (_ENVELOPES if _has_envelopes(parameters) else ())
-    return _histories(responses, names), _values(name, responses)
+    """Return the histories and the other values of a record; workers do, which is less to send.
+
+    If the parameter ``pairs`` is true, the file has motions in both directions, of which
+    `components` are the records.
+    """
+    names = _HISTORIES + (_OF_BOTH if parameters.get("pairs") else ())
+    names += _ENVELOPES if _has_envelopes(parameters) else ()
+    return _histories(responses, names), _values(name, responses, components)
 
 
-def _values(name: str, responses: Sequence[StructureResponse]) -> dict[str, Any]:
+def _values(
+    name: str, responses: Sequence[StructureResponse], components: Components = NO_COMPONENTS
+) -> dict[str, Any]:
     """Return the values of a record by the names of the objects that hold them in its responses."""
     return {
         "record_id": name,
+        "components": " ".join(components.records),
+        "components_remark": components.remark,
         "row_size": max(response.time.size for response in responses),
         "history": [response.time.size > 0 for response in responses],
         **RESPONSE_NC.arrays(RESPONSE_NC.filled("response", list(responses))),
@@ -212,6 +242,7 @@ def _complete(
     structures: Sequence[Structure],
     pulses: bool,
     motions: int,
+    pairs: bool = False,
 ) -> dict[str, Any]:
     """Return the values of all variables except the histories."""
     beside = (*_PARTS, _CORRELATIONS)
@@ -224,15 +255,15 @@ def _complete(
     values |= structure_values(RESPONSE_NC, structures)
     if pulses:
         values |= RESPONSE_NC.joined(columns["to_pulse"])
-    if not any(reason for row in columns["not_computed"] for reason in row):
-        del values["not_computed"]
+    for name in _without(columns, pairs):
+        del values[name]
     if any(margin is not None for row in columns["margin"] for margin in row):
         values |= margin_values(columns["margin"])
     for part in _AS_ARRAYS:
         if any(row is not None for row in columns[part]):
             values |= _joined(part, columns[part], len(structures))
             values |= {"quantile": [*QUANTILES]} if part == "ensemble" else {}
-    values |= _sensitivity(columns[_CORRELATIONS])
+    values |= _sensitivity(columns[_CORRELATIONS], _SPREADS_OF_PAIRS if pairs else ())
     if motions:
         values |= _part_values(columns["parts"], motions)
     if any(getattr(structure, "restrained", False) for structure in structures):
@@ -265,6 +296,13 @@ def _kinds(structures: Sequence[Structure]) -> dict[str, Any]:
             [of[name].value if name in of else math.nan for name in named] for of in each
         ],
     }
+
+
+def _without(columns: Mapping[str, list[Any]], pairs: bool) -> list[str]:
+    """Return the variables that a file does not need, whatever the batch of the records."""
+    missing = pairs or any(reason for row in columns["not_computed"] for reason in row)
+    both = [] if pairs else [name for name in columns if name.startswith("components")]
+    return both if missing else [*both, "not_computed"]
 
 
 def _joined(part: str, rows: Sequence[Mapping[str, Any] | None], structures: int) -> dict[str, Any]:
@@ -307,9 +345,19 @@ class _Correlations:
         return cls(members, spreads, np.array(rows).reshape(len(each), len(spreads)))
 
 
-def _sensitivity(records: Sequence[_Correlations]) -> dict[str, Any]:
-    """Return the values of the variables of sensitivity; none without a spread."""
-    spreads = [*dict.fromkeys(name for record in records for name in record.spreads)]
+#: Spreads that only motions in both directions have.
+_SPREADS_OF_PAIRS: Final = ("contact_shortening",)
+
+
+def _sensitivity(records: Sequence[_Correlations], further: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the values of the variables of sensitivity; none without a spread.
+
+    The file has `further` spreads even if no record of this batch does.
+    """
+    if not any(record.members for record in records):
+        return {}
+    named = (name for record in records for name in record.spreads if name not in further)
+    spreads = [*dict.fromkeys(named), *further]
     if not spreads:
         return {}
     values = np.full((len(records), len(records[0].values), len(spreads)), math.nan)
@@ -369,6 +417,13 @@ class ResponseFile:
         with self._damage_named():
             kept = self.dataset["history"][positions(self.dataset, record=record)].values
         return [name for name, there in zip(self.structures, kept, strict=True) if there]
+
+    def components(self, record: str) -> list[str]:
+        """Return the records of both components of a motion; empty for a motion in one plane."""
+        if "components" not in self.dataset:
+            return []
+        where = positions(self.dataset, record=record)["record"]
+        return str(self.dataset["components"].values[where]).split()
 
     def strips(self, record: str) -> dict[str, Strip]:
         """Return the strip of each structure under a record; empty without margins."""
@@ -458,10 +513,16 @@ def margin_values(margins: list[list[Margin | None]]) -> dict[str, Any]:
 
 
 def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str, str], Strip]:
-    """Return the strips of computed responses by record and structure; empty without margins."""
+    """Return the strips of computed responses by record and structure; empty without margins.
+
+    Motions in both directions have none, because the outcome of the structure as given is not
+    computed at other scales.
+    """
     if "critical_scale" not in response:
         return {}
     names = [str(name) for name in response["record_id"].values]
+    both = map(str, response["components"].values) if "components" in response else ()
+    pairs = {name for name, records in zip(names, both, strict=False) if records}
     rows = [i for i, name in enumerate(names) if name in records]
     structures = [str(name) for name in response["structure"].values]
     wanted = ["critical_scale", "largest_scale", "safe_islands"]
@@ -484,7 +545,7 @@ def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str,
         )
         for i, row in enumerate(rows)
         for k, structure in enumerate(structures)
-        if verdicts[row, k] != Verdict.NOT_COMPUTED
+        if verdicts[row, k] != Verdict.NOT_COMPUTED and names[row] not in pairs
     }
 
 

@@ -20,6 +20,7 @@ from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, read_manifest, sha256_of
 from rockframe.results.pulses import best_pulses
 from rockframe.results.reading import opened
+from rockframe.results.records import open_records
 from rockframe.results.response import strips_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.stored import attributes_of
@@ -127,6 +128,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
     counts: Counter[tuple[str, str]] = Counter()
     rows = _kept(_counted(folder / "table.csv", counts), most)
     names = {row["record_id"] for row in rows}
+    names |= {name for row in rows for name in row.get("components", "").split()}
     left_out = left_out_reasons(attributes_of(folder / "response.nc", RESPONSE))
     entries, listed = _entries(folder / "records.csv", {*names, *left_out} if most else None)
     with (
@@ -298,6 +300,9 @@ class Ground:
         Selected pulse [m s-2] over its length; empty if there is no pulse.
     pulse_start : int
         Sample of the record at which the pulse begins.
+    components : tuple of str
+        Records of both components, if the motion is in both directions; then the acceleration is
+        the length of their vector.
     """
 
     record: str
@@ -305,6 +310,7 @@ class Ground:
     acceleration: Float
     pulse: Float
     pulse_start: int
+    components: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -319,6 +325,8 @@ class History:
         Rotation [rad], displacement and lift of the beam [m]; NaN after overturning.
     theta_low, theta_high : array, shape (samples,)
         Envelope of the ensemble [rad]; empty without one.
+    u_x, u_y : array, shape (samples,)
+        Components of the displacement under a motion in both directions [m]; empty in one plane.
     """
 
     record: str
@@ -328,6 +336,8 @@ class History:
     v: Float
     theta_low: Float
     theta_high: Float
+    u_x: Float
+    u_y: Float
 
 
 def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground, list[History]]]:
@@ -368,23 +378,43 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
             ]
             if not chosen:
                 continue
-            acceleration = records["acceleration"][rows_of[record]].to_numpy()
-            step = float(steps[record])
+            both = _components(response, i)
+            if both:
+                acceleration = _length(folder / "records.nc", both)
+            else:
+                acceleration = records["acceleration"][rows_of[record]].to_numpy()
+            step = float(steps[both[0] if both else record])
             pulse, start = np.empty(0), 0
             if record in pulses:
                 found = pulses[record].pulse
                 time = step * np.arange(acceleration.size)
                 near = np.flatnonzero(np.abs(time - found.time) <= found.mother.reach * found.T_p)
                 pulse, start = found.acceleration(time[near]), int(near[0])
-            ground = Ground(record, step, acceleration, pulse, start)
-            yield ground, [_history(response, record, name, rows) for name in chosen]
+            ground = Ground(record, step, acceleration, pulse, start, tuple(both))
+            yield ground, [_history(response, record, name, rows, both) for name in chosen]
 
 
-def _history(response: xr.Dataset, record: str, structure: str, rows: slice) -> History:
+def _components(response: xr.Dataset, row: int) -> list[str]:
+    """Return the records of both components of a motion; empty for a motion in one plane."""
+    return str(response["components"].values[row]).split() if "components" in response else []
+
+
+def _length(path: Path, names: Sequence[str]) -> Float:
+    """Return the length of the vector of both horizontal accelerations [m s-2]."""
+    with open_records(path) as file:
+        motion = file.in_both(names)
+        return np.hypot(motion.first.acceleration, motion.second.acceleration)
+
+
+def _history(
+    response: xr.Dataset, record: str, structure: str, rows: slice, both: Sequence[str]
+) -> History:
     k = _names(response, "structure").index(structure)
-    names = ("theta", "u", "v", "theta_low", "theta_high")
+    known = {"theta", "u", "v", *(("u_x", "u_y") if both else ("theta_low", "theta_high"))}
+    names = ("theta", "u", "v", "theta_low", "theta_high", "u_x", "u_y")
     series = (
-        response[name][k, rows].to_numpy() if name in response else np.empty(0) for name in names
+        response[name][k, rows].to_numpy() if name in known and name in response else np.empty(0)
+        for name in names
     )
     return History(record, structure, *series)
 

@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntFlag
 from functools import cached_property, reduce
 from operator import or_
@@ -525,6 +525,8 @@ class Described:
         The one record that the options ask for; empty if they ask for all.
     horizontal : tuple of str
         Identifiers of the records that are not vertical, if the file states orientations.
+    pairs : mapping of str to tuple of str
+        Records of both components of motions in both directions, by the name of the motion.
     """
 
     records: tuple[str, ...]
@@ -533,6 +535,7 @@ class Described:
     left_out: tuple[str, ...] = ()
     only: str = ""
     horizontal: tuple[str, ...] = ()
+    pairs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def describe(path: Path, kind: str) -> Described:
@@ -551,8 +554,10 @@ def describe(path: Path, kind: str) -> Described:
         texts = {one.declared.name: one for one in stored}
         names = texts["record_id"].values.tolist() if "record_id" in texts else []
         directions = texts["orientation"].values.tolist() if "orientation" in texts else []
+        both = texts["components"].values.tolist() if "components" in texts else [""] * len(names)
+        pairs = {n: tuple(str(of).split()) for n, of in zip(names, both, strict=True) if of}
         return Described(
-            tuple(names),
+            tuple(name for name in names if name not in pairs),
             json.loads(attrs["input_sha256"]),
             sizes.get("structure", 0),
             tuple(json.loads(attrs["left_out"])),
@@ -560,4 +565,5 @@ def describe(path: Path, kind: str) -> Described:
             tuple(
                 n for n, to in zip(names, directions, strict=False) if not Orientation(to).upright
             ),
+            pairs,
         )

@@ -325,7 +325,7 @@ class RobustMargin:
         Number of responses that were computed.
     sampling_changes : int
         Number of members that stand instead of overturning, or overturn instead of standing, under
-        the motion itself when the record is sampled twice as finely.
+        the motion itself when the record is sampled twice as finely; -1 if not computed.
     """
 
     s10: float

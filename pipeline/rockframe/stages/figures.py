@@ -9,16 +9,19 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from rockframe.cells import write_rows
+from rockframe.components import BothDirections
 from rockframe.engines.engine import Engine, ProcessPool
 from rockframe.errors import InputError, ParameterError
 from rockframe.figures.captioned import Captioned, caption_path, save, save_captioned, styled
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.joints import draw_forces
 from rockframe.figures.margins import draw_margin_strips
+from rockframe.figures.paths import draw_paths
 from rockframe.figures.sensitivity import draw_sensitivity
 from rockframe.matching.match import Float, PulseMatch
 from rockframe.options import STAGES, loaded
@@ -221,6 +224,12 @@ class _OfRecord:
     strips: dict[str, Strip]
     spreads: list[Row]
     forces: list[Row]
+    both: bool = False
+
+
+def _length(motion: BothDirections) -> Float:
+    """Return the length of the vector of both horizontal accelerations [m s-2]."""
+    return np.hypot(motion.first.acceleration, motion.second.acceleration)
 
 
 def draw_records(
@@ -267,18 +276,21 @@ class _Chosen:
         with open_records(self.files[0]) as records, open_response(self.files[2]) as response:
             for name in self.names:
                 row = by_record[name]
-                kept = response.kept(name)
+                kept, both = response.kept(name), response.components(name)
                 yield _OfRecord(
                     folder=self.folder,
                     name=name,
                     title=f"{row['event']}, {row['record']}".removeprefix(", "),
-                    acceleration=records.read(name).acceleration,
+                    acceleration=_length(records.in_both(both))
+                    if both
+                    else records.read(name).acceleration,
                     pulse=pulses.get(name),
                     tested=stated_pulse(row),
                     histories=[response.sel(record=name, structure=s) for s in kept],
                     strips=response.strips(name),
                     spreads=list(sensitivity_rows(response.dataset, name)),
                     forces=list(force_rows(response.dataset, name)),
+                    both=bool(both),
                 )
 
 
@@ -309,6 +321,7 @@ def _figures_of_record(shown: _OfRecord) -> Iterator[str]:
         ("margins", draw_margin_strips, shown.strips),
         ("sensitivity", draw_sensitivity, shown.spreads),
         ("forces", draw_forces, shown.forces),
+        ("paths", draw_paths, shown.histories if shown.both else ()),
     ]
     for kind, draw, content in captioned:
         if content:

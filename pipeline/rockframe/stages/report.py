@@ -9,6 +9,7 @@ import subprocess
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -152,7 +153,8 @@ def _miscounted_tables(
     response = datasets.get("response.nc")
     if response is not None and "table.csv" in sound:
         listed = [row["record_id"] for row in rows_of(folder / "table.csv")]
-        answered = [name for name in response.records for _ in range(response.structures)]
+        motions = (*response.records, *response.pairs)
+        answered = [name for name in motions for _ in range(response.structures)]
         if len(listed) != len(answered):
             yield (
                 f"{folder / 'table.csv'}: {len(listed)} rows, {len(answered)} responses. "
@@ -193,7 +195,8 @@ def _lost_records(folder: Path, datasets: Mapping[str, Described]) -> Iterator[s
         if name not in datasets:
             continue
         held = datasets[name].records
-        strange = [record for record in held if record not in names]
+        both = chain(*datasets[name].pairs.values())
+        strange = [record for record in (*held, *both) if record not in names]
         if strange:
             yield (
                 f"{folder / name}: holds {strange[0]!r}, which is not in records.nc. "

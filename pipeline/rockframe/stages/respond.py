@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
 
 from rockframe.components import vertical_beside
 from rockframe.engines.engine import Engine, map_tasks, on_threads
@@ -27,7 +28,12 @@ from rockframe.results.pulses import (
     sample_hashes,
 )
 from rockframe.results.records import RecordsFile, open_records
-from rockframe.results.response import response_row, write_response_rows
+from rockframe.results.response import (
+    NO_COMPONENTS,
+    Components,
+    response_row,
+    write_response_rows,
+)
 from rockframe.results.tables.rows import Row, ensemble_cells, spread_verdict
 from rockframe.results.tables.table import part_rows
 from rockframe.results.versions import Uncertain, VersionSources
@@ -55,6 +61,7 @@ from rockframe.structures.contract import (
     Shaking,
     Structure,
     StructureResponse,
+    computed_in_both_directions,
     ensembles_of_each,
     most_critical,
     require_possible,
@@ -66,32 +73,48 @@ from rockframe.wavelets.pulse import Pulse
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rockframe.wobbling import PairAcceleration
+
 #: Largest number of samples times structures in a task, which limits memory for histories.
 _NODES: Final = 200_000
 
 
+_WITHOUT_VERTICAL: Final = (
+    "no vertical record of the same event, station and time step has 95 % of its energy in the "
+    "samples that they share, or several have. Add one, or compute without the vertical component."
+)
 #: Number of structures of each kind that are tried with their members before a run.
 _TRIED: Final = 16
 
 
-#: A record, the motion that it states, and what its versions are made of.
-_Motion: TypeAlias = tuple[Record, Record | GroundAcceleration, Uncertain | None]
+class _Motion(NamedTuple):
+    """A motion by its name, its number of samples, and what belongs to it; see `ResponseTask`."""
+
+    name: str
+    samples: int
+    motion: Record | GroundAcceleration | PairAcceleration
+    uncertain: Uncertain | None = None
+    record: Record | None = None
+    components: Components = NO_COMPONENTS
 
 
 @dataclass(frozen=True)
 class ResponseTask:
     """Motions by the names of their records, and the structures that respond to them.
 
-    Of records with several versions, `uncertain` has what these are made of, and of sequences
-    `parts` has their motions.
+    Of records with several versions, `uncertain` has what these are made of, of sequences `parts`
+    has their motions, and of motions in both directions `components` has their records. `pairs` is
+    true if the file has such motions.
     """
 
-    motions: Mapping[str, Record | GroundAcceleration]
+    motions: Mapping[str, Record | GroundAcceleration | PairAcceleration]
     uncertain: Mapping[str, Uncertain]
     parts: Mapping[str, tuple[Part, ...]]
     pulses: Mapping[str, Pulse]
     structures: tuple[Structure, ...]
     options: RespondOptions
+    components: Mapping[str, Components] = field(default_factory=dict)
+    pairs: bool = False
 
 
 def respond_stage(
@@ -153,27 +176,30 @@ def respond_stage(
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
-        motions = _motions(file, names, options, left_out)
+        pairs = _pairs_of(file, structures) if options.both_directions else {}
+        motions = _motions(file, names, options, left_out, pairs)
         pulses = _Pulses.read(next(iter(beside), None), names)
         tasks = Counted(
-            _tasks(motions, tuple(structures), options, pulses),
-            math.ceil(file.samples(names) * len(structures) / _NODES),
+            _tasks(motions, tuple(structures), options, pulses, bool(pairs)),
+            math.ceil((2 if pairs else 1) * file.samples(names) * len(structures) / _NODES),
         )
+        every = _with_pairs(names, pairs)
         answers = chain.from_iterable(map_tasks(_rows, tasks, engine=engine))
         made = write_response_rows(
-            (row for _, row in accepted(answers, names, batch, left_out, progress)),
+            (row for _, row in accepted(answers, every, batch, left_out, progress)),
             structures,
             output,
             input_sha256=input_hash(records_path, structures_path, *beside),
             parameters=options.stated()
-            | {"structures": [one.name for one in structures], "pulses": pulses_path is not None},
+            | {"structures": [one.name for one in structures], "pulses": pulses_path is not None}
+            | ({"pairs": True} if pairs else {}),
             left_out=left_out,
             batch=batch.stated,
             motions=file.most_parts,
         )
     written(made)
     _warn_of_motion(made)
-    return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
+    return tuple(InputOutcome(name, left_out[name]) for name in every if name in left_out)
 
 
 def foresee_respond(options: RespondOptions, structures: Sequence[StructureTable]) -> None:
@@ -196,10 +222,64 @@ def _warn_of_motion(response: xr.Dataset) -> None:
             warnings.warn(words, RockframeWarning, stacklevel=3)
 
 
+class _Pair(NamedTuple):
+    """A motion of which both horizontals are recorded: its name, and all its records."""
+
+    name: str
+    records: tuple[str, ...]
+
+
+def _pairs_of(file: RecordsFile, structures: Sequence[Structure]) -> dict[str, _Pair]:
+    """Return the motions with two horizontals, by the later of these in the file; none if no
+    structure is computed in both directions.
+    """
+    found: dict[str, _Pair] = {}
+    if not computed_in_both_directions(structures):
+        return found
+    level = {*horizontal(file)}
+    sequences = {*file.sequences}
+    for records in file.motions:
+        across = [name for name in records if name in level]
+        if len(across) == 2 and not sequences.intersection(across):
+            found[across[1]] = _Pair(file.name_of_pair(across[0]), tuple(records))
+    return found
+
+
+def _with_pairs(names: Sequence[str], pairs: Mapping[str, _Pair]) -> list[str]:
+    """Return the names of the records, and after both components of a motion its own."""
+    further = {name: [pairs[name].name] if name in pairs else [] for name in names}
+    return [*chain(*([name, *further[name]] for name in names))]
+
+
+def _in_both(file: RecordsFile, pair: _Pair, options: RespondOptions) -> _Motion:
+    """Read the motion of a station in both directions.
+
+    Raises
+    ------
+    ParameterError
+        If its components cannot be combined, or the vertical one is requested and missing.
+    """
+    from rockframe.wobbling import PairAcceleration  # not needed for motions in one plane
+
+    one = file.in_both(pair.records)
+    if options.vertical and one.vertical is None:
+        raise ParameterError(_WITHOUT_VERTICAL)
+    motion = PairAcceleration.from_pair(one, vertical=options.vertical)
+    records = (one.first.record_id, one.second.record_id)
+    components = Components(records, one.remark)
+    return _Motion(pair.name, 2 * motion.x.size, motion, components=components)
+
+
 def _motions(
-    file: RecordsFile, names: Sequence[str], options: RespondOptions, left_out: dict[str, str]
+    file: RecordsFile,
+    names: Sequence[str],
+    options: RespondOptions,
+    left_out: dict[str, str],
+    pairs: Mapping[str, _Pair] = MappingProxyType({}),
 ) -> Iterator[_Motion]:
-    """Read one record at a time, with its vertical record if requested."""
+    """Read one record at a time, with its vertical record if requested; after the second horizontal
+    of a station, both.
+    """
     beside = vertical_beside(file) if options.vertical else {}
     sources = VersionSources.of(file, options.ensemble, names)
     for name in names:
@@ -209,7 +289,13 @@ def _motions(
         except ParameterError as error:
             left_out[name] = str(error)
         else:
-            yield record, motion, sources.uncertain(record)
+            samples = record.acceleration.size
+            yield _Motion(name, samples, motion, sources.uncertain(record), record)
+        if name in pairs:
+            try:
+                yield _in_both(file, pairs[name], options)
+            except ParameterError as error:
+                left_out[pairs[name].name] = str(error)
 
 
 def _tasks(
@@ -217,23 +303,39 @@ def _tasks(
     structures: tuple[Structure, ...],
     options: RespondOptions,
     pulses: _Pulses,
+    pairs: bool,
 ) -> Iterator[ResponseTask]:
-    held: dict[str, Record | GroundAcceleration] = {}
-    several: dict[str, Uncertain] = {}
-    parts: dict[str, tuple[Part, ...]] = {}
-    beside: dict[str, Pulse] = {}
-    nodes = 0
-    for record, motion, made_of in motions:
-        held[record.record_id] = motion
-        several |= {record.record_id: made_of} if made_of else {}
-        parts |= {record.record_id: record.parts} if record.parts else {}
-        beside |= pulses.of(record)
-        nodes += record.acceleration.size * len(structures)
-        if nodes >= _NODES:
-            yield ResponseTask(held, several, parts, beside, structures, options)
-            held, several, parts, beside, nodes = {}, {}, {}, {}, 0
+    held: list[_Motion] = []
+    for motion in motions:
+        held.append(motion)
+        if sum(one.samples for one in held) * len(structures) >= _NODES:
+            yield _task(held, structures, options, pulses, pairs)
+            held = []
     if held:
-        yield ResponseTask(held, several, parts, beside, structures, options)
+        yield _task(held, structures, options, pulses, pairs)
+
+
+def _task(
+    held: Sequence[_Motion],
+    structures: tuple[Structure, ...],
+    options: RespondOptions,
+    pulses: _Pulses,
+    pairs: bool,
+) -> ResponseTask:
+    records = [one.record for one in held if one.record is not None]
+    beside: dict[str, Pulse] = {}
+    for record in records:
+        beside |= pulses.of(record)
+    return ResponseTask(
+        {one.name: one.motion for one in held},
+        {one.name: one.uncertain for one in held if one.uncertain is not None},
+        {record.record_id: record.parts for record in records if record.parts},
+        beside,
+        structures,
+        options,
+        {one.name: one.components for one in held if one.components.records},
+        pairs,
+    )
 
 
 @dataclass(frozen=True)
@@ -261,9 +363,14 @@ class _Pulses:
 
 def _rows(task: ResponseTask) -> list[tuple[str, WrittenRow | None, str]]:
     """Return what is written of each record, or the reason why it is rejected."""
-    stated = task.options.stated()
+    stated = task.options.stated() | {"pairs": task.pairs}
+
+    def row(name: str, responses: Sequence[StructureResponse]) -> WrittenRow:
+        components = task.components.get(name, NO_COMPONENTS)
+        return response_row(name, responses, stated, components)
+
     return [
-        (name, response_row(name, responses, stated) if responses else None, reason)
+        (name, row(name, responses) if responses else None, reason)
         for name, responses, reason in answer_task(task)
     ]
 
@@ -275,7 +382,7 @@ def answer_task(task: ResponseTask) -> list[tuple[str, list[StructureResponse] |
     """
     ensemble = task.options.ensemble
     several = {
-        name: made_of.versions(ensemble, task.motions[name])
+        name: made_of.versions(ensemble, task.motions[name])  # type: ignore[arg-type]  # one plane
         for name, made_of in task.uncertain.items()
     }
     answers = on_threads(partial(_answer_one, task, several), list(task.motions))
@@ -365,20 +472,20 @@ def scaled_rows(
         for name in records:
             require_known("record", name, names)
         names = [name for name in names if name in records] if records else names
-        for done, (record, motion, made_of) in enumerate(_motions(file, names, options, left_out)):
+        for done, one in enumerate(_motions(file, names, options, left_out)):
+            motion = as_ground(one.motion)  # type: ignore[arg-type]  # without pairs
+            made_of = one.uncertain
             versions = made_of.versions(options.ensemble, motion) if made_of else None
             try:
-                found += _at_scales(
-                    record, as_ground(motion), structures, scales, options, versions
-                )
+                found += _at_scales(one.name, motion, structures, scales, options, versions)
             except ParameterError as error:
-                left_out[record.record_id] = str(error)
+                left_out[one.name] = str(error)
             progress(done + 1, len(names))
     return found, tuple(InputOutcome(name, left_out[name]) for name in left_out)
 
 
 def _at_scales(
-    record: Record,
+    name: str,
     ground: GroundAcceleration,
     structures: Sequence[Structure],
     scales: Sequence[float],
@@ -395,7 +502,7 @@ def _at_scales(
         for j, scale in enumerate(scales):
             response, members = nominal[j][k], spread[j][k] if spread else None
             row: Row = {
-                "record_id": record.record_id,
+                "record_id": name,
                 "structure": structure.name,
                 "scale": float(scale),
                 "verdict": response.verdict.name.lower(),
@@ -430,11 +537,7 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
     """
     upward = beside.get(record.record_id)
     if upward is None:
-        raise ParameterError(
-            "no vertical record of the same event, station and time step has 95 % of its energy in "
-            "the samples that they share, or several have. Add one, or compute without the "
-            "vertical component."
-        )
+        raise ParameterError(_WITHOUT_VERTICAL)
     sign = -1.0 if upward.orientation is Orientation.DOWNWARD else 1.0
     across = GroundAcceleration.from_samples(record.acceleration, record.time_step)
     return across.with_vertical(

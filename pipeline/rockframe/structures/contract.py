@@ -401,6 +401,21 @@ def require_possible(structures: Sequence[Structure], ensemble: Ensemble | None)
         kind_of(structure).require_possible(structure, ensemble)
 
 
+def computed_in_both_directions(structures: Sequence[Structure]) -> bool:
+    """Return whether a structure is computed for both horizontal directions of a motion.
+
+    Examples
+    --------
+    >>> from rockframe import RockingFrame
+    >>> computed_in_both_directions([RockingFrame(height=9.6, width=1.6)])
+    False
+    """
+    from rockframe.wobbling import PairAcceleration  # not needed for motions in one plane
+
+    still = PairAcceleration(np.zeros(2), np.zeros(2), 1.0)
+    return any(not kind_of(one).why_not(one, still) for one in structures)
+
+
 def respond_each(structures: Sequence[Structure], shaking: Shaking) -> list[StructureResponse]:
     """Return the response of each structure to a motion, or that it is not computed.
 

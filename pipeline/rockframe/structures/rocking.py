@@ -44,7 +44,7 @@ from rockframe.rocking.design import varied
 from rockframe.rocking.margins.ensemble import shaken
 from rockframe.rocking.scenarios import Prepared, scales_of
 from rockframe.rocking.verdict import ModelEnd, Verdict, first_end, sometime
-from rockframe.structures.contract import Compared, Motion, Parameter, Shaking
+from rockframe.structures.contract import Compared, Motion, Parameter, Shaking, StructureResponse
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
@@ -61,10 +61,13 @@ class RockingKind:
         """Return none: all properties of frames have variables of their own."""
         return ()
 
-    def why_not(self, _structure: RockingFrame, motion: Motion) -> str:
+    def why_not(self, structure: RockingFrame, motion: Motion) -> str:
         """Return why a frame is not computed under a motion; "" if it is."""
-        in_one_plane = isinstance(motion, Record | Pulse | GroundAcceleration)
-        return "" if in_one_plane else "not computed for both directions"
+        if _in_one_plane(motion):
+            return ""
+        from rockframe.structures.wobbling import why_not_both  # planar motions need no other code
+
+        return why_not_both(structure)
 
     def require_possible(self, structure: RockingFrame, ensemble: Ensemble | None) -> None:
         """Require a frame, and members of its ensemble, that the kernel can compute."""
@@ -82,10 +85,16 @@ class RockingKind:
         bounciest = sorted(structures, key=lambda frame: -frame.restitution)[:count]
         return [*dict.fromkeys([*stoutest, *bounciest])]
 
-    def respond(self, structures: Sequence[RockingFrame], shaking: Shaking) -> list[Response]:
+    def respond(
+        self, structures: Sequence[RockingFrame], shaking: Shaking
+    ) -> Sequence[StructureResponse]:
         """Return the response of each frame, with contact, pulse, margins and forces."""
         options = shaking.options
-        motion = as_ground(shaking.motion)  # type: ignore[arg-type]  # `why_not` excludes pairs
+        if not isinstance(shaking.motion, Record | Pulse | GroundAcceleration):
+            from rockframe.structures.wobbling import respond_both
+
+            return respond_both(structures, shaking.motion, shaking)
+        motion = as_ground(shaking.motion)
         require_motion(options.ensemble, motion)
         responses = [with_contact(respond(frame, motion), motion) for frame in structures]
         if shaking.parts:
@@ -116,7 +125,22 @@ class RockingKind:
         versions: Sequence[Versions | None],
     ) -> list[list[EnsembleResponse]]:
         """Return the response of the ensemble of each frame to each motion."""
-        return ensemble_responses(motions, structures, ensemble, versions)  # type: ignore[arg-type]
+        found: dict[int, list[EnsembleResponse]] = {}
+        plane = [i for i, motion in enumerate(motions) if _in_one_plane(motion)]
+        if plane:
+            rows = ensemble_responses(
+                [motions[i] for i in plane],  # type: ignore[misc]
+                structures,
+                ensemble,
+                [versions[i] for i in plane],
+            )
+            found |= zip(plane, rows, strict=True)
+        if both := [i for i in range(len(motions)) if i not in found]:
+            from rockframe.structures.wobbling import ensembles_both
+
+            rows = ensembles_both(structures, [motions[i] for i in both], ensemble)  # type: ignore[misc]
+            found |= zip(both, rows, strict=True)
+        return [found[i] for i in range(len(motions))]
 
     def history(self, structure: RockingFrame, motion: GroundAcceleration) -> Response:
         """Return the bare response to a motion."""
@@ -188,6 +212,10 @@ class RockingKind:
         """Return the response of a frame in the quantities that all bridges have."""
         ground = as_ground(motion)  # type: ignore[arg-type]
         return _compared(with_contact(respond(structure, ground), ground), ground)
+
+
+def _in_one_plane(motion: Motion) -> bool:
+    return isinstance(motion, Record | Pulse | GroundAcceleration)
 
 
 #: Attributes of `Scenarios` that are the peaks of the contract.

@@ -214,6 +214,38 @@ def strip_svg(strip: Strip) -> str:
     )
 
 
+#: Number of points of a path in plan, and its extent [units of the picture].
+_POINTS: Final = 1500
+_EXTENT: Final = 100.0
+
+
+def path_svg(u_x: NDArray[np.float64], u_y: NDArray[np.float64]) -> str:
+    """Return the path of the deck, seen from above, as SVG; "" if it does not move.
+
+    Parameters
+    ----------
+    u_x, u_y : array, shape (samples,)
+        Displacement from the ground along both components of the motion [m]; NaN after overturning.
+    """
+    moved = np.flatnonzero(np.hypot(u_x, u_y) > 0.0)
+    if not moved.size:
+        return ""
+    x, y = (one[moved[0] : moved[-1] + 1] for one in (u_x, u_y))
+    every = max(1, x.size // _POINTS)
+    reach = float(np.nanmax(np.hypot(x, y)))
+    points = _EXTENT / reach * np.column_stack([x, -y])[::every]
+    line = " ".join(f"{a:.1f},{b:.1f}" for a, b in points.tolist())
+    words = f"Path of the deck seen from above; the circle has a radius of {100.0 * reach:.1f} cm"
+    side = _EXTENT + 4.0
+    box = f"{-side:g} {-side:g} {2 * side:g} {2 * side:g}"
+    return (
+        f'<svg class="deck-path" viewBox="{box}" role="img" '
+        f'aria-label="{words}"><title>{words}</title><circle class="deck-reach" r="{_EXTENT:g}"/>'
+        f'<path class="deck-axes" d="M{-side:g} 0H{side:g}M0 {-side:g}V{side:g}"/>'
+        f'<polyline class="deck-line" points="{line}"/><circle class="deck-rest" r="2.5"/></svg>'
+    )
+
+
 def _place(scale: float) -> float:
     """Return the distance of a scale from the left end, on a logarithmic axis."""
     low, high = map(math.log, STRIP_ENDS)

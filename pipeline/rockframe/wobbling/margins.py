@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -15,7 +16,7 @@ from rockframe.options.respond import Ensemble
 from rockframe.rocking.assessments import RobustMargin
 from rockframe.rocking.margins.first_overturning import LARGEST_SCALE
 from rockframe.rocking.margins.members import draws, require_members
-from rockframe.rocking.margins.robust import Grid, FamilySearch
+from rockframe.rocking.margins.robust import FamilySearch, Grid
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wobbling import kernel
@@ -108,7 +109,7 @@ def _margin(
             member, scale = next(search) if answer is None else search.send(answer)
         except StopIteration as end:
             found: RobustMargin = end.value
-            return found
+            return replace(found, sampling_changes=-1)
         verdicts, summaries = integrated(ground, family.at(member, scale))
         fallen = verdicts == Verdict.OVERTURNS
         answer = fallen, summaries[:, kernel.PEAK] / family.slenderness[member]

@@ -34,8 +34,9 @@ from rockframe.errors import ParameterError, invalid
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown, history_dataset
 from rockframe.parts import height_variance
+from rockframe.rocking.assessments import ContactDemand, EnsembleResponse, JointForces, Margin
 from rockframe.rocking.response import ties_of
-from rockframe.rocking.verdict import Verdict
+from rockframe.rocking.verdict import SpreadVerdict, Verdict
 from rockframe.units import GRAVITY
 from rockframe.wobbling import kernel
 from rockframe.wobbling.motion import PairAcceleration, PairMotion, as_pair
@@ -86,6 +87,14 @@ class WobblingResponse(Shown):
         Times of the first uplift and of overturning [s]; NaN if there is none.
     contact_shortening : float
         Shortening of the contact under the weight [m].
+    contact : ContactDemand, optional
+        Demand on the joints, see `wobbling_contact`.
+    forces : JointForces, optional
+        Largest forces at the joints, see `wobbling_forces`.
+    margin : Margin, optional
+        Margin against overturning.
+    ensemble : EnsembleResponse, optional
+        Response of plausible structures.
     """
 
     frame: RockingFrame
@@ -103,6 +112,33 @@ class WobblingResponse(Shown):
     uplift_time: float
     overturning_time: float
     contact_shortening: float = SHORTENING
+    contact: ContactDemand | None = None
+    forces: JointForces[float] | None = None
+    margin: Margin | None = None
+    ensemble: EnsembleResponse | None = None
+
+    @property
+    def structure(self) -> RockingFrame:
+        """The frame."""
+        return self.frame
+
+    @property
+    def u(self) -> Float:
+        """Displacement of the slab from the ground, the length of its vector [m]."""
+        return np.hypot(self.u_x, self.u_y)
+
+    @property
+    def spread_verdict(self) -> SpreadVerdict:
+        """The verdict, from the ensemble if the response has one, with the margin if it has one."""
+        spread, robust = self.ensemble, self.margin and self.margin.robust
+        return SpreadVerdict(
+            self.verdict,
+            overturning_time=self.overturning_time,
+            share_overturned=spread.share_overturned if spread else math.nan,
+            share_uplifted=spread.share_uplifted if spread else math.nan,
+            robust_scale=robust.s10 if robust else None,
+            largest_scale=self.margin.largest_scale if self.margin else math.nan,
+        )
 
     @property
     def peak_rotation_ratio(self) -> float:
@@ -378,15 +414,9 @@ def rolling(frame: RockingFrame) -> RockingFrame:
     if not isinstance(frame, RockingFrame):
         kind = type(frame).__name__  # type: ignore[unreachable]
         raise ParameterError(f"Invalid frame of type {kind}. Must be a RockingFrame.")
-    parts = {
-        "dissipaters": frame.dissipater is not None,
-        "an abutment": frame.abutment is not None,
-        "crushed edges": frame.before_crushing is not None,
-        "tendons that lose prestress": frame.tendon is not None and frame.tendon.loses_prestress,
-    }
-    for name in (name for name, present in parts.items() if present):
+    if part := _lacking(frame):
         raise ParameterError(
-            f"Invalid frame {frame.name!r} with {name}, for both directions of the ground motion. "
+            f"Invalid frame {frame.name!r} with {part}, for both directions of the ground motion. "
             "Remove them, or respond in one plane."
         )
     frame = frame.in_both_directions
@@ -399,6 +429,36 @@ def rolling(frame: RockingFrame) -> RockingFrame:
     axial_inertia(frame)
     ties_of(frame)
     return frame
+
+
+def _lacking(frame: RockingFrame) -> str:
+    """Return the first part of a frame that the model lacks; "" if it has all."""
+    parts = {
+        "dissipaters": frame.dissipater is not None,
+        "an abutment": frame.abutment is not None,
+        "crushed edges": frame.before_crushing is not None,
+        "tendons that lose prestress": frame.tendon is not None and frame.tendon.loses_prestress,
+    }
+    return next((name for name, present in parts.items() if present), "")
+
+
+def why_in_one_plane(frame: RockingFrame) -> str:
+    """Return why a frame is not computed for both directions, in a few words; "" if it is.
+
+    Examples
+    --------
+    >>> why_in_one_plane(RockingFrame(height=7.5, width=1.8))
+    'columns not circular'
+    """
+    if part := _lacking(frame):
+        return f"with {part}"
+    if frame.in_both_directions.column_section != "circular":
+        return "columns not circular"
+    try:
+        rolling(frame)
+    except ParameterError as error:
+        return str(error)
+    return ""
 
 
 def _state(start: Sequence[float]) -> Float:

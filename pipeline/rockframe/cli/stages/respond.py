@@ -116,7 +116,7 @@ def run_respond(options: argparse.Namespace) -> int:
     scaled, more = _respond_at_scales(options, wanted, scales) if scales else ([], ())
     rejections += tuple(one for one in more if one not in rejections)
     peaks = peaks_of(options.records)
-    rows = [row | {"pga_g": peaks[row["record_id"]]} for row in response_rows(response)]
+    rows = [row | {"pga_g": _largest(peaks, row)} for row in response_rows(response)]
     parts = part_rows(response)
     left_out = left_out_reasons(response.attrs)
     summary = summary_rows(rows, recordings_of(options.records), left_out)
@@ -157,6 +157,11 @@ def run_respond(options: argparse.Namespace) -> int:
         files = [*made, *drawn]
         print(*files, sep="\n", end="\n" if files else "")
     return console.show_rejections(rejections)
+
+
+def _largest(peaks: Mapping[str, float], row: Row) -> float:
+    """Return the peak acceleration [g] of a motion, or the larger one of its components."""
+    return max(peaks[name] for name in row["components"].split() or [row["record_id"]])
 
 
 def _respond(
@@ -234,6 +239,7 @@ def show_responses(
         title = f"Responses{where}: {MATRICES[quantity].words}"
         console.show_rows(title, matrix_columns(matrix, quantity), matrix)
     if not quantities:
+        rows = without_lacking_pairs(rows)
         shown = most_severe(rows)
         if len(shown) == len(rows):
             console.show_rows(f"Responses{where}", columns, shown, **how)
@@ -241,6 +247,15 @@ def show_responses(
             title = f"The {len(shown)} most severe of {len(rows)} responses{where}"
             console.show_rows(title, columns, shown)
             print(f"All {len(rows)} are in {all_in}.\n")
+
+
+def without_lacking_pairs(rows: Sequence[Row]) -> Sequence[Row]:
+    """Return the rows without those in both directions that are not computed, whose structures the
+    notes on the summary name.
+    """
+    from rockframe.results.tables.rows import is_computed
+
+    return [row for row in rows if is_computed(row) or not row.get("components")]
 
 
 def most_severe(rows: Sequence[Row]) -> Sequence[Row]:

@@ -412,7 +412,7 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
 
 def _show_notes(screening: xr.Dataset, done: Screening) -> None:
     from rockframe.results.screen_tables import members_of, overall_rows, site_note
-    from rockframe.results.tables.summary import summary_notes
+    from rockframe.results.tables.notes import summary_notes
     from rockframe.risk.measures import FEWEST_MOTIONS
 
     recordings = len(set(screening["cluster"].values.tolist()))

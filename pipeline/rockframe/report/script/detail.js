@@ -28,6 +28,7 @@ class Detail {
     at("pulse-key").textContent = ground.pulse || "matched pulse";
     this.player.describe(`${pair.structure} under ${pair.record}`, line);
     showStrip(pair.strip);
+    showPath(pair.path);
     at("spread-bars").innerHTML = pair.spreads;
     at("spread-words").textContent = at("spread-bars").querySelector("title")?.textContent ?? "";
     at("spreads").hidden = !pair.spreads;

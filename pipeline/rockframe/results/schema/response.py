@@ -137,6 +137,15 @@ def of_quantity(quantity: Quantity, along: str, source: str = "", comment: str =
     comments = "; ".join(filter(None, (quantity.comment, comment)))
     return Variable(quantity.name, along, float, quantity.units, quantity.long_name, source, comment=comments)
 
+#: Both horizontal components as one motion, whose response is in all other variables along `record`.
+OF_BOTH: Final = optional("both directions",
+    Variable("components", "record", str, "1", "records of both horizontal components, if the motion is in both directions", comment="two identifiers with a space between them; empty if the motion is that of one record, in one plane"),
+    Variable("components_remark", "record", str, "1", "how the components differ from two records of stated azimuths at right angles", comment="empty if they do not"),
+    Variable("phi", "structure obs", float, "rad", "direction of the tilt, from the first component towards the second", valid="any", comment="under both components; there theta is the tilt, and u the length of the vector of u_x and u_y. NaN while the columns stand upright, and in one plane", attrs={"coordinates": "time"}),
+    Variable("u_x", "structure obs", float, "m", "displacement of the beam along the first component", valid="any", comment="as phi", attrs={"coordinates": "time"}),
+    Variable("u_y", "structure obs", float, "m", "displacement of the beam along the second component", valid="any", comment="as phi", attrs={"coordinates": "time"}),
+)
+
 
 #: Envelopes of the histories of an ensemble.
 ENVELOPES: Final = optional("envelopes",
@@ -258,6 +267,7 @@ RESPONSE_NC: Final = FileKind(
     "response", "respond", "Rocking response of free-standing frames to records",
     (
         *histories("structure obs"),
+        *OF_BOTH,
         *ENVELOPES,
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
         Variable("row_size", "record", np.int64, "1", "number of samples of the record", attrs={"sample_dimension": "obs"}),
@@ -294,7 +304,7 @@ RESPONSE_NC: Final = FileKind(
         ),
         *optional("robust margins",
             *ROBUST_MARGINS,
-            Variable("sampling_changes", "record structure", np.int32, "1", "number of members of the ensemble that change sides when the record is sampled twice as finely", "robust", comment="members that stand instead of overturning, or overturn instead of standing, under the motion itself"),
+            Variable("sampling_changes", "record structure", np.int32, "1", "number of members of the ensemble that change sides when the record is sampled twice as finely", "robust", valid="any", comment="members that stand instead of overturning, or overturn instead of standing, under the motion itself; -1: not computed, as for motions in both directions"),
         ),
         *of_ensemble("record structure"),
         *optional("model end",

@@ -283,14 +283,17 @@ class Summary:
 
     def __init__(self) -> None:
         self._of_each: dict[str, _OverRecords] = {}
+        self._in_both: dict[str, _OverRecords] = {}
 
     def passed(self, rows: Iterable[AnyRow]) -> Iterator[AnyRow]:
         """Yield the rows, and include them in the summary."""
         for row in rows:
-            structure = row["structure"]
-            if structure not in self._of_each:
-                self._of_each[structure] = _OverRecords(row)
-            self._of_each[structure].include(row)
+            structure, found = row["structure"], self._of_each
+            if row.get("components"):
+                found = self._in_both
+            if structure not in found:
+                found[structure] = _OverRecords(row)
+            found[structure].include(row)
             yield row
 
     def rows(
@@ -299,7 +302,8 @@ class Summary:
         left_out: Mapping[str, str] | None = None,
     ) -> list[Row]:
         """Return the rows of `summary_rows` for all rows that passed by."""
-        known, each = recordings or {}, [*self._of_each.values()]
+        known = recordings or {}
+        each = [self._that_counts(structure) for structure in self._of_each]
         alike = all(one.names == each[0].names for one in each)
         groups = [each] if alike and each else [[one] for one in each]
         found = [row for group in groups for row in _rows_of_group(group, known)]
@@ -311,8 +315,21 @@ class Summary:
                 "left_out_words": left_out_words(left_out or {}, row["records"]),
             }
             | ({"not_computed": one.not_computed} if some else {})
+            | (self._directions(row["structure"]) if self._in_both else {})
             for row, one in zip(found, each, strict=True)
         ]
+
+    def _that_counts(self, structure: str) -> _OverRecords:
+        """Return the responses in both directions of a structure, if there are any, or in one."""
+        both = self._in_both.get(structure)
+        return both if both is not None and both.names else self._of_each[structure]
+
+    def _directions(self, structure: str) -> Row:
+        """Return the number of directions of the motions that count, and why it is only one."""
+        both = self._in_both.get(structure)
+        if both is not None and both.names:
+            return {"directions": 2, "not_both": ""}
+        return {"directions": 1, "not_both": "" if both is None else both.reason}
 
 
 def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hashable]) -> list[Row]:
@@ -336,11 +353,12 @@ class _OverRecords:
         self._drifts_of_uplifted = array("d")
         self._model_ends, self._largest_share_ends = 0, 0.0
         self._implausible: list[str] = []
-        self.not_computed = 0
+        self.not_computed, self.reason = 0, ""
 
     def include(self, row: Cells) -> None:
         if not is_computed(row):
             self.not_computed += 1
+            self.reason = str(row.get("not_computed") or "")
             return
         verdict, severe = spread_verdict(row), severity(row)
         self.names.append(row["record_id"])
@@ -491,48 +509,6 @@ def summary_title(rows: Sequence[Cells], what: str = "records") -> str:
     return f"Over {computed} of {computed + left_out} {what}" if left_out else f"Over all {what}"
 
 
-#: Largest number of notes on a summary.
-_MOST_NOTES: Final = 10
-
-
-def summary_notes(rows: Sequence[Cells]) -> list[str]:
-    """Return what a median of all records hides: no uplift under many, and models that end.
-
-    Examples
-    --------
-    >>> row = {"structure": "bent", "records": 6, "uplifted": 2, "uplifted_peak_u_50_m": 0.031,
-    ...        "model_ends": 1, "largest_share_model_ends": 0.98}
-    >>> summary_notes([row])[0]
-    'bent uplifts under 2 of 6 records, with a median drift of 3.1 cm; the others count as 0 cm.'
-    >>> summary_notes([row])[1]
-    'bent: the model ends under 1 of 6 records, for up to 98 %. Verdicts hold up to that event.'
-    """
-    notes = []
-    for row in rows:
-        name, records = row["structure"], int(row["records"])
-        uplifted = int(row["uplifted"] or 0)
-        if 0 < uplifted < records and row.get("uplifted_peak_u_50_m"):
-            drift = 100.0 * number(row["uplifted_peak_u_50_m"])
-            words = "where it overturns" if math.isinf(drift) else f"of {drift:.1f} cm"
-            notes.append(
-                f"{name} uplifts under {uplifted} of {records} records, with a median drift {words}"
-                "; the others count as 0 cm."
-            )
-        if missing := int(row.get("not_computed") or 0):
-            notes.append(
-                f"{name}: not computed under {missing} of {records + missing} records, which are "
-                "in no number here."
-            )
-        if ends := int(row.get("model_ends") or 0):
-            share = 100.0 * number(row["largest_share_model_ends"])
-            notes.append(
-                f"{name}: the model ends under {ends} of {records} records, for up to {share:.0f} "
-                "%. Verdicts hold up to that event."
-            )
-    more = len(notes) - _MOST_NOTES
-    return [*notes[:_MOST_NOTES], *([f"{more} more notes."] if more > 0 else [])]
-
-
 def summary_legend(rows: Sequence[Cells]) -> str:
     """Return what the numbers of a summary are, in words."""
     nominal = any(str(row["nominal"]) == "True" for row in rows)
@@ -568,10 +544,13 @@ def matrix_rows(rows: Iterable[Cells], quantity: str) -> list[Row]:
     >>> matrix_rows(rows, "peak_u")
     [{'record_id': 'a', 'bent peak_u_m': 0.1, 'pier peak_u_m': 0.2}]
     """
-    one, found = MATRICES[quantity], dict[str, Row]()
+    one, found, columns = MATRICES[quantity], dict[str, Row](), dict[str, str]()
     for row in rows:
+        structure = row["structure"]
+        if structure not in columns or is_computed(row):
+            columns[structure] = f"{structure} {one.column(row)}"
         of_record = found.setdefault(row["record_id"], {"record_id": row["record_id"]})
-        of_record[f"{row['structure']} {one.column(row)}"] = one.value(row)
+        of_record[columns[structure]] = one.value(row)
     return list(found.values())
 
 

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from itertools import chain
 from pathlib import Path
 from typing import Final
 
@@ -40,6 +41,7 @@ _SOME: Final = {
     "first_yield_time_s": "first_yield_time",
     "ductility_exceeded_time_s": "ductility_exceeded_time",
     "not_computed": "not_computed",
+    "components": "components",
 }
 #: Events that end the model, of rocking frames.
 _MODEL_ENDS: Final = tuple(name for name in MODEL_ENDS if f"{name}_s" not in _SOME)
@@ -66,6 +68,7 @@ _OF_RECORD: Final = columns_of(
     "record_id event station component source_file facts_source magnitude",
     "epicentral_distance_km=epicentral_distance distance_rrup_km=distance_rrup",
     "distance_rjb_km=distance_rjb pga_g=pga pgv_m_s=pgv",
+    "pga_rotd100_g=pga_rotd100 pgv_rotd100_m_s=pgv_rotd100",
 )
 _OF_NAME: Final = columns_of("record_id station component")
 _OF_RESPONSE: Final = columns_of(
@@ -122,6 +125,7 @@ def table_rows(
         of_records, of_pulses = _places(known), _places(found)
         for part in blocks(answers):
             names = [str(name) for name in part["record_id"].values]
+            names = [*chain(*map(str.split, _records_of(part, names)))]
             for name in names:
                 if name not in of_records:
                     must_be = f"which {_file(records)} does not. Must be of the same records."
@@ -138,18 +142,42 @@ def _table_rows(
     best = {row["record_id"]: row for row in pulse_rows(pulses) if row["best"]}
     for answer in _response_rows(response):
         name = answer["record_id"]
-        record, pulse = known[name], best.get(name, _NO_PULSE)
+        record, pulse = _of_motion(answer, known), best.get(name, _NO_PULSE)
         short = _short_name(record)
         row = {
             **pulse,
             **record,
             **answer,
-            "record": short if named[short] == 1 else name,
+            "record": short if named[_short_name(known[_first_of(answer)])] == 1 else name,
             "pulse_p_value": pulse["p_value"],
         }
         further = [column for column, name in _SOME.items() if name in response]
         further += FORCE_CELLS if FORCE_CELLS[0] in answer else []
         yield {column: row[column] for column in (*_COLUMNS, *further)}
+
+
+def _records_of(response: xr.Dataset, names: Sequence[str]) -> list[str]:
+    """Return the records of each motion, with spaces between them."""
+    if "components" not in response:
+        return [*names]
+    stated = map(str, response["components"].values)
+    return [records or name for records, name in zip(stated, names, strict=True)]
+
+
+def _first_of(answer: Row) -> str:
+    """Return the record of a motion, or of its first component."""
+    return str(answer["components"] or answer["record_id"]).split()[0]
+
+
+def _of_motion(answer: Row, records: Mapping[str, Row]) -> Row:
+    """Return the columns of the record of a motion; of both components, those that they share, and
+    the peaks of their vector.
+    """
+    if not answer["components"]:
+        return records[answer["record_id"]]
+    first = records[_first_of(answer)]
+    peaks = {"pga_g": first["pga_rotd100_g"], "pgv_m_s": first["pgv_rotd100_m_s"]}
+    return first | {"record_id": answer["record_id"], "component": "both", **peaks}
 
 
 @contextmanager
@@ -213,6 +241,8 @@ def _response_rows(responses: xr.Dataset) -> Iterator[Row]:
         if not verdict.is_computed:
             row["largest_scale"] = math.nan  # no scale was searched
         searched = row["largest_scale"] if robust else math.nan
+        if row["components"]:  # no critical scale of the structure as given was searched
+            row["largest_scale"] = math.nan
         words = verdict.words
         yield row | {"verdict_words": words, "largest_robust_scale": searched} | forces
 

@@ -56,8 +56,8 @@ class Grid(NamedTuple):
     averaged : int
         Number of scales on either side over which the share is averaged, to reduce sampling noise.
     every : int
-        The scale at which overturning begins is searched with one member in so many, other members
-        at each scale.
+        The scale at which overturning begins is searched with one member of this number, another
+        one at each scale.
     to_rock, to_fall : int
         Steps of this search, first for a peak |theta| / alpha above 0.3, then for overturning.
     block, some : int

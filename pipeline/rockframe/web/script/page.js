@@ -33,6 +33,13 @@ function verdictLine(words, overturns, peak, band) {
 }
 
 // The strip over the multiples of the motion, as the server or the run drew it; none if unknown.
+// The path of the deck seen from above, of motions in both directions.
+function showPath(svg) {
+  at("deck-path").innerHTML = svg ?? "";
+  at("deck-words").textContent = at("deck-path").querySelector("title")?.textContent ?? "";
+  at("deck").hidden = !svg;
+}
+
 function showStrip(picture) {
   at("strip").innerHTML = picture;
   at("strip-words").textContent = at("strip").querySelector("title")?.textContent ?? "";

@@ -81,8 +81,10 @@ class Player {
     const size = `${height} m by ${width} m`;
     const kind = mass === 0 ? `The column, ${size}, to scale`
       : `Two of the columns, ${size}, to scale, and the beam`;
-    at("frame-caption").textContent =
-      `${kind}; dotted the place at rest; the arrow is the ground acceleration. Right is positive.`;
+    at("frame-caption").textContent = this.motion.pair?.path
+      ? `${kind}, in the vertical plane of their tilt, which turns; dotted the place at rest; the arrow is ` +
+        "the length of the ground acceleration."
+      : `${kind}; dotted the place at rest; the arrow is the ground acceleration. Right is positive.`;
     at("pulse-key").hidden = this.motion.pulse.every(Number.isNaN);
     const named = { ground: "Ground acceleration and pulse", ratio: "Rotation over slenderness",
       u: "Drift u", v: "Uplift v" };

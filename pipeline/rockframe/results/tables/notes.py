@@ -1,0 +1,75 @@
+"""Notes on a summary: what its numbers hide, and which motions they count."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from rockframe.cells import Cells, number
+
+#: Largest number of notes on a summary.
+_MOST_NOTES: Final = 10
+
+
+def summary_notes(rows: Sequence[Cells]) -> list[str]:
+    """Return what a median of all records hides: no uplift under many, and models that end.
+
+    Examples
+    --------
+    >>> row = {"structure": "bent", "records": 6, "uplifted": 2, "uplifted_peak_u_50_m": 0.031,
+    ...        "model_ends": 1, "largest_share_model_ends": 0.98}
+    >>> summary_notes([row])[0]
+    'bent uplifts under 2 of 6 records, with a median drift of 3.1 cm; the others count as 0 cm.'
+    >>> summary_notes([row])[1]
+    'bent: the model ends under 1 of 6 records, for up to 98 %. Verdicts hold up to that event.'
+    """
+    notes = []
+    for row in rows:
+        name, records = row["structure"], int(row["records"])
+        uplifted = int(row["uplifted"] or 0)
+        if 0 < uplifted < records and row.get("uplifted_peak_u_50_m"):
+            drift = 100.0 * number(row["uplifted_peak_u_50_m"])
+            words = "where it overturns" if math.isinf(drift) else f"of {drift:.1f} cm"
+            notes.append(
+                f"{name} uplifts under {uplifted} of {records} records, with a median drift {words}"
+                "; the others count as 0 cm."
+            )
+        if missing := int(row.get("not_computed") or 0):
+            notes.append(
+                f"{name}: not computed under {missing} of {records + missing} records, which are "
+                "in no number here."
+            )
+        if ends := int(row.get("model_ends") or 0):
+            share = 100.0 * number(row["largest_share_model_ends"])
+            notes.append(
+                f"{name}: the model ends under {ends} of {records} records, for up to {share:.0f} "
+                "%. Verdicts hold up to that event."
+            )
+    notes = [*_direction_notes(rows), *notes]
+    more = len(notes) - _MOST_NOTES
+    return [*notes[:_MOST_NOTES], *([f"{more} more notes."] if more > 0 else [])]
+
+
+def _direction_notes(rows: Sequence[Cells]) -> list[str]:
+    """Return which structures are summarised in both directions, and why others are not.
+
+    Examples
+    --------
+    >>> rows = [{"structure": "bent", "directions": 2},
+    ...         {"structure": "pier", "directions": 1, "not_both": "not computed for both"}]
+    >>> _direction_notes(rows)[1]
+    'pier: in one plane; not computed for both.'
+    """
+    both = [row["structure"] for row in rows if str(row.get("directions")) == "2"]
+    notes = []
+    if both:
+        notes.append(
+            f"{', '.join(both)}: only motions in both directions count, because round columns "
+            "follow both; rows of one record are in one plane."
+        )
+    reasons: dict[str, list[str]] = {}
+    for row in rows:
+        if row.get("not_both"):
+            reasons.setdefault(str(row["not_both"]), []).append(row["structure"])
+    return [*notes, *(f"{', '.join(one)}: in one plane; {why}." for why, one in reasons.items())]
