@@ -3,27 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.testing import assert_array_equal
 
-from rockframe import PairAcceleration, Pulse, Record, RespondOptions, RockingFrame
+from rockframe import PairAcceleration, ParameterError, Pulse, Record, RespondOptions, RockingFrame
 from rockframe.options.respond import BridgeEnsemble
+from rockframe.quantities import LIMITED, OF_SCENARIO
 from rockframe.results.reading import opened
 from rockframe.results.response import write_responses
 from rockframe.results.schema.response import OF_KIND
-from rockframe.rocking import Verdict, as_ground, draws, quantiles
+from rockframe.rocking import DIMENSIONS, Verdict, as_ground, draws, quantiles
 from rockframe.structures.contract import (
+    PEAKS,
     NotComputed,
     Shaking,
     Structure,
     ensembles_of_each,
     kind_of,
     respond_each,
+)
+from rockframe.structures.screening import (
+    ScreeningTask,
+    has_quantity,
+    member_peaks_of,
+    peaks_of,
+    quantities_of,
 )
 from rockframe.study.kinds import KINDS
 
@@ -47,6 +57,9 @@ def keeps_the_rules(structures: Sequence[Any], folder: Path) -> None:
     drops_histories_and_nothing_else(structures)
     has_ensembles_that_are_its_members(structures)
     has_margins_at_which_the_outcome_changes(structures)
+    has_peaks_of_many_scenarios_that_are_those_of_histories(structures)
+    has_peaks_of_members_that_are_those_of_histories(structures)
+    is_resized_in_proportion(structures)
     says_what_it_does_not_compute(structures)
     has_its_quantities_in_files_and_no_others(structures, folder)
 
@@ -134,6 +147,66 @@ def has_margins_at_which_the_outcome_changes(structures: Sequence[Structure]) ->
         ]
         fell = [one.verdict is Verdict.OVERTURNS for one in outcomes]
         assert fell == [False, True][: len(fell)]
+
+
+def has_peaks_of_many_scenarios_that_are_those_of_histories(structures: Sequence[Any]) -> None:
+    """Rule 12: verdicts are equal, and so are the quantities, in any company."""
+    mixed, scales = (OTHER, *structures), (0.5, 1.0, 2.0)
+    peaks = peaks_of(ScreeningTask((WEAK, SHAKE), mixed, scales))
+    found = quantities_of(mixed, *(peaks[name][1] for name in PEAKS))
+    for k, structure in enumerate(mixed):
+        alone = peaks_of(ScreeningTask((SHAKE,), (structure,), scales))
+        assert all(same(alone[name][0, 0], peaks[name][1, k]) for name in PEAKS)
+        for j, scale in enumerate(scales):
+            response = kind_of(structure).history(structure, as_ground(SHAKE).scaled(scale))
+            is_the_peak_of(response, {name: values[k, j] for name, values in found.items()})
+
+
+def has_peaks_of_members_that_are_those_of_histories(structures: Sequence[Any]) -> None:
+    """Rule 12, for the members of an ensemble."""
+    every, factors = (OTHER, *structures), draws(FEW)[:, 3].tolist()
+    peaks = member_peaks_of(ScreeningTask((SHAKE,), every, (1.5,), FEW))
+    for k, structure in enumerate(every):
+        family = kind_of(structure).members(structure, FEW)
+        found = quantities_of(family, *(peaks[name][0, k].T for name in PEAKS))
+        for m in (0, len(family) - 1):
+            ground = as_ground(SHAKE).scaled(1.5 * factors[m])
+            response = kind_of(structure).history(family[m], ground)
+            is_the_peak_of(response, {name: values[m, 0] for name, values in found.items()})
+
+
+def is_the_peak_of(response: Any, found: Mapping[str, Any]) -> None:
+    """Check quantities of a scenario that a structure has against those of its history."""
+    assert found["verdict"] == response.verdict
+    if response.verdict is not Verdict.OVERTURNS:
+        for name in (one.name for one in (*OF_SCENARIO, *LIMITED) if hasattr(response, one.name)):
+            value = pytest.approx(getattr(response, name), rel=1e-6, abs=1e-12, nan_ok=True)
+            assert found[name] == value, name
+    for name in (one.name for one in LIMITED):
+        if has_quantity(response.structure, name):
+            assert np.isfinite(found[name]) or response.verdict is Verdict.OVERTURNS, name
+
+
+def is_resized_in_proportion(structures: Sequence[Any]) -> None:
+    """Rule 13: there and back gives the same structure, unless it has no such dimension."""
+    for structure in structures:
+        kind = kind_of(structure)
+        for dimension in DIMENSIONS:
+            if not hasattr(structure, dimension) or kind.quantities:
+                with pytest.raises(ParameterError, match=f"no {dimension}"):
+                    kind.resized(structure, dimension, 1.0)
+                continue
+            value = getattr(structure, dimension)
+            larger: Any = kind.resized(structure, dimension, 1.25 * value + 0.5)
+            assert getattr(larger, dimension) == 1.25 * value + 0.5
+            back = kind.resized(larger, dimension, value)
+            numbers = [
+                (one, getattr(back, name))
+                for name, one in vars(structure).items()
+                if isinstance(one, float)
+            ]
+            assert all(one == pytest.approx(other, rel=1e-12) for one, other in numbers)
+            assert (back.kind, back.name) == (structure.kind, structure.name)
 
 
 def says_what_it_does_not_compute(structures: Sequence[Structure]) -> None:
