@@ -27,6 +27,7 @@ from rockframe.provenance import sealed as sealed_json
 from rockframe.report.page import choose, encode, render, shown
 from rockframe.results.run import read_histories, read_run
 from rockframe.results.tables.entries import rows_of
+from rockframe.results.tables.rows import that_count
 from rockframe.stages.report import report_stage
 
 from .conftest import EVENT, FILE, REJECTED, STATION
@@ -342,7 +343,7 @@ def test_the_page_begins_with_an_answer_about_each_structure(bundled_run: Path) 
     (found,) = ANSWERS.findall((bundled_run / "report.html").read_text("utf-8"))
     found = found.replace("\N{NO-BREAK SPACE}", " ")
     said = dict(re.findall(r"<li><strong>(.*?)</strong> (.*?)\.</li>", found))
-    rows = list(rows_of(bundled_run / "table.csv"))
+    rows = that_count(rows_of(bundled_run / "table.csv"))
     assert [*said] == list(dict.fromkeys(row["structure"] for row in rows))
     for name, words in said.items():
         own = [row for row in rows if row["structure"] == name]

@@ -25,7 +25,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("left-out")
     samples = 0.4 * np.random.default_rng(9).standard_normal(4000)
     peer(written(home / "in") / "strongest.AT2", "090", samples, "elsewhere")
-    words = ("--structure", "bridge-bent", "--surrogates", "0", "--histories", "none")
+    words = ("--structure", "slender-column", "--surrogates", "0", "--histories", "none")
     command = ("table1", "--records", home / "in", "--output", home / "run", "--vertical")
     assert main([str(word) for word in (*command, *words, *FEW, "--format", "xlsx")]) == 1
     return home / "run"
@@ -57,7 +57,7 @@ def test_the_page_of_a_run_states_it_before_its_verdicts(run: Path) -> None:
 
 
 def test_respond_and_its_json_state_it(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    output = ("--output", str(run.parent / "response.nc"), "--structure", "bridge-bent")
+    output = ("--output", str(run.parent / "response.nc"), "--structure", "slender-column")
     command = ("respond", str(run / "records.nc"), "--vertical", *output, *FEW)
     capsys.readouterr()
     assert main(command) == 1

@@ -125,7 +125,7 @@ def client_page(
         answers=[(name, Markup(_unbroken(said[name]))) for name in names],  # noqa: S704
         more=len(said) - len(names),
         members=members,
-        records=len({row["record_id"] for row in run.rows}),
+        records=_records(run),
         drifts=[_drift(row) for row in run.summary if row["structure"] in names],
         envelope_heads=[column.head.rstrip(">") for column in envelope_columns()],
         envelope=[_cells(envelope_columns(), row) for row in envelope],
@@ -197,9 +197,14 @@ def _bounds(rate: Mapping[str, Any]) -> str:
     return f"{_years(low)} to {longest}"
 
 
+def _records(run: Run) -> int:
+    """Return the number of records with responses."""
+    return len({row["record_id"] for row in run.rows if not row.get("components")})
+
+
 def _left_out(run: Run) -> list[str]:
     """Return what the numbers of the page do not include, in words."""
-    computed = len({row["record_id"] for row in run.rows})
+    computed = _records(run)
     said = [left_out_words(run.left_out, computed)]
     rejected = sum(entry["status"] == "rejected" for entry in run.entries)
     if rejected:

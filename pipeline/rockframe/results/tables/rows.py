@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product, repeat
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rockframe.rocking.assessments import EnsembleResponse
+
+AnyCells = TypeVar("AnyCells", bound=Cells)
 
 #: Short names of wavelets.
 _SHORT: Final = {
@@ -102,6 +104,23 @@ def rocks(row: Cells) -> bool:
 def is_computed(row: Cells) -> bool:
     """Return False for a response that was not computed, which is neither safe nor unsafe."""
     return Verdict[row["verdict"].upper()] is not Verdict.NOT_COMPUTED
+
+
+def that_count(rows: Iterable[AnyCells]) -> list[AnyCells]:
+    """Return the rows that answer whether structures stand.
+
+    For a structure that is computed in both directions of the ground motion these are the rows in
+    both, for others the rows of one record, in one plane.
+
+    Examples
+    --------
+    >>> stands = {"structure": "bent", "verdict": "stands"}
+    >>> that_count([{**stands, "record": "A/090"}, {**stands, "components": "a b", "record": "A"}])
+    [{'structure': 'bent', 'verdict': 'stands', 'components': 'a b', 'record': 'A'}]
+    """
+    held = list(rows)
+    both = {row["structure"] for row in held if row.get("components") and is_computed(row)}
+    return [row for row in held if bool(row.get("components")) is (row["structure"] in both)]
 
 
 def magnitude_words(row: Cells, key: str) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from rockframe.cells import Cells, number
-from rockframe.results.tables.rows import is_computed, spread_verdict
+from rockframe.results.tables.rows import is_computed, spread_verdict, that_count
 from rockframe.results.tables.summary import severity, share_overturned
 from rockframe.rocking.verdict import VerdictKind
 
@@ -88,7 +88,8 @@ def answer_over_records(rows: Sequence[Cells], members: int) -> str:
         return answer((computed or rows)[0], members)
     kinds = Counter(spread_verdict(row).kind for row in computed)
     worst = min(computed, key=severity)
-    said = [_under_records(kinds, len(computed))]
+    both = " in both directions" if computed[0].get("components") else ""
+    said = [_under_records(kinds, f"{len(computed)} {'motions' if both else 'records'}{both}")]
     share = share_overturned(worst)
     if spread_verdict(worst).is_nominal:
         said.append("each exactly as given")
@@ -106,22 +107,22 @@ def answer_over_records(rows: Sequence[Cells], members: int) -> str:
 
 
 def answers(rows: Sequence[Cells], members: int) -> dict[str, str]:
-    """Return the answer about each structure, by its name, over all records of the rows."""
+    """Return the answer about each structure, by its name, over all motions that count."""
     of_each: dict[str, list[Cells]] = {}
-    for row in rows:
+    for row in that_count(rows):
         of_each.setdefault(str(row["structure"]), []).append(row)
     return {name: answer_over_records(each, members) for name, each in of_each.items()}
 
 
-def _under_records(kinds: Mapping[VerdictKind, int], records: int) -> str:
+def _under_records(kinds: Mapping[VerdictKind, int], records: str) -> str:
     """Return under how many records a structure does not simply stand, or that it stands."""
     worse = [(kind.label, count) for kind, count in kinds.items() if kind not in _SAFE]
     if worse:
         worse.sort(key=lambda each: each[0], reverse=True)  # overturns, then may overturn
         first, *others = (f"{label} under {count}" for label, count in worse)
-        return " and ".join([f"{first} of {records} records", *others])
+        return " and ".join([f"{first} of {records}", *others])
     lifts = kinds.get(VerdictKind.STANDS, 0) > 0
-    return f"{'stands' if lifts else 'no uplift'} under all {records} records"
+    return f"{'stands' if lifts else 'no uplift'} under all {records}"
 
 
 def _count(share: float, members: int) -> str:

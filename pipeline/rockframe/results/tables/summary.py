@@ -312,7 +312,9 @@ class Summary:
             row
             | {
                 "left_out": len(left_out or {}),
-                "left_out_words": left_out_words(left_out or {}, row["records"]),
+                "left_out_words": left_out_words(
+                    left_out or {}, len(self._of_each[row["structure"]].names)
+                ),
             }
             | ({"not_computed": one.not_computed} if some else {})
             | (self._directions(row["structure"]) if self._in_both else {})
@@ -326,10 +328,11 @@ class Summary:
 
     def _directions(self, structure: str) -> Row:
         """Return the number of directions of the motions that count, and why it is only one."""
-        both = self._in_both.get(structure)
+        both, records = self._in_both.get(structure), len(self._of_each[structure].names)
         if both is not None and both.names:
-            return {"directions": 2, "not_both": ""}
-        return {"directions": 1, "not_both": "" if both is None else both.reason}
+            return {"directions": 2, "not_both": "", "records_in_one_plane": records}
+        reason = "" if both is None else both.reason
+        return {"directions": 1, "not_both": reason, "records_in_one_plane": records}
 
 
 def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hashable]) -> list[Row]:
@@ -504,7 +507,8 @@ def summary_title(rows: Sequence[Cells], what: str = "records") -> str:
     >>> summary_title([{"records": 14, "left_out": 6}]), summary_title([{"records": "9"}])
     ('Over 14 of 20 records', 'Over all records')
     """
-    computed = max((int(row["records"]) for row in rows), default=0)
+    counts = (row.get("records_in_one_plane") or row["records"] for row in rows)
+    computed = max(map(int, counts), default=0)
     left_out = max((int(row.get("left_out") or 0) for row in rows), default=0)
     return f"Over {computed} of {computed + left_out} {what}" if left_out else f"Over all {what}"
 
