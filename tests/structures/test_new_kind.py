@@ -30,6 +30,7 @@ from rockframe.errors import InputError
 from rockframe.options.respond import Ensemble
 from rockframe.results.reading import opened
 from rockframe.results.tables.rows import verdict_words
+from rockframe.results.tables.sentences import answer
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
 from rockframe.structures.contract import kind_named
@@ -103,6 +104,9 @@ def test_responses_tables_and_summaries_have_it(files: tuple[Path, Path], tmp_pa
     assert math.isnan(bent["residual_u_m"])
     assert deck["share_overturned"] == 0.0
     assert verdict_words(deck) == "stands"
+    assert answer(deck, 16) == "stands; none of 16 plausible structures falls; " + (
+        "fewer than 10 % fall at up to 10 times the motion"
+    )
     with opened(output, "response") as response:
         assert response["parameter_value"].values[0].tolist() == [0.1]
     [of_deck, _] = summary_rows([deck, bent])

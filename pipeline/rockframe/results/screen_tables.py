@@ -25,7 +25,7 @@ from rockframe.results.tables.entries import (
     refuse_other_table,
     write_rows_as,
 )
-from rockframe.results.tables.rows import columns_of, rows_along
+from rockframe.results.tables.rows import columns_of, in_verb_of, rows_along
 from rockframe.results.tables.summary import (
     SUMMARY_COLUMNS,
     left_out_reasons,
@@ -305,6 +305,9 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
             "better_measure": str(one["better_measure"].item()),
             "better_measure_reason": str(one["better_measure_reason"].item()),
         }
+        row = {"kind": str(one["kind"].item()) if "kind" in one else ""}
+        for fit in said["fragility"]:
+            fit["said"] = in_verb_of(row, fit["said"])
         if "annual_rate" in one:
             said["rates"] = [_rate(one, str(limit)) for limit in one["limit_state"].values]
         if "design_smallest" in one:

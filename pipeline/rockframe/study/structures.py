@@ -36,7 +36,7 @@ from rockframe.rivals import (
     FixedFrame,
     IsolatedDeck,
 )
-from rockframe.study.kinds import KINDS, Structure
+from rockframe.study.kinds import KINDS, Structure, declared_kind
 from rockframe.study.toml import line_of, parse, read_text
 from rockframe.units import GRAVITY
 
@@ -485,7 +485,7 @@ _CURES: Final = {
 
 
 def restrained_in_words(structures: Iterable[Structure]) -> str:
-    """Return the names of the restrained structures, each with its restraints; "" if none is.
+    """Return the names of the restrained frames, each with its restraints; "" if none is.
 
     Examples
     --------
@@ -498,6 +498,7 @@ def restrained_in_words(structures: Iterable[Structure]) -> str:
     found = {
         one.name: [kind for kind in kinds if getattr(one, kind, None) is not None]
         for one in structures
+        if declared_kind(one.kind).rocks
     }
     return ", ".join(f"{name} ({', '.join(own)})" for name, own in found.items() if own)
 

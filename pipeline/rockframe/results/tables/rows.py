@@ -101,6 +101,17 @@ def rocks(row: Cells) -> bool:
     return declared_kind(row.get("kind") or "").rocks
 
 
+def in_verb_of(row: Cells, words: str) -> str:
+    """Return words about overturning in the verb of the kind of a row: overturn, or collapse.
+
+    Examples
+    --------
+    >>> in_verb_of({"kind": "fixed"}, "20 of 64 plausible structures overturn")
+    '20 of 64 plausible structures collapse'
+    """
+    return words.replace("overturn", declared_kind(row.get("kind") or "").fails)
+
+
 def is_computed(row: Cells) -> bool:
     """Return False for a response that was not computed, which is neither safe nor unsafe."""
     return Verdict[row["verdict"].upper()] is not Verdict.NOT_COMPUTED

@@ -8,7 +8,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from rockframe.cells import Cells, number
-from rockframe.results.tables.rows import is_computed, spread_verdict, that_count
+from rockframe.results.tables.rows import (
+    in_verb_of,
+    is_computed,
+    spread_verdict,
+    that_count,
+)
 from rockframe.results.tables.summary import severity, share_overturned
 from rockframe.rocking.verdict import VerdictKind
 
@@ -52,11 +57,11 @@ def answer(row: Cells, members: int) -> str:
         return "not computed"
     if verdict.is_nominal:
         unsure = "how sure that is was not computed"
-        return "; ".join(
-            filter(None, (f"{verdict.kind.label} exactly as given", _end(row), unsure))
-        )
+        said = filter(None, (f"{verdict.kind.label} exactly as given", _end(row), unsure))
+        return in_verb_of(row, "; ".join(said))
     count = _count(verdict.share_overturned, members)
-    return "; ".join(filter(None, (verdict.kind.label, _end(row), count, _margin(row))))
+    said = filter(None, (verdict.kind.label, _end(row), count, _margin(row)))
+    return in_verb_of(row, "; ".join(said))
 
 
 def answer_over_records(rows: Sequence[Cells], members: int) -> str:
@@ -103,7 +108,7 @@ def answer_over_records(rows: Sequence[Cells], members: int) -> str:
     said.append(_margin(nearest, f"times {nearest['record_id']}"))
     if lacking := len(rows) - len(computed):
         said.append(f"not computed under {lacking} more")
-    return "; ".join(filter(None, said))
+    return in_verb_of(worst, "; ".join(filter(None, said)))
 
 
 def answers(rows: Sequence[Cells], members: int) -> dict[str, str]:
