@@ -27,7 +27,7 @@ VALUES: Final = {
     **{"scrambling": "plain", "seed": "3", "most_half_cycles": "4", "share": "0.5"},
     **{"members": "32", "height": "0.02", "width": "0.02", "impact_loss": "3", "corner": "3"},
     **{"amplitude": "0.02", "orientation_degree": "3", "record": "A", "figures": "drawn"},
-    **{"output": "elsewhere", "grid": "20"},
+    **{"output": "elsewhere", "grid": "20", "catalogue_columns": "station=STA"},
 }
 #: Models of the options of commands, and words without which their options are not read, with those
 #: that take the effect of conditions away.

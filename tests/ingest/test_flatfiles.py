@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import collect, read_catalogue, sorted_out
-from rockframe.ingest.catalogue import facts_for_record
+from rockframe.ingest import collect, is_catalogue, read_catalogue, sorted_out
+from rockframe.ingest.catalogue import facts_for_record, stated_facts
 from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 
@@ -278,3 +278,89 @@ def test_a_distance_of_gmprocess_that_is_no_number_is_one_line(
     path.write_text((exports / GMPROCESS).read_text().replace(",26.19,", ",far,"))
     with pytest.raises(InputError, match=r"flat\.csv:2: rupturedistance 'far'\. Must be a number"):
         read_catalogue(path)
+
+
+def test_a_flatfile_of_esm_saved_again_by_pandas(catalogues: Path, tmp_path: Path) -> None:
+    """Commas, quotes and a column of row numbers change no value."""
+    import pandas as pd
+
+    source = catalogues / "esm_flatfile_2018_sample.csv"
+    pd.read_csv(source, sep=";").to_csv(tmp_path / "esm.csv")
+    first, again = read_catalogue(source), read_catalogue(tmp_path / "esm.csv")
+    assert len(first) == len(again)
+    for name, entry in first.items():
+        facts, others = stated_facts(entry), stated_facts(again[name])
+        assert facts == others, name
+
+
+TABLE = (
+    "STA,NET,M_w,R_jb,VS30,Origin\n"
+    "CLC,CI,7.1,4.2,600,2019-07-06 03:19:53\n"
+    "CCC,CI,7.1,N/A,-999,2019-07-06 03:19:53\n"
+)
+STATIONS = ("station=STA", "network=NET", "vs30_m_s=VS30", "distance_rjb_km=R_jb")
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("timed", [False, True])
+def test_any_table_by_the_names_of_its_columns(tmp_path: Path, separator: str, timed: bool) -> None:
+    path = tmp_path / "stations.txt"
+    path.write_text(TABLE.replace(",", separator))
+    columns = (*STATIONS, "magnitude=m_w", *(["origin_time=Origin"] if timed else []))
+    entries = read_catalogue(path, columns=columns)
+    record = Record(
+        record_id="a",
+        acceleration=np.array([0.0, 1.0]),
+        time_step=0.01,
+        station="CLC",
+        network="CI",
+        start_time="2019-07-06T03:19:40Z",
+    )
+    facts = facts_for_record(entries, record, ["a.mseed"])
+    assert (facts["vs30"], facts["distance_rjb"], facts["magnitude"]) == (600.0, 4.2, 7.1)
+    other = replace(record, station="CCC")
+    assert "vs30" not in facts_for_record(entries, other, ["a.mseed"])
+    later = replace(record, start_time="2019-07-07T03:19:40Z")
+    assert ("vs30" in facts_for_record(entries, later, ["a.mseed"])) is not timed
+    assert not facts_for_record(entries, replace(record, station="XYZ"), ["a.mseed"])
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        (("station=STATION",), r":1: no column 'STATION'\. Must be one of: sta, net, m_w"),
+        (("stat=STA",), r"column 'stat' unknown\. Must be one of: file, event, station"),
+        (("magnitude=M_w",), r"no column says to which records a row belongs"),
+        (("station=STA", "magnitude=NET"), r":2: magnitude 'CI'\. Must be from -2 to 10"),
+    ],
+)
+def test_columns_of_a_table_that_are_refused(
+    tmp_path: Path, columns: tuple[str, ...], message: str
+) -> None:
+    (tmp_path / "stations.csv").write_text(TABLE)
+    with pytest.raises(InputError, match=message):
+        read_catalogue(tmp_path / "stations.csv", columns=columns)
+
+
+def test_stations_of_a_shakemap(tmp_path: Path) -> None:
+    properties = {
+        "code": "CI.CLC", "network": "CI", "commType": "UNK", "station_type": "seismic",
+        "vs30": 600.0, "distances": {"rrup": 3.1, "rjb": 0.0, "repi": 5.2, "rhypo": "null"},
+    }  # fmt: skip
+    felt = {"code": "UTM:1", "network": "DYFI", "station_type": "macroseismic", "vs30": 300.0}
+    features = [{"type": "Feature", "properties": one} for one in (properties, felt)]
+    path = tmp_path / "stationlist.json"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    assert is_catalogue(path)
+    entries = read_catalogue(path)
+    record = Record(
+        record_id="a",
+        acceleration=np.array([0.0, 1.0]),
+        time_step=0.01,
+        station="CLC",
+        network="CI",
+    )
+    facts = facts_for_record(entries, record, [])
+    assert (facts["distance_rrup"], facts["distance_rjb"], facts["vs30"]) == (3.1, 0.0, 600.0)
+    assert "distance_hypocentral" not in facts
+    assert len(entries) == 1

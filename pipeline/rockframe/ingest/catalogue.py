@@ -6,61 +6,23 @@ import csv
 import io
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import field as default
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, TextIO
 
 from rockframe.cells import decimal, read_rows, write_rows
 from rockframe.errors import InputError, parse_words
-from rockframe.ingest.identify import site_of_depth
 from rockframe.ingest.parsing.lines import HEAD, read_head, unreadable
-from rockframe.provenance import read_json, whole_file
+from rockframe.provenance import whole_file
 from rockframe.record import Record, SiteType
 from rockframe.units import utc_seconds
 
-_Entries = Iterator[tuple[str, "CatalogueEntry"]]
-
-#: Fields of an entry, by the column of each table in lower case.
-_PEER: Final = {
-    "magnitude": "magnitude",
-    "rjb (km)": "distance_rjb",
-    "rrup (km)": "distance_rrup",
-    "vs30 (m/sec)": "vs30",
-    "lowest useable frequency (hz)": "lowest_usable_frequency",
-    "lowest usable frequency (hz)": "lowest_usable_frequency",
-    "tp-pulse period (sec)": "archive_pulse_period",
-}
-_NGA: Final = {
-    "magnitude": "magnitude",
-    "epicentral distance (km)": "epicentral_distance",
-    "hypocentral distance (km)": "distance_hypocentral",
-    "joyner-boore distance (km)": "distance_rjb",
-    "rupture distance (km)": "distance_rrup",
-    "preferred vs30 (m/s)": "vs30",
-    "lowest usable freq - ave. component (hz)": "lowest_usable_frequency",
-}
-_ESM: Final = {
-    "ml": "magnitude",
-    "mw": "magnitude",
-    "epi_dist": "epicentral_distance",
-    "jb_dist": "distance_rjb",
-    "rup_dist": "distance_rrup",
-    "vs30_m_sec": "vs30",
-}
-_GMPROCESS: Final = {
-    "earthquakemagnitude": "magnitude",
-    "epicentraldistance": "epicentral_distance",
-    "hypocentraldistance": "distance_hypocentral",
-    "joynerbooredistance": "distance_rjb",
-    "rupturedistance": "distance_rrup",
-}
-_FAULTING: Final = {
-    "S": "strike slip", "SS": "strike slip", "R": "reverse", "TF": "reverse", "N": "normal",
-    "NF": "normal", "O": "oblique",
-}  # fmt: skip
+#: Beginning of a list of stations of ShakeMap: features with a seismic or macroseismic type.
+_SHAKEMAP: Final = re.compile(
+    r'"FeatureCollection".*"(?:instrumentType|commType|station_type)"', re.S
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +46,8 @@ class CatalogueEntry:
     origin_time : str
         Time of the event (ISO 8601, UTC). An entry with this time applies to the records that began
         then, at the station of the entry if it names one.
+    by_station : bool
+        True if the entry applies to all records of its station, whatever their time.
     trust : tuple of str
         Words of `rockframe.errors.TRUSTED`: which of two contradictory statements is right.
     reading : mapping
@@ -110,6 +74,7 @@ class CatalogueEntry:
     lowest_usable_frequency: float = math.nan
     archive_pulse_period: float = math.nan
     origin_time: str = ""
+    by_station: bool = False
     source: str = ""
     trust: tuple[str, ...] = ()
     reading: Mapping[str, Any] = default(default_factory=dict)
@@ -129,12 +94,16 @@ def archive_catalogue(name: str, head: bytes) -> str:
         return "PEER search results"
     if first.startswith("record sequence number,eqid"):
         return "NGA-West2 flatfile"
-    if first.startswith("event_id;event_time;"):
+    names = re.split("[;,\t]", first)  # pandas writes commas, and a column of row numbers
+    wanted = {"event_id", "event_time", "network_code", "station_code"} <= {*names}
+    if wanted or first.startswith("event_id;event_time;"):
         return "ESM flatfile"
     if first.startswith("earthquakeid,") and ",epicentraldistance," in first:
         return "gmprocess flatfile"
     if first.startswith("id,time,latitude,longitude,depth,magnitude"):
         return "gmprocess events"
+    if first.startswith("{") and '"FeatureCollection"' in text and _SHAKEMAP.search(text):
+        return "ShakeMap stations"
     if first.startswith("{") and '"Feature"' in text and "earthquake.usgs.gov" in text:
         return "ComCat event"
     return "QuakeML" if "quakeml" in text[:500].lower() and "<" in text else ""
@@ -157,178 +126,16 @@ def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry
     >>> entries["a.AT2"].distance_rrup
     0.9
     """
+    from rockframe.ingest.flatfiles import READERS  # few folders have one
+
     try:
-        found = dict(_READERS[kind](path, data))
+        found = {key: CatalogueEntry(**fields) for key, fields in READERS[kind](path, data)}
     except (ValueError, LookupError, TypeError, OverflowError, OSError, csv.Error) as error:
         shown = " ".join(str(error).split())[:100]
         raise InputError(path, f"cannot be read as {kind}: {shown}.") from error
     if not found:
         raise InputError(path, f"{kind} without records or events.")
     return {key: replace(entry, source=entry.source or kind) for key, entry in found.items()}
-
-
-def _peer(path: Path, data: bytes) -> _Entries:
-    rows = csv.reader(io.StringIO(_text(data)), skipinitialspace=True)
-    names: list[str] = []
-    for cells in rows:
-        row = [cell.strip().strip('"').strip() for cell in cells]
-        if not names:
-            lower = [cell.lower() for cell in row]
-            names = lower if lower[:1] == ["result id"] and "earthquake name" in lower else []
-            continue
-        if not row[:1] or not row[0].isdigit():
-            return
-        values = dict(zip(names, row, strict=False))
-        year = values.get("year", "")
-        entry = CatalogueEntry(
-            event=f"{_name(values['earthquake name'])} {year}".strip(),
-            station=_name(values.get("station name", "")),
-            mechanism=values.get("mechanism", ""),
-            **_numbers(path, rows.line_num, values, _PEER),
-        )
-        number = values.get("record sequence number", "")
-        files = [value for name, value in values.items() if name.endswith("acc. filename")]
-        yield from _under(files, number, entry)
-
-
-def _nga(path: Path, data: bytes) -> _Entries:
-    for line, row in _table(data, ","):
-        entry = CatalogueEntry(
-            event=f"{_name(row['earthquake name'])} {row['year']}",
-            mechanism=_FAULTING.get(row["style-of-faulting (s, r, n, u)"], ""),
-            **_numbers(path, line, row, _NGA),
-        )
-        files = [row[name] for name in row if name.startswith("file name (")]
-        yield from _under(files, row["record sequence number"], entry)
-
-
-def _esm(path: Path, data: bytes) -> _Entries:
-    for line, row in _table(data, ";"):
-        entry = CatalogueEntry(
-            event=row["event_id"],
-            network=row["network_code"],
-            station=row["station_code"],
-            mechanism=_FAULTING.get(row.get("fm_type_code", ""), ""),
-            origin_time=row["event_time"].replace(" ", "T"),
-            site_type=site_of_depth(_depth(row)),
-            **_numbers(path, line, row, _ESM),
-        )
-        yield f"{entry.event} {entry.network}.{entry.station}", entry
-
-
-def _gmprocess(path: Path, data: bytes) -> _Entries:
-    for line, row in _table(data, ","):
-        entry = CatalogueEntry(
-            event=row["earthquakeid"],
-            network=row["network"],
-            station=row["stationcode"],
-            origin_time=row["earthquaketime"],
-            **_numbers(path, line, row, _GMPROCESS),
-        )
-        yield f"{entry.event} {row.get('stationid') or entry.station}", entry
-
-
-def _gmprocess_events(path: Path, data: bytes) -> _Entries:
-    for line, row in _table(data, ","):
-        magnitude = _numbers(path, line, row, {"magnitude": "magnitude"})
-        yield row["id"], CatalogueEntry(event=row["id"], origin_time=row["time"], **magnitude)
-
-
-def _comcat(path: Path, data: bytes) -> _Entries:
-    feature = read_json(data)
-    properties = feature["properties"]
-    entry = CatalogueEntry(
-        event=str(properties["place"] or properties["title"]),
-        magnitude=_finite(path, properties["mag"]),
-        origin_time=datetime.fromtimestamp(properties["time"] / 1000.0, UTC).isoformat(),
-    )
-    yield str(feature["id"]), entry
-
-
-def _quakeml(path: Path, data: bytes) -> _Entries:
-    from rockframe.ingest.parsing.obspy_reader import quakeml_events  # few folders have one
-
-    for event in quakeml_events(path, data):
-        origin = event.preferred_origin() or (event.origins or [None])[0]
-        size = event.preferred_magnitude() or (event.magnitudes or [None])[0]
-        names = [one.text for one in event.event_descriptions if one.text]
-        entry = CatalogueEntry(
-            event=names[0] if names else "",
-            magnitude=_finite(path, size.mag) if size else math.nan,
-            origin_time=str(origin.time) if origin else "",
-        )
-        yield str(event.resource_id), entry
-
-
-_READERS: Final[Mapping[str, Callable[[Path, bytes], _Entries]]] = {
-    "PEER search results": _peer,
-    "NGA-West2 flatfile": _nga,
-    "ESM flatfile": _esm,
-    "gmprocess flatfile": _gmprocess,
-    "gmprocess events": _gmprocess_events,
-    "ComCat event": _comcat,
-    "QuakeML": _quakeml,
-}
-
-
-def _text(data: bytes) -> str:
-    return data.decode("utf-8-sig", "replace").replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _table(data: bytes, separator: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield line number and cells of each row, by the names of the columns in lower case."""
-    text = _text(data)
-    first, _, _ = text.partition("\n")
-    # The header of NGA-West2 is not quoted; names contain commas in brackets or before blanks.
-    names = re.split(r",(?! )(?![^()]*\))", first) if '"' not in first else []
-    rows = csv.reader(io.StringIO(text), delimiter=separator)
-    cells = next(rows)
-    names = [name.strip().lower() for name in (names if separator == "," and names else cells)]
-    for row in rows:
-        if any(row):
-            yield rows.line_num, dict(zip(names, map(str.strip, row), strict=False))
-
-
-def _under(files: list[str], number: str, entry: CatalogueEntry) -> _Entries:
-    if number.isdigit():
-        yield f"RSN{int(number)}", entry
-    for file in files:
-        name = re.split(r"[/\\]", file)[-1]
-        if "." in name:
-            yield name, replace(entry, file=name)
-
-
-def _numbers(path: Path, line: int, row: Mapping[str, str], columns: Mapping[str, str]) -> Any:
-    """Return the numbers of a row by field; -, N/A, -999 and similar texts mean unknown."""
-    found = {}
-    for column, field in columns.items():
-        token = row.get(column, "")
-        if token.strip("-") and token.upper() not in {"N/A", "NA", "NAN"}:
-            try:
-                value = decimal(token)
-            except ValueError:
-                raise InputError(path, f"{column} {token!r}. Must be a number.", line) from None
-            if value >= 0.0 or (field == "magnitude" and value > -10.0):
-                found[field] = value
-    return found
-
-
-def _depth(row: Mapping[str, str]) -> float:
-    try:
-        return decimal(row.get("sensor_depth_m", ""))
-    except ValueError:
-        return math.nan
-
-
-def _finite(path: Path, value: object) -> float:
-    if not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(path, f"magnitude {value!r}. Must be a number.")
-    return float(value)
-
-
-def _name(text: str) -> str:
-    # PEER writes underscores for commas.
-    return text.replace("_ ", ", ")
 
 
 #: Name of the catalogue in a folder of records.
@@ -359,7 +166,7 @@ _FIELDS: Final = {
     TRUST: "trust",
 }
 #: Fields of an entry that are no field of a record.
-_NO_FACTS: Final = frozenset(["file", "origin_time", "trust", "reading"])
+_NO_FACTS: Final = frozenset(["file", "origin_time", "by_station", "trust", "reading"])
 _TEXTS: Final = ("file", "event", "station", "network", "mechanism", "source")
 #: Bounds of numbers that are not distances; the others are zero or positive.
 _BOUNDS: Final = {"magnitude": (-2.0, 10.0), VS30: (0.0, 10_000.0)}
@@ -369,7 +176,9 @@ _FARTHEST: Final = 20_050.0
 _BEFORE, _AFTER = 120.0, 600.0
 
 
-def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, CatalogueEntry]:
+def read_catalogue(
+    path: str | Path, data: bytes | None = None, columns: Sequence[str] = ()
+) -> dict[str, CatalogueEntry]:
     r"""Return the entries of a catalogue, in the CSV format of this package or of an archive.
 
     The CSV has a row for each file; only the column `file` is required. The formats of archives are
@@ -382,6 +191,9 @@ def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, Cat
         Catalogue in UTF-8.
     data : bytes, optional
         Contents of the file (default: they are read from `path`).
+    columns : sequence of str
+        Columns of any other table, such as ``station=STA`` or ``magnitude=Mw``: a column of this
+        package or ``origin_time``, and the name of the column in the table.
 
     Returns
     -------
@@ -408,6 +220,8 @@ def read_catalogue(path: str | Path, data: bytes | None = None) -> dict[str, Cat
     entries: dict[str, CatalogueEntry] = {}
     try:
         data = path.read_bytes() if data is None else data
+        if columns:
+            return _mapped_entries(path, data, columns)
         if kind := catalogue_kind(path, data):
             return read_entries(path, kind, data)
         with io.StringIO(data.decode("utf-8-sig"), newline="") as stream:
@@ -523,7 +337,8 @@ def facts_for_record(
     """
     facts: dict[str, Any] = {}
     for entry in catalogue.values():
-        if entry.origin_time and not entry.file and _applies(entry, record, known or {}):
+        timed = entry.origin_time or entry.by_station
+        if timed and not entry.file and _applies(entry, record, known or {}):
             facts |= stated_facts(entry)
     for name in names:
         number = re.match(r"RSN(\d+)_", name, re.I)
@@ -535,8 +350,10 @@ def facts_for_record(
 def _applies(entry: CatalogueEntry, record: Record, known: Mapping[str, Any]) -> bool:
     """Return True if a record began at the time of the event, and at its station if named."""
     station = known.get("station", record.station), known.get("network", record.network)
-    if entry.station and (entry.station, entry.network) != station:
+    if entry.station and (entry.station, entry.network or station[1]) != station:
         return False
+    if entry.by_station:
+        return entry.station != ""
     begin, origin = utc_seconds(record.start_time), utc_seconds(entry.origin_time)
     return -_BEFORE <= begin - origin <= _AFTER
 
@@ -561,10 +378,43 @@ def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
         yield line, dict(zip(header, map(str.strip, row), strict=True))
 
 
+def _mapped_entries(path: Path, data: bytes, columns: Sequence[str]) -> dict[str, CatalogueEntry]:
+    """Return the entries of a table whose columns the user names.
+
+    A row applies to its file; without a file, to the records of its station that begin at the time
+    of its event; without a time, to all records of its station.
+    """
+    from rockframe.ingest.flatfiles import mapped_rows
+    from rockframe.ingest.options import READING
+
+    entries: dict[str, CatalogueEntry] = {}
+    for line, row in mapped_rows(path, data, columns, (*_FIELDS, *READING, "origin_time")):
+        time = row.pop("origin_time", "").replace(" ", "T")
+        entry = replace(_entry_of_row(path, row, line), origin_time=time)
+        entry = replace(entry, by_station=not (time or entry.file))
+        key = entry.file or ".".join(filter(None, (time, entry.network, entry.station)))
+        if key:
+            entries[key] = replace(entry, source=entry.source or path.name)
+    if not entries:
+        raise InputError(path, "no rows.")
+    return entries
+
+
 def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
     file = row["file"]
     if not file or Path(file).name != file:
         raise InputError(path, f"file {file!r}. Must be the name of a file.", line=line)
+    return _entry_of_row(path, row, line)
+
+
+def _entry_of_row(path: Path, row: Mapping[str, str], line: int) -> CatalogueEntry:
+    """Return the entry of a row, by the columns of a catalogue.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed.
+    """
     from rockframe.ingest.options import parse_reading
 
     texts = {field: row.get(field, "") for field in _TEXTS}
@@ -583,7 +433,7 @@ def _entry(path: Path, row: dict[str, str], line: int) -> CatalogueEntry:
     return CatalogueEntry(**texts, **numbers, **stated)  # type: ignore[arg-type]
 
 
-def _number(path: Path, row: dict[str, str], column: str, line: int) -> float:
+def _number(path: Path, row: Mapping[str, str], column: str, line: int) -> float:
     token = row.get(column, "")
     if not token:
         return math.nan

@@ -61,6 +61,10 @@ def _channels(channels: tuple[str, ...]) -> tuple[str, ...]:
 
 #: A finite number other than zero.
 NotZero = Annotated[Finite, AfterValidator(_not_zero)]
+#: Columns of a catalogue and their names in a table.
+Names = Annotated[
+    tuple[Annotated[str, Field(title="COLUMN=NAME")], ...], Field(min_length=1, strict=False)
+]
 #: Columns and their components.
 Channels = Annotated[
     tuple[Annotated[str, Field(title="COLUMN=COMPONENT")], ...],
@@ -282,7 +286,8 @@ class IngestOptions(FileOptions):
     """Options of reading and processing record files."""
 
     conditions: ClassVar[Conditions] = {
-        "rest_s": Condition("sequence", lambda one: one.sequence is not None)
+        "catalogue_columns": Condition("catalogue", lambda one: one.catalogue is not None),
+        "rest_s": Condition("sequence", lambda one: one.sequence is not None),
     }
 
     band_pass_hz: Annotated[Range | None, Field(examples=[(0.1, 40.0)])] = None
@@ -296,6 +301,12 @@ class IngestOptions(FileOptions):
     catalogue: Annotated[File | None, Field(examples=["catalogue.csv"])] = None
     """CSV of event, station, magnitude and distance of each file; by default catalogue.csv of each
     folder."""
+    catalogue_columns: Annotated[
+        Names | None, Field(examples=[("station=STA", "magnitude=Mw")])
+    ] = None
+    """Columns of a catalogue that is any other table: a column of catalogue.csv or origin_time, and
+    the name of the column in the table. Rows without a file apply to the records of their station,
+    and of their event if origin_time is named."""
     limits: Annotated[File | None, Field(examples=["limits.toml"])] = None
     """TOML file with a [passport] table: limits of the checks of each record."""
     sequence: Annotated[Motions | None, Field(examples=[("main", "aftershock")])] = None

@@ -435,7 +435,8 @@ def _validate_inputs(study: Study) -> None:
     if ("records", "limits") in files:
         read_limits(files["records", "limits"])
     if ("records", "catalogue") in files:
-        read_catalogue(files["records", "catalogue"])
+        columns = getattr(study.tables.records, "catalogue_columns", None) or ()
+        read_catalogue(files["records", "catalogue"], columns=columns)
     if ("records", "selection") in files:
         from rockframe.stages.select import read_selection  # it imports scipy too
 

@@ -239,7 +239,9 @@ def ingest_stage(
     options, output = options or IngestOptions(), Path(output)
     outputs = (output, output.with_suffix(TABLE_FORMATS[table_format]))
     catalogue, azimuths = options.catalogue, options.azimuths
-    sources = sources_of(paths, read_catalogue(catalogue) if catalogue else None, outputs)
+    columns = options.catalogue_columns or ()
+    entries = read_catalogue(catalogue, columns=columns) if catalogue else None
+    sources = sources_of(paths, entries, outputs)
     catalogues = _catalogues(sources, catalogue)
     stated = catalogues
     if options.selection is not None:

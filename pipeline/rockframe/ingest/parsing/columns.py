@@ -110,7 +110,7 @@ def column_names(line: str) -> list[str]:
     if is_row(line) or not re.match(r"\s*\"?[^\W\d_]", line):
         return []
     # A bracket belongs to the preceding word.
-    joined = re.sub(r"\s+(?=[\[(])", "", line)
+    joined = re.sub(r"(?<!\s)\s+(?=[\[(])", "", line)
     return [name.strip().strip('"') for name in split_fields(joined)]
 
 

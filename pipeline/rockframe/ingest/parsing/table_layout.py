@@ -49,8 +49,7 @@ _SIZES: Final = re.compile(
 )
 #: Words of a title without which the numbers below it cannot be understood.
 _SCALED: Final = re.compile(
-    r"\b(scal(?:e|ing)|calibration|conversion|factors?|sensitivity|gain|counts?|lsb|volts?)\b"
-    r"(?=.*\d)",
+    r"\b(scal(?:e|ing)|calibration|conversion|factors?|sensitivity|gain|counts?|lsb|volts?)\b",
     re.I,
 )
 _OTHER: Final = re.compile(r"\b(velocit(?:y|ies)|displacements?|spectr(?:um|a|al))\b", re.I)
@@ -384,7 +383,7 @@ def _read_top(
 def _names(text: str, form: Form, cells: list[list[str]], *, is_first: bool) -> list[str]:
     """Return the cells of a line of names or units; a bracket belongs to the word before it."""
     count = len(cells[0]) if cells else 0
-    joined = re.sub(r"\s+(?=[\[(])", "", text)
+    joined = re.sub(r"(?<!\s)\s+(?=[\[(])", "", text)
     if form.separator in (",", ";") and count > 1 and not re.search(r"[,;\t]", text):
         words = joined.split()
         return words if all(map(is_known, words)) else []
@@ -397,7 +396,7 @@ def _names(text: str, form: Form, cells: list[list[str]], *, is_first: bool) -> 
         names.pop()
     if len(names) == count - 1 and is_first and is_index("", [row[0] for row in cells]):
         names.insert(0, "")  # R writes no name above the numbers of rows
-    return [re.sub(r"\s+(?=[\[(])", "", name) for name in names]
+    return [re.sub(r"(?<!\s)\s+(?=[\[(])", "", name) for name in names]
 
 
 def _is_names(
@@ -438,6 +437,7 @@ def _read_titles(path: Path, top: _Top, own: list[int], count: int, form: Form) 
             message = f"numbers in {line.strip()[:40]!r}, with text between them and the table."
             raise InputError(path, f"{message} Leave lines out with --skip-lines NUMBER.", k + 1)
         scale, other = _SCALED.search(line), _OTHER.search(line)
+        scale = scale if re.search(r"\d", line) else None
         if scale or (other and not any(_ACCELERATION.search(top.lines[j]) for j in titles)):
             word = (scale or other or line)[0]
             message = f"the title {line.strip()[:60]!r} states {word!r}, which is not understood."
