@@ -215,8 +215,9 @@ class SpreadVerdict:
     @property
     def words(self) -> str:
         """The verdict in words, with the event that ends the model, if there is one."""
-        words = self.kind.label.replace("overturn", self.fails)
-        if self.kind is VerdictKind.MAY_OVERTURN:
+        kind = self.kind
+        words = kind.label.replace("overturn", self.fails)
+        if kind is VerdictKind.MAY_OVERTURN:
             words += f" ({_percent(self.share_overturned)})"
         if self.is_nominal and math.isfinite(self.overturning_time):
             words += f" {self.overturning_time:.1f} s"

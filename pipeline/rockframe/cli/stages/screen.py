@@ -84,13 +84,14 @@ def show(
     )
 
     summary, pooled = screen_summary(screening), pooled_summary(screening)
+    overall = list(overall_rows(screening))
     if as_json:
         console.show_json(
             {
                 "motions": done.motions,
                 "scenarios": done.scenarios,
                 "members": members_of(screening),
-                "overall": list(overall_rows(screening)),
+                "overall": overall,
                 "left_out": dict(done.left_out),
                 "rejected": [vars(rejection) for rejection in done.rejections],
                 "structures": summary,
@@ -104,25 +105,26 @@ def show(
             | matrices(list(screen_rows(screening)) if quantities else [], quantities)
         )
         return
-    _show_tables(screening, summary, pooled, quantities)
-    _show_notes(screening, done)
+    _show_tables(screening, overall, summary, pooled, quantities)
+    _show_notes(screening, overall, done)
     for file in (output, *done.tables.values()):
         print(file)
 
 
 def _show_tables(
     screening: xr.Dataset,
+    overall: Sequence[dict[str, Any]],
     summary: Sequence[dict[str, Any]],
     pooled: dict[str, Any],
     quantities: Sequence[str],
 ) -> None:
-    from rockframe.results.screen_tables import overall_rows, screen_rows
+    from rockframe.results.screen_tables import screen_rows
     from rockframe.results.tables.summary import left_out_motions
 
     if words := left_out_motions(screening):
         print(f"{console.filled(words)}\n")
-    console.show_first([{"implausible": row["implausible"]} for row in overall_rows(screening)])
-    _show_overall(screening)
+    console.show_first([{"implausible": row["implausible"]} for row in overall])
+    _show_overall(screening, overall)
     if quantities:
         at = f" at scale {float(screening['reference_scale']):g}{_nominal(screening)}"
         show_responses(at, (), list(screen_rows(screening)), quantities)
@@ -143,15 +145,14 @@ def _nominal(screening: xr.Dataset) -> str:
     return " (nominal)" if members_of(screening) == 1 else ""
 
 
-def _show_overall(screening: xr.Dataset) -> None:
+def _show_overall(screening: xr.Dataset, overall: Sequence[dict[str, Any]]) -> None:
     """Print the share that overturns and the drift over all motions and members."""
-    from rockframe.results.screen_tables import overall_rows, responses_in_words
+    from rockframe.results.screen_tables import responses_in_words
     from rockframe.results.tables.summary import summary_columns
 
     at = f"at scale {float(screening['reference_scale']):g}{_nominal(screening)}"
     title = f"Over all {responses_in_words(screening)} {at}"
-    rows = list(overall_rows(screening))
-    console.show_rows(title, summary_columns(rows), rows)
+    console.show_rows(title, summary_columns(overall), overall)
 
 
 def _show_shares(screening: xr.Dataset) -> None:
@@ -410,8 +411,8 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
     )
 
 
-def _show_notes(screening: xr.Dataset, done: Screening) -> None:
-    from rockframe.results.screen_tables import members_of, overall_rows, site_note
+def _show_notes(screening: xr.Dataset, overall: Sequence[dict[str, Any]], done: Screening) -> None:
+    from rockframe.results.screen_tables import members_of, site_note
     from rockframe.results.tables.notes import summary_notes
     from rockframe.risk.measures import FEWEST_MOTIONS
 
@@ -429,7 +430,7 @@ def _show_notes(screening: xr.Dataset, done: Screening) -> None:
         "Scales, components and members of one recording are not independent: bands are based on "
         "recordings."
     )
-    for note in summary_notes(list(overall_rows(screening))):
+    for note in summary_notes(overall):
         print(note)
     if site_note(screening):
         print(site_note(screening))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from itertools import product, repeat
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -80,7 +80,12 @@ def verdict_words(row: Cells, _key: str = "") -> str:
 
 def peak_words(row: Cells) -> str:
     """Return words for a peak acceleration that suggests wrong units; empty otherwise."""
-    return implausible_peak(GRAVITY * number(row.get("pga_g")), PassportLimits())
+    return implausible_peak(GRAVITY * number(row.get("pga_g")), _usual_limits())
+
+
+@cache
+def _usual_limits() -> PassportLimits:
+    return PassportLimits()
 
 
 def standing(row: Cells, key: str) -> float | str:
