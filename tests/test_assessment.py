@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import xarray as xr
 
 from rockframe import (
     Ensemble,
+    PairAcceleration,
     ParameterError,
     Pulse,
     Record,
@@ -22,6 +24,8 @@ from rockframe import (
     respond_stage,
     sweep,
     with_pulse,
+    wobble,
+    wobbling_ensemble,
 )
 from rockframe.results.records import write_records
 
@@ -165,3 +169,22 @@ def test_frames_scaled_like_length_and_time_squared_respond_alike() -> None:
 def test_a_sweep_refuses_what_is_no_frame(parameters: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         sweep(PULSE, **parameters)
+
+
+def test_a_pair_of_components_is_assessed_in_both_directions() -> None:
+    """It is the response of `wobble`; rectangular columns are not computed, and are not safe."""
+    frames = [
+        RockingFrame(height=3.0, width=0.5, section=section, name=section)
+        for section in ("circular", "rectangular")
+    ]
+    motion = PairAcceleration.from_pulses(PULSE, replace(PULSE, time=0.3))
+    options = RespondOptions(margins="none")
+    found = assess(frames, {"both": motion, "plane": PULSE}, options)
+    both = found.sel(record="both", structure="circular")
+    assert both.peak_rotation == wobble(frames[0], motion).peak_rotation
+    assert both.ensemble == wobbling_ensemble(frames[0], motion)
+    assert not found.sel(record="both", structure="rectangular").spread_verdict.is_computed
+    assert found.structures == tuple(frames)
+    values = found.to_xarray()["peak_u"].sel(record="both")
+    assert math.isnan(values.sel(structure="rectangular"))
+    assert values.sel(structure="circular") == both.peak_u > 0.0

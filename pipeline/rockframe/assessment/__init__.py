@@ -23,7 +23,12 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-Motion: TypeAlias = Record | Pulse | GroundAcceleration
+    from rockframe.components import BothDirections, HorizontalPair
+    from rockframe.wobbling import PairAcceleration
+
+Motion: TypeAlias = (
+    "Record | Pulse | GroundAcceleration | PairAcceleration | HorizontalPair | BothDirections"
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,7 +40,7 @@ class Assessment(Shown):
 
     Parameters
     ----------
-    motions : mapping of str to Record, Pulse or GroundAcceleration
+    motions : mapping of str to Record, Pulse, GroundAcceleration or PairAcceleration
         The motions by name.
     responses : mapping of str to tuple of responses
         Responses to each motion, in the order of the structures.
@@ -147,9 +152,10 @@ def assess(
     ----------
     structures : RockingFrame, IsolatedDeck, FixedFrame or another kind, or a sequence of them
         Structures with different names.
-    motions : Record, Pulse or GroundAcceleration, or a sequence or mapping of them
+    motions : Record, Pulse, GroundAcceleration or PairAcceleration, or a sequence or mapping
         Motions. A record has the name of its ``record_id``; other motions are numbered, unless a
-        mapping names them.
+        mapping names them. A `PairAcceleration`, `HorizontalPair` or `BothDirections` moves the
+        ground in both horizontal directions, which is computed for frames with round columns.
     options : RespondOptions, optional
         Ensemble, margins, forces and histories. ``vertical`` is not one of them: state the vertical
         motion with `GroundAcceleration.with_vertical`.
@@ -191,7 +197,7 @@ def assess(
         require_known("record", name, [*named])
     tasks = [
         ResponseTask(
-            motions={name: motion if isinstance(motion, Record) else as_ground(motion)},
+            motions={name: _shaking(motion)},
             uncertain={},
             parts={name: motion.parts} if isinstance(motion, Record) and motion.parts else {},
             pulses={name: pulses[name]} if pulses and name in pulses else {},
@@ -209,12 +215,31 @@ def assess(
     return Assessment(named, found, options)
 
 
+def _is_motion(given: object) -> bool:
+    from rockframe.components import BothDirections, HorizontalPair
+    from rockframe.wobbling import PairAcceleration  # not needed to import the package
+
+    in_both = PairAcceleration | HorizontalPair | BothDirections
+    return isinstance(given, Record | Pulse | GroundAcceleration | in_both)
+
+
+def _shaking(motion: Motion) -> Record | GroundAcceleration | PairAcceleration:
+    """Return a motion in the form of tasks."""
+    if isinstance(motion, Record):
+        return motion
+    if isinstance(motion, Pulse | GroundAcceleration):
+        return as_ground(motion)
+    from rockframe.wobbling.motion import as_pair  # not needed to import the package
+
+    return as_pair(motion)
+
+
 def _named(motions: Motion | Sequence[Motion] | Mapping[str, Motion]) -> dict[str, Motion]:
     """Return motions by name."""
     if isinstance(motions, Mapping):
         named = dict(motions)
     else:
-        several = [motions] if isinstance(motions, Motion) else list(motions)
+        several: list[Any] = [motions] if _is_motion(motions) else list(motions)  # type: ignore[arg-type]
         labels = (
             ["motion"] if len(several) == 1 else [f"motion-{k + 1}" for k in range(len(several))]
         )

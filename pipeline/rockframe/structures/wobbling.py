@@ -64,7 +64,8 @@ def respond_both(
             response = replace(response, forces=wobbling_forces(response, motion))
         if margin is not None:
             response = replace(response, margin=Margin(_NOT_SEARCHED, LARGEST_SCALE, margin))
-        found.append(_kept(response, Histories(options.histories)))
+        # the frame as stated: its section in one plane changes no displacement
+        found.append(replace(_kept(response, Histories(options.histories)), frame=frame))
     return found
 
 
