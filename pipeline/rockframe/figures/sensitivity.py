@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockframe.figures.captioned import PAGE_WIDTH, Captioned, label_of, styled
-from rockframe.results.tables.sensitivity import SENSITIVITY_LEGEND, spread_words, spreads_of_row
+from rockframe.results.tables.sensitivity import SENSITIVITY_LEGEND, spread_words, spreads_of_rows
 
 #: Colours of the spread that matters most, and of the others.
 _MOST: Final = "#d55e00"
@@ -29,7 +29,7 @@ def draw_sensitivity(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned
     title : str
         Name of the record.
     """
-    names = spreads_of_row(rows[0])
+    names = spreads_of_rows(rows)
     columns = min(len(rows), _COLUMNS)
     lines = math.ceil(len(rows) / columns)
     with styled():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import xarray as xr
@@ -88,6 +88,19 @@ def sensitivity_words(row: Mapping[str, Any]) -> str:
 def spreads_of_row(row: Mapping[str, Any]) -> list[str]:
     """Return the names of the spreads in a row of `sensitivity_rows`."""
     return [name for name in row if name not in _OTHERS]
+
+
+def spreads_of_rows(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the names of the spreads of rows; that of the contact's shortening only if a row has
+    it, as those of motions in both directions do.
+
+    Examples
+    --------
+    >>> spreads_of_rows([{"corner": math.nan, "contact_shortening": math.nan}])
+    ['corner']
+    """
+    known = [row for row in rows if math.isfinite(number(row.get("contact_shortening")))]
+    return [name for name in spreads_of_row(rows[0]) if known or name != "contact_shortening"]
 
 
 def sensitivity_columns(row: Mapping[str, Any]) -> list[Column]:
