@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.runs.small import FEW, make_study, run
 from tests.structures.contract import SHAKE, keeps_the_rules
 from tests.structures.sliding import SlidingDeck
 
@@ -138,3 +140,16 @@ def test_an_assessment_has_it() -> None:
 
 def test_the_schema_has_its_keys() -> None:
     assert '"sliding"' in schema()
+
+
+def test_a_run_draws_and_reports_it(tmp_path: Path) -> None:
+    """The run is in this process, because the kind is declared here only."""
+    words = FEW[: FEW.index("[[structure]]")].replace("most = 0", "most = 1") + TEXT
+    study = make_study(tmp_path, 1, words)
+    assert run(study, tmp_path / "run") == 0
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    (others,) = re.findall(r'id="others-title".*?</table>', page, re.DOTALL)
+    assert "sliding-deck" in others
+    assert "coefficient of friction: 0.1" in others
+    assert "bent" not in others
+    assert list((tmp_path / "run" / "figures").glob("*.png"))

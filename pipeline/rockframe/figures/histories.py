@@ -244,7 +244,8 @@ def _until_falling(
 
 
 def _rotation_limits(histories: Sequence[xr.Dataset]) -> tuple[float, float]:
-    furthest = max(min(float(h["peak_rotation_ratio"]), DRAWN_TO) for h in histories)
+    ratios = [float(history["peak_rotation_ratio"]) for history in histories]
+    furthest = max((min(one, DRAWN_TO) for one in ratios if not math.isnan(one)), default=0.0)
     furthest = max(1.08 * furthest, 0.02)
     return -furthest, furthest
 
@@ -253,6 +254,9 @@ def _window(time: Float, histories: Sequence[xr.Dataset]) -> tuple[float, float]
     moving = np.zeros(time.size, dtype=bool)
     for history in histories:
         ratio = np.abs(history["theta"].values) / float(history["slenderness"])
+        if np.isnan(ratio).all():  # it does not rock
+            drift = np.abs(history["u"].values)
+            ratio = drift / max(float(np.nanmax(drift)), np.finfo(float).tiny)
         moving |= np.nan_to_num(ratio) > _VISIBLE
     return time_limits(time, moving, _MARGIN)
 
