@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import file_to_write, flag
-from rockframe.errors import ParameterError
+from rockframe.errors import InputError, ParameterError
 from rockframe.provenance import refuse_obstacles
 
 if TYPE_CHECKING:
@@ -27,9 +27,10 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output",
         "-o",
-        type=file_to_write(".png", ".pdf", ".svg"),
+        type=file_to_write(".png", ".pdf", ".svg", *_MOVING),
         required=True,
-        help="file to write: .png, .pdf or .svg",
+        help="file to write: .png, .pdf or .svg; of animation also .gif, .apng, or .mp4, which "
+        "needs ffmpeg",
     )
     arguments.add_records(parser)
     parser.add_argument(
@@ -97,9 +98,10 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 def run_figure(options: argparse.Namespace) -> int:
     """Draw and write the figure, and print its caption."""
     from rockframe.cli.shown import FigureRequest
-    from rockframe.figures.captioned import caption_path, save_captioned
+    from rockframe.figures.captioned import caption_path
 
     _refuse_idle(options)
+    _refuse_still(options)
     output: Path = options.output
     refuse_obstacles([output, caption_path(output)])
     request = FigureRequest(
@@ -108,7 +110,7 @@ def run_figure(options: argparse.Namespace) -> int:
         **_stated(options),
     )
     drawn, status = FIGURES[options.figure].draw(request)
-    caption_file = save_captioned(drawn, output)
+    caption_file = _saved(drawn, output)
     if options.json:
         console.show_json(
             {
@@ -123,6 +125,31 @@ def run_figure(options: argparse.Namespace) -> int:
         print(f"{drawn.title}. {drawn.caption}")
         print(f"{output}, {caption_file}")
     return status
+
+
+#: Formats of figures that move.
+_MOVING: Final = (".gif", ".apng", ".mp4")
+
+
+def _saved(drawn: Captioned, output: Path) -> Path:
+    """Write a figure in the format of its name; return the file of its caption."""
+    from rockframe.figures.captioned import save_captioned
+
+    if output.suffix.lower() not in _MOVING:
+        return save_captioned(drawn, output)
+    from rockframe.figures.moving import Moving, save_moving
+
+    assert isinstance(drawn, Moving)  # noqa: S101 -- `_refuse_still` refuses the other figures
+    return save_moving(drawn, output)
+
+
+def _refuse_still(options: argparse.Namespace) -> None:
+    """Raise an error if a moving picture is asked for of a figure that does not move."""
+    if options.output.suffix.lower() in _MOVING and options.figure != "animation":
+        raise InputError(
+            options.output,
+            f"figure {options.figure} does not move. Must end in .png, .pdf or .svg.",
+        )
 
 
 def _stated(options: argparse.Namespace) -> dict[str, Any]:
@@ -191,7 +218,7 @@ _SHAKEN: Final = ("record", "structure", "vertical")
 _TAKEN: Final[Mapping[str, tuple[str, ...]]] = {
     "nothing": (),
     **dict.fromkeys(("one_record", "records", "responses"), _SHAKEN),
-    **dict.fromkeys(("best_matched", "pulses"), ("record",)),
+    **dict.fromkeys(("best_matched", "pulses", "one_recorded"), ("record",)),
 }
 #: All figures, by name on the command line, in the order of the help.
 FIGURES: Final[Mapping[str, Drawing]] = {
@@ -203,6 +230,12 @@ FIGURES: Final[Mapping[str, Drawing]] = {
     ),
     "11": Drawing(
         "histories under records", "histories.draw_response_grid", "responses", ("vertical",)
+    ),
+    "animation": Drawing(
+        "the structure as it rocks, to scale", "moving.draw_animation", "one_record", ("spacing",)
+    ),
+    "record": Drawing(
+        "a record: motion, build-up, response spectrum", "recorded.draw_record", "one_recorded"
     ),
     "moment-rotation": Drawing(
         "restoring moment and the part reached", "joints.draw_moment_rotation", "one_record"

@@ -122,6 +122,14 @@ def one_record(request: FigureRequest) -> Shown:
     return (record, frame, motion), console.show_rejections(rejected) or status
 
 
+def one_recorded(request: FigureRequest) -> Shown:
+    """Return the requested record; by default the first horizontal one."""
+    request.require_at_most(1)
+    with request.records() as (path, status), open_records(path) as file:
+        name, *_ = request.chosen(file)
+        return (file.read(name),), status
+
+
 #: Records by name, each with its motion: the record itself, or also its vertical component.
 _Motions = dict[str, tuple[Record, Record | GroundAcceleration]]
 
