@@ -133,6 +133,7 @@ LONG_BODIES = {
     *("cli/stages/compare.py run_compare", "cli/stages/respond.py add_respond"),
     *("cli/stages/respond.py run_respond", "cli/stages/select.py _show"),
     *("figures/fragility.py draw_fragility", "figures/histories.py draw_comparison"),
+    *("figures/moving.py draw_animation", "figures/recorded.py draw_record"),
     *("figures/joints.py draw_phase_portrait", "figures/margins.py draw_stability_map"),
     *("figures/pulses.py draw_scalogram", "figures/spectra.py draw_drift_by_size"),
     *("ingest/formats/cosmos/reader.py _record", "ingest/formats/esm.py read"),

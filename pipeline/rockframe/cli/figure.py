@@ -232,7 +232,7 @@ FIGURES: Final[Mapping[str, Drawing]] = {
         "histories under records", "histories.draw_response_grid", "responses", ("vertical",)
     ),
     "animation": Drawing(
-        "the structure as it rocks, to scale", "moving.draw_animation", "one_record", ("spacing",)
+        "the structure as it rocks, to scale", "moving.draw_animation", "one_record"
     ),
     "record": Drawing(
         "a record: motion, build-up, response spectrum", "recorded.draw_record", "one_recorded"
