@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockframe.figures.captioned import PAGE_WIDTH, Captioned, label_of, styled
+from rockframe.figures.captioned import DRAWN_TO, PAGE_WIDTH, Captioned, label_of, styled
 
 #: Structures side by side.
 _ACROSS = 3
@@ -41,14 +41,15 @@ def draw_paths(histories: Sequence[xr.Dataset], title: str) -> Captioned:
         figure,
         f"Path of the deck under {title}",
         "Displacement of the deck relative to the ground, seen from above, of each structure as "
-        "given (nominal), until it overturns or the record ends: u_x along the first component of "
+        "given (nominal), until it falls or the record ends: u_x along the first component of "
         "the motion, u_y along the second. The dot is where it stands at rest, the cross the "
         "largest displacement. Axes have one scale in both directions.",
     )
 
 
 def _draw_path(panel: Axes, history: xr.Dataset) -> None:
-    x, y = (100.0 * history[name].values for name in ("u_x", "u_y"))
+    falling = history["theta"].values > DRAWN_TO * float(history["slenderness"])
+    x, y = (np.where(falling, np.nan, 100.0 * history[name].values) for name in ("u_x", "u_y"))
     panel.plot(x, y, linewidth=0.7)
     panel.plot(0.0, 0.0, ".", color="black")
     length = np.hypot(x, y)

@@ -199,7 +199,7 @@ def payload(
                     "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
                     "spreads": _spreads(run.spreads[pair]) if pair in run.spreads else "",
                     "forces": _forces(run.forces.get(pair, ())),
-                    "path": path_svg(history.u_x, history.u_y) if ground.components else "",
+                    "path": _path(run, history) if ground.components else "",
                     "peak": _finite(row["peak_rotation_ratio"]),
                     "facts": _texts(_of_pair(run.pairs[pair], stated)),
                 }
@@ -215,6 +215,19 @@ def payload(
         "structures": structures,
         "pairs": pairs,
     }, samples
+
+
+#: Rotation over slenderness up to which the path of the deck is drawn.
+_DRAWN_TO: Final = 1.3
+
+
+def _path(run: Run, history: History) -> str:
+    """Return the path of the deck until it falls."""
+    alpha = next(
+        one.value for one in run.structures[history.structure] if one.name == "slenderness"
+    )
+    stands = history.theta <= _DRAWN_TO * float(alpha)
+    return path_svg(*(np.where(stands, one, np.nan) for one in (history.u_x, history.u_y)))
 
 
 def _forces(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

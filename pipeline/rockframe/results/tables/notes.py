@@ -8,8 +8,9 @@ from typing import Final
 
 from rockframe.cells import Cells, number
 
-#: Largest number of notes on a summary.
+#: Largest number of notes on a summary, and of records that one names.
 _MOST_NOTES: Final = 10
+_MOST_NAMED: Final = 5
 
 
 def summary_notes(rows: Sequence[Cells]) -> list[str]:
@@ -68,6 +69,11 @@ def _direction_notes(rows: Sequence[Cells]) -> list[str]:
             f"{', '.join(both)}: only motions in both directions count, because round columns "
             "follow both; rows of one record are in one plane."
         )
+    alone = next((str(row["alone"]).split() for row in rows if row.get("alone")), [])
+    if alone:
+        more = len(alone) - _MOST_NAMED
+        names = ", ".join(alone[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+        notes.append(f"Without the other horizontal, so not counted for these: {names}.")
     reasons: dict[str, list[str]] = {}
     for row in rows:
         if row.get("not_both"):

@@ -284,6 +284,7 @@ class Summary:
     def __init__(self) -> None:
         self._of_each: dict[str, _OverRecords] = {}
         self._in_both: dict[str, _OverRecords] = {}
+        self._components: set[str] = set()
 
     def passed(self, rows: Iterable[AnyRow]) -> Iterator[AnyRow]:
         """Yield the rows, and include them in the summary."""
@@ -291,6 +292,7 @@ class Summary:
             structure, found = row["structure"], self._of_each
             if row.get("components"):
                 found = self._in_both
+                self._components |= {*row["components"].split()}
             if structure not in found:
                 found[structure] = _OverRecords(row)
             found[structure].include(row)
@@ -329,10 +331,11 @@ class Summary:
     def _directions(self, structure: str) -> Row:
         """Return the number of directions of the motions that count, and why it is only one."""
         both, records = self._in_both.get(structure), len(self._of_each[structure].names)
+        found: Row = {"directions": 1, "not_both": "", "records_in_one_plane": records, "alone": ""}
         if both is not None and both.names:
-            return {"directions": 2, "not_both": "", "records_in_one_plane": records}
-        reason = "" if both is None else both.reason
-        return {"directions": 1, "not_both": reason, "records_in_one_plane": records}
+            alone = [one for one in self._of_each[structure].names if one not in self._components]
+            return found | {"directions": 2, "alone": " ".join(alone)}
+        return found | {"not_both": "" if both is None else both.reason}
 
 
 def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hashable]) -> list[Row]:
