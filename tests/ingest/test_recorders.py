@@ -97,6 +97,19 @@ def test_a_cut_file_is_refused_or_shorter(installed: Path, name: str, share: flo
         )
 
 
+def test_a_gse2_waveform_that_the_format_does_not_allow_is_refused() -> None:
+    """Its lines have at most 80 characters, and a sample needs one character at least."""
+    head = (
+        b"WID2 2005/08/31 02:33:49.850 RJOB  HNZ      CM6     1200  200.000000   9.49e-02   1.000\n"
+    )
+    data = head[:80] + b"\nDAT2\n" + b"k" * 82 + b"\nCHK2 720\n"
+    with pytest.raises(InputError, match=r":3: 82 characters\. Must be at most 81"):
+        read_bytes("a.gse2", data, COUNTS)
+    short = head[:80].replace(b" 1200", b"  200") + b"\nDAT2\n" + b"k" * 70 + b"\nCHK2 720\n"
+    with pytest.raises(InputError, match=r"200 samples stated in a waveform of 1\d\d bytes"):
+        read_bytes("a.gse2", short, COUNTS)
+
+
 def test_a_format_without_a_meaning_of_counts_asks_for_it() -> None:
     text = "TIMESERIES XX_TEST__HNE_R, 4 samples, 100 sps, 2008-01-15T00:00:00.000000, SLIST, "
     data = f"{text}INTEGER, Counts\n1\t-2\n3\t-4\n".encode()

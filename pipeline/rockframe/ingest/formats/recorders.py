@@ -6,6 +6,7 @@ Samples are counts unless the file states units of acceleration or the calibrati
 from __future__ import annotations
 
 import math
+import re
 import tempfile
 from dataclasses import replace
 from functools import partial
@@ -25,6 +26,11 @@ from rockframe.units import ACCELERATION_UNITS, plain_units
 
 #: Readers of obspy whose calibration is the acceleration of one count [m s-2].
 _CALIBRATED: Final = frozenset(["KINEMETRICS_EVT"])
+#: Formats of short lines, and the largest number of characters of a line with a stray blank.
+_COMPRESSED_TEXT: Final = frozenset(["GSE1", "GSE2"])
+_LONGEST_LINE: Final = 81
+#: Number of samples in the header of a GSE2 waveform.
+_SAMPLES: Final = re.compile(rb"^WID2\b.{0,60}?\b(?:CM6|INT)\s+(\d{1,12})\b", re.M)
 #: Largest difference of two times of one channel that follow each other [samples].
 _SAME_TIME: Final = 0.5
 
@@ -51,17 +57,43 @@ def read_recorder(obspy_name: str, path: Path, data: bytes, options: ReadOptions
     Traceback (most recent call last):
     rockframe.errors.InputError: a.seg2: obspy's SEG2 reader failed: ...
     """
+    pieces = _waveforms(path, data) if obspy_name in _COMPRESSED_TEXT else [data]
+    stream: list[Any] = []
     with tempfile.TemporaryDirectory(prefix="rockframe-") as folder:
         # some readers of obspy open the file by its name
         place = Path(folder, path.name or "record")
-        place.write_bytes(data)
-        stream = read_stream(path, place, obspy_name)
+        for piece in pieces:
+            place.write_bytes(piece)
+            stream += read_stream(path, place, obspy_name)
     traces = _joined(path, stream)
     names = [_name(trace, number) for number, trace in enumerate(traces, 1)]
     return [
         noted(partial(_dated_record, obspy_name, path, trace, record_id, options))
         for trace, record_id in zip(traces, record_ids(path, names), strict=True)
     ]
+
+
+def _waveforms(path: Path, data: bytes) -> list[bytes]:
+    """Return the waveforms of a GSE file, each alone, after checking them against the format.
+
+    Raises
+    ------
+    InputError
+        If a line below the header of a waveform is too long.
+    """
+    before, *pieces = re.split(rb"^(?=WID[12] )", data, flags=re.M)
+    top = before.count(b"\n") + 1
+    for piece in pieces:
+        for number, line in enumerate(piece.split(b"\n")[1:], top + 1):
+            if len(line) > _LONGEST_LINE:
+                message = f"{len(line)} characters. Must be at most {_LONGEST_LINE}, as in GSE."
+                raise InputError(path, message, number)
+        for stated in _SAMPLES.findall(piece):
+            if int(stated) > len(piece):
+                message = f"{int(stated)} samples stated in a waveform of {len(piece)} bytes."
+                raise InputError(path, message)
+        top += piece.count(b"\n")
+    return pieces
 
 
 def _joined(path: Path, stream: Any) -> list[Any]:
