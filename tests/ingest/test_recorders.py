@@ -120,8 +120,83 @@ def test_a_format_without_a_meaning_of_counts_asks_for_it() -> None:
     assert (record.azimuth, record.time_step) == (90.0, 0.01)
     in_units = data.replace(b"Counts", b"M/S**2")
     assert read_bytes("a.ascii", in_units)[0].acceleration.tolist() == [1.0, -2.0, 3.0, -4.0]
-    [record] = read_bytes("a.ascii", data, ReadOptions("gal"))
+    unstated = data.replace(b" Counts", b" ")
+    [record] = read_bytes("a.ascii", unstated, ReadOptions("gal"))
     assert record.acceleration.tolist() == pytest.approx([0.01, -0.02, 0.03, -0.04])
+
+
+def slist(
+    samples: list[str], *, count: int = 40, rate: str = "100", units: str = "M/S**2"
+) -> bytes:
+    head = f"TIMESERIES XX_ABC__HNE_D, {count} samples, {rate} sps, 2020-01-01T00:00:00.000000"
+    return f"{head}, SLIST, FLOAT, {units}\n{chr(10).join(samples)}\n".encode()
+
+
+def tspair(samples: list[str], *, step: float = 0.01, late: float = 0.0, **header: str) -> bytes:
+    """Return a TSPAIR text whose times jump by `late` seconds in the middle."""
+    seconds = [step * k + late * (k > 20) for k in range(len(samples))]
+    rows = [f"2020-01-01T00:00:{t:09.6f}  {x}" for t, x in zip(seconds, samples, strict=True)]
+    return slist(rows, **header).replace(b"SLIST", b"TSPAIR")  # type: ignore[arg-type]
+
+
+SAMPLES = [f"{np.sin(0.3 * k):.3e}" for k in range(40)]
+
+
+@pytest.mark.parametrize(
+    ("data", "trust", "message"),
+    [
+        (slist(SAMPLES[:39]), "samples", "a:1: 40 samples in the header, 39 in the file"),
+        (slist([*SAMPLES, "0.1"]), "samples", "a:1: 40 samples in the header, 41 in the file"),
+        (slist(SAMPLES) + slist(SAMPLES[:30]), "", "a:42: 40 samples .*, 30 in the file"),
+        (slist(SAMPLES)[:-5], "samples", "a:41: the file ends within"),
+        (tspair(SAMPLES)[:-5], "samples", "a:41: the file ends within"),
+        (tspair(SAMPLES, rate="50"), "waveform", "a:1: 50 sps .*, time step 0.01 s of the times"),
+        (tspair(SAMPLES, late=0.05), "", "a:23: time 0.26 s after 0.2 s. Must be 0.21 s"),
+        (tspair(SAMPLES).replace(b"T00:00:00.200", b"T00:xx:00.200"), "", "a:22: time '2020-01"),
+    ],
+)
+def test_a_header_of_text_is_compared_with_its_rows(data: bytes, trust: str, message: str) -> None:
+    """As in text tables: the trusted statement settles it."""
+    with pytest.raises(InputError, match=message):
+        read_bytes("a", data)
+    if trust:
+        [record] = read_bytes("a", data, ReadOptions(trust=(trust,)))
+        assert record.time_step == 0.01
+        assert record.acceleration[:39].tolist() == [float(x) for x in SAMPLES[:39]]
+
+
+@pytest.mark.parametrize("rate", ["100", "62.5", "128", "0.8", "99.9937"])
+def test_times_of_a_text_at_every_rate(rate: str) -> None:
+    """Times are printed with six decimals, so that they are rounded."""
+    [record] = read_bytes("a", tspair(SAMPLES, step=1.0 / float(rate), rate=rate))
+    assert record.time_step == pytest.approx(1.0 / float(rate), rel=1e-12)
+    assert record.acceleration.tolist() == [float(x) for x in SAMPLES]
+
+
+@pytest.mark.parametrize(
+    ("units", "options", "message"),
+    [
+        ("M/S", ReadOptions("g"), "units 'M/S' in the header. Must be counts, or one of: .*m/s2"),
+        ("M/S", ReadOptions(factor=1.0), "units 'M/S' in the header. Must be counts"),
+        ("m", ReadOptions("m/s2"), "units 'm' in the header. Must be counts"),
+        ("V", COUNTS, "units 'V' in the header.* Otherwise state its acc"),
+        ("NM/S**2", ReadOptions("g"), "units 'NM/S[*]{2}2' in the header.*--factor-m-s2"),
+        ("COUNTS", ReadOptions("g"), "'g' given, but the header states 'COUNTS'.*--factor-m-s2"),
+        ("", ReadOptions("g", sensitivity=10.0), "10 counts s2/m is given beside units and fac"),
+        ("M/S**2", ReadOptions(sensitivity=10.0), "is given beside units of the header"),
+    ],
+)
+def test_units_of_a_text_that_are_no_acceleration(
+    units: str, options: ReadOptions, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        read_bytes("a", slist(SAMPLES, units=units), options)
+
+
+@pytest.mark.parametrize("units", ["", "Counts", "V", "NM/S**2"])
+def test_a_factor_is_the_acceleration_of_the_number_one(units: str) -> None:
+    [record] = read_bytes("a", slist(SAMPLES, units=units), ReadOptions(factor=0.5))
+    assert record.acceleration.tolist() == [0.5 * float(x) for x in SAMPLES]
 
 
 def test_the_calibration_of_an_evt_file(shared_reports: Path) -> None:

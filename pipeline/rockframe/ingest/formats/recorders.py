@@ -15,12 +15,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from rockframe.errors import InputError
+from rockframe.errors import InputError, settle
 from rockframe.ingest.formats.miniseed import _counts as finite_counts
 from rockframe.ingest.formats.miniseed import record_of_counts
 from rockframe.ingest.identify import direction, noted, record_ids, seed_letter
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
+from rockframe.ingest.parsing.lines import decoded, plain_text, require_whole_end
 from rockframe.ingest.parsing.obspy_reader import read_stream
+from rockframe.ingest.parsing.timing import clock_seconds, even_time_step
 from rockframe.record import Orientation, Record
 from rockframe.units import ACCELERATION_UNITS, plain_units
 
@@ -33,6 +35,13 @@ _LONGEST_LINE: Final = 81
 _SAMPLES: Final = re.compile(rb"^WID2\b.{0,60}?\b(?:CM6|INT)\s+(\d{1,12})\b", re.M)
 #: Largest difference of two times of one channel that follow each other [samples].
 _SAME_TIME: Final = 0.5
+#: Formats of text, whose header lines state the number of samples and the sampling rate.
+_TEXTS: Final = frozenset(["SLIST", "TSPAIR"])
+#: Relative tolerance between the time step of a header and that of the times below it.
+_SAME_STEP: Final = 1e-3
+#: Units of a text without sensor, and quantities that no factor makes an acceleration.
+_COUNTS: Final = frozenset(["", "count", "counts"])
+_OTHER: Final = re.compile(r"([kcmnu]?m|in|ft)(/s(ec)?|\*?s(\*\*|\^)?-1)?", re.I)
 
 
 def read_recorder(obspy_name: str, path: Path, data: bytes, options: ReadOptions) -> list[Record]:
@@ -48,8 +57,9 @@ def read_recorder(obspy_name: str, path: Path, data: bytes, options: ReadOptions
     Raises
     ------
     InputError
-        If obspy cannot read the file; if a channel has a gap or an overlap; or if neither file,
-        StationXML nor options state what a count means.
+        If obspy cannot read the file; if a channel has a gap or an overlap; if the header of a text
+        states other samples, another rate or another quantity; or if neither file, StationXML nor
+        options state what a count means.
 
     Examples
     --------
@@ -65,6 +75,8 @@ def read_recorder(obspy_name: str, path: Path, data: bytes, options: ReadOptions
         for piece in pieces:
             place.write_bytes(piece)
             stream += read_stream(path, place, obspy_name)
+    if obspy_name in _TEXTS:
+        _require_headers(path, data, stream)
     traces = _joined(path, stream)
     names = [_name(trace, number) for number, trace in enumerate(traces, 1)]
     return [
@@ -94,6 +106,42 @@ def _waveforms(path: Path, data: bytes) -> list[bytes]:
                 raise InputError(path, message)
         top += piece.count(b"\n")
     return pieces
+
+
+def _require_headers(path: Path, data: bytes, stream: Any) -> None:
+    """Compare each header line of a text with the rows below it; obspy does not."""
+    lines = [line.strip() for line in plain_text(path, data).split(b"\n")]
+    heads = [k for k, line in enumerate(lines) if line.startswith(b"TIMESERIES")]
+    for head, end, trace in zip(heads, [*heads[1:], len(lines)], stream, strict=True):
+        fields = decoded(lines[head]).replace(",", "").split()
+        trace.stats.ascii.unit = " ".join(fields[9:])  # obspy takes the type if there is no unit
+        if int(fields[2]) != trace.data.size:
+            message = f"{fields[2]} samples in the header, {trace.data.size} in the file."
+            settle(path, message, {"samples": trace.data.size}, head + 1)
+        if fields[7] == "TSPAIR":
+            _require_times(path, lines[head + 1 : end], head + 2, trace)
+    columns = 2 if b"TSPAIR" in lines[heads[-1]] else 1
+    body = plain_text(path, data).split(b"\n", heads[-1] + 1)[-1]
+    require_whole_end(path, body, heads[-1] + 2, columns)
+
+
+def _require_times(path: Path, rows: list[bytes], line: int, trace: Any) -> None:
+    """Require even times of the samples, at the rate that the header states."""
+    texts = [" ".join(decoded(row).split()[:-1]) for row in rows if row]
+    if len(texts) < 2:
+        return
+    seconds = clock_seconds(texts)
+    try:
+        times = np.array(seconds, dtype=np.float64)
+    except ValueError:
+        bad = next(k for k, text in enumerate(texts) if seconds[k] == text)
+        message = f"time {texts[bad]!r}. Must be a date and a clock time."
+        raise InputError(path, message, line + bad) from None
+    step = even_time_step(path, times, lambda: [text.encode() for text in seconds], line)
+    stated = float(trace.stats.delta)
+    if not math.isclose(stated, step, rel_tol=_SAME_STEP):
+        message = f"{1.0 / stated:g} sps in the header, time step {step:g} s of the times."
+        trace.stats.delta = settle(path, message, {"waveform": step, "header": stated}, line - 1)
 
 
 def _joined(path: Path, stream: Any) -> list[Any]:
@@ -142,16 +190,41 @@ def _record(
 ) -> Record:
     """Return the record of a trace in units of acceleration, calibrated, or in counts."""
     stats = trace.stats
-    stated = plain_units(str(stats.get("ascii", {}).get("unit", "")).strip())
-    units = stated if stated in ACCELERATION_UNITS else None
+    units = _stated_units(path, str(stats.get("ascii", {}).get("unit", "")).strip(), options)
     calibration = float(stats.calib) if obspy_name in _CALIBRATED else math.nan
     if units is None and options.units is None and options.factor is None:
         if options.sensitivity is None and math.isfinite(calibration) and calibration != 0.0:
             note = f"multiplied by the calibration of the header, {calibration:g} m/s2 a count"
             return _acceleration(path, trace, record_id, options, calibration, note)
         return record_of_counts(path, trace, record_id, options, ())
+    if options.sensitivity is not None:
+        given = "units of the header" if units else "units and factor"
+        message = f"a sensitivity of {options.sensitivity:g} counts s2/m is given beside {given}."
+        raise InputError(path, f"{message} Give one of them.")
     factor = factor_to_si(path, units, options)
     return _acceleration(path, trace, record_id, options, factor, "")
+
+
+def _stated_units(path: Path, printed: str, options: ReadOptions) -> str | None:
+    """Return the units of acceleration that a header states; None for counts and unstated units.
+
+    A factor makes volts and the like accelerations, but no velocity or displacement.
+    """
+    units = plain_units(printed)
+    if units in ACCELERATION_UNITS:
+        return units
+    if printed.lower() in _COUNTS:
+        if printed and options.units is not None:
+            message = f"units {options.units!r} given, but the header states {printed!r}."
+            do = "State the acceleration of a count with --factor-m-s2, or its sensitivity"
+            raise InputError(path, f"{message} {do} with --sensitivity-counts-s2-m.", 1)
+        return None
+    if options.factor is not None and not _OTHER.fullmatch(printed):
+        return None
+    must = f"Must be counts, or one of: {', '.join(ACCELERATION_UNITS)}."
+    if not _OTHER.fullmatch(printed):
+        must = f"{must} Otherwise state its acceleration with --factor-m-s2."
+    raise InputError(path, f"units {printed!r} in the header. {must}", 1)
 
 
 def _acceleration(
