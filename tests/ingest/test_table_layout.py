@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -159,6 +161,101 @@ def test_channels_have_the_directions_that_the_user_states() -> None:
     assert third.orientation is Orientation.VERTICAL
     for record, samples in zip((first, second, third), (NORTH, EAST, UP), strict=True):
         np.testing.assert_array_equal(record.acceleration, samples * GRAVITY)
+
+
+CHANNELS = ReadOptions(layout=TextLayout(channels=("2=NS", "3=EW")))
+THREE = rows(TIMES, NORTH, EAST)
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        ("time [s],NS [g],EW [gal]\n", ["g", "gal"]),
+        ("t,A1,A2\ns,g,gal\n", ["g", "gal"]),
+        ("t,acc x [g],Ost [cm/s²]\n", ["g", "cm/s2"]),
+    ],
+)
+def test_each_channel_has_its_own_units(names: str, units: list[str]) -> None:
+    north, east = read(names + THREE, CHANNELS)
+    np.testing.assert_array_equal(north.acceleration, NORTH * GRAVITY)
+    np.testing.assert_array_equal(east.acceleration, EAST * 0.01)
+    assert [record.processing[0].rpartition(" ")[2] for record in (north, east)] == units
+    with pytest.raises(InputError, match=r"'g' given, but the file states '(gal|cm/s2)'"):
+        read(names + THREE, replace(CHANNELS, units="g"))
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("time [s],NS [g],vel EW [cm/s]\n" + THREE, CHANNELS, "vel EW.* is a velocity"),
+        ("time [s],acc NS [g],disp [cm]\n" + THREE, CHANNELS, "disp.* is a displacement"),
+        ("time [s],NS [g],Geschw [cm/s]\n" + THREE, CHANNELS, "acceleration units 'cm/s'"),
+        ("time [s],NS [g],EW\n" + THREE, CHANNELS, "acceleration units unstated.*--units"),
+        ("time [s],NS [g],EW [gal]\n" + THREE, ReadOptions(), "in different units .*--channels"),
+        ("Acceleration [mg]\n" + five_a_line(NORTH), replace(G, column="all"),
+         "'g' given, but the file states 'mg'"),
+        ("Acceleration [mg]\n" + five_a_line(NORTH), replace(G, layout=TextLayout(
+            values_per_line=5)), "'g' given, but the file states 'mg'"),
+        ("Vel\n" + five_a_line(NORTH), replace(G, column="all"), "is a velocity"),
+        ("time,acc_g\n" + SECONDS, replace(G, column="all"), "'time,acc_g' are names.*-lines 1"),
+        ("NS,EW,UD\n" + THREE, replace(G, layout=TextLayout(values_per_line=3)), "are names of"),
+    ],
+)  # fmt: skip
+def test_names_and_units_above_stated_columns_count(
+    text: str, options: ReadOptions, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        read(text, options)
+
+
+def test_a_name_above_a_stated_series_states_its_units() -> None:
+    text = "Acceleration [mg]\n" + five_a_line(1000.0 * NORTH)
+    [record] = read(text, ReadOptions(None, STEP, column="all"))
+    np.testing.assert_allclose(record.acceleration, GRAVITY * NORTH, rtol=1e-6, atol=1e-9)
+    [titled] = read("Site A of an array\n" + five_a_line(NORTH), replace(G, column="all"))
+    np.testing.assert_allclose(titled.acceleration, record.acceleration, rtol=1e-5, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["Zeit", "temps", "x", "Punkt"])
+@pytest.mark.parametrize("chosen", [{"column": "2"}, {"layout": TextLayout(channels=("2=NS",))}])
+def test_times_of_any_name_agree_with_the_stated_step(name: str, chosen: dict[str, Any]) -> None:
+    text = f"{name},Beschl\n{SECONDS}"
+    with pytest.raises(InputError, match=r"0.05 s given, but the times state 0.01.*-column none"):
+        read(text, ReadOptions("g", 0.05, **chosen))
+    [record] = read(text, ReadOptions("g", STEP, **chosen))
+    np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)
+    with pytest.raises(InputError, match=f"Column '{name}' rises like times.*--time-column"):
+        read(text, ReadOptions("g", **chosen))
+    unnamed = replace(chosen.get("layout", TextLayout()), time_column="none")
+    [record] = read(text, ReadOptions("g", 0.05, **chosen | {"layout": unnamed}))
+    assert record.time_step == 0.05
+
+
+def test_two_channels_without_names_and_a_stated_step() -> None:
+    numbered = rows([str(k) for k in range(5, COUNT + 5)], TIMES, NORTH, EAST)
+    layout = TextLayout(channels=("3=NS", "4=EW"))
+    with pytest.raises(InputError, match="columns 1 and 2 rise like times"):
+        read(numbered, ReadOptions("g", layout=layout))
+    records = read(numbered, ReadOptions("g", STEP, layout=layout))
+    assert [record.time_step for record in records] == [STEP, STEP]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (replace(CHANNELS, column="2"), "--column and --channels are both stated"),
+        (replace(CHANNELS, column="all"), "--column all and --channels are both"),
+        (ReadOptions(column="2", layout=TextLayout(values_per_line=5)), "-per-line and --column"),
+        (ReadOptions(layout=TextLayout(values_per_line=5, time_column="1")), "and --time-column"),
+        (ReadOptions(column="all", layout=TextLayout(time_column="1")), "and --time-column"),
+        (ReadOptions(layout=TextLayout(channels=("2=NS", " 2=EW"))), "' 2=EW': the same column"),
+    ],
+)
+def test_options_of_which_one_would_be_ignored_are_refused(
+    options: ReadOptions, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        read(THREE, replace(options, units="g"))
 
 
 @pytest.mark.parametrize(

@@ -147,10 +147,11 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
     table = split(path, data, options.layout, options.column)
     numbers, columns, per_row, taken = _read_columns(path, table, options)
-    stated = columns.units
-    factor = _factor(path, table, stated, options)
-    given = f"{options.units!r} given" if options.units else f"{factor:g} m/s2 given"
-    _require_units(path, table, factor, f"{stated!r} in the column name" if stated else given)
+    units = {k: columns.units_of.get(k, columns.units) for k in columns.accelerations}
+    factors = {k: _factor(path, table, stated, options) for k, stated in units.items()}
+    for stated, factor in dict(zip(units.values(), factors.values(), strict=True)).items():
+        given = f"{options.units!r} given" if options.units else f"{factor:g} m/s2 given"
+        _require_units(path, table, factor, f"{stated!r} in the column name" if stated else given)
     if not data[-1:].isspace():
         require_whole_end(path, table.body, table.first_line, per_row)
     _require_count(path, table, len(numbers))
@@ -158,15 +159,15 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     step = _agreed_step(path, table, _time_step(path, table, columns.time, numbers, options))
     ids = record_ids(path, [*columns.accelerations.values()])
     words = [*filter(None, (*table.taken, taken))]
-    units = stated or options.units or f"{factor:g} m/s2"
-    note = f"table: {', '.join((*words, f'{step:g} s', units))}"
+    own = {k: units[k] or options.units or f"{factors[k]:g} m/s2" for k in units}
+    notes = {k: f"table: {', '.join((*words, f'{step:g} s', own[k]))}" for k in own}
     return [
         Record(
             record_id=record_id,
-            acceleration=numbers[:, place] * factor,
+            acceleration=numbers[:, place] * factors[place],
             time_step=step,
             **directed(name, seed_letter(name) or name),
-            processing=(note,) if words else (),
+            processing=(notes[place],) if words else (),
         )
         for (place, name), record_id in zip(columns.accelerations.items(), ids, strict=True)
     ]
@@ -207,18 +208,16 @@ def _read_columns(
     """
     count, chosen, words = table.columns, options.column, options.layout
     line = table.names_line or table.first_line
-    if words.values_per_line is not None or (chosen or "").strip().lower() == ALL_COLUMNS:
-        if words.values_per_line not in (None, count):
-            message = f"{count} values in a line. Must be {words.values_per_line}, as stated."
-            raise InputError(path, message, table.first_line)
-        values = _values(path, table).reshape(-1, 1)
-        return values, Columns(None, {0: ""}, None), 1, f"{count} values a line, as stated"
+    _require_one_reading(path, chosen, words)
+    if words.values_per_line is not None or _is_all(chosen):
+        return *_stated_series(path, table, words), 1, f"{count} values a line, as stated"
     if words.channels:
-        return *_stated_channels(path, table, words), count, "channels as stated"
+        return *_stated_channels(path, table, options), count, "channels as stated"
     if table.names:
         columns = read_headers(path, table.names, count, line, chosen, table.index)
-        columns = replace(columns, time=_stated_time(path, table, columns.time, words))
-        return _parse(path, table, columns), columns, count, ""
+        numbers = _parse(path, table, columns)
+        time = _named_time(path, table, columns, numbers, options)
+        return numbers, replace(columns, time=time), count, ""
     if count > 2 and chosen is None and words.time_column is None:
         return _many_columns(path, table)
     if chosen is None and count == 2 and words.time_column is not None:
@@ -231,32 +230,102 @@ def _read_columns(
         raise InputError(path, f"{message} series. Leave out --column.", line)
     if words.time_column is not None:
         return numbers, replace(columns, time=_stated_time(path, table, None, words)), count, ""
-    time = time_column(path, numbers, place, options.time_step, line)
+    time = time_column(path, numbers, [place], options.time_step, line)
     if count == 2 and time is None and chosen is None and len(numbers) > 1:
         raise unclear(path, numbers.ravel(), 2, line, commas=table.separator == b",")
     return numbers, replace(columns, time=time), count, ""
 
 
-def _stated_channels(path: Path, table: Table, words: TextLayout) -> tuple[Float, Columns]:
-    """Return the numbers, and the columns that the user states with their components."""
-    line = table.names_line or table.first_line
+def _is_all(chosen: str | None) -> bool:
+    return (chosen or "").strip().lower() == ALL_COLUMNS
+
+
+def _require_one_reading(path: Path, chosen: str | None, words: TextLayout) -> None:
+    """Reject options of which one would be ignored beside another."""
+    series = "--column all" if _is_all(chosen) else ""
+    series = "--values-per-line" if words.values_per_line is not None else series
+    times = words.time_column is not None and words.time_column.strip().lower() != NO_TIMES
+    given = {
+        series: bool(series),
+        "--column": chosen is not None and not _is_all(chosen),
+        "--channels": bool(words.channels),
+        "--time-column": bool(series) and times,
+    }
+    options = [name for name, is_given in given.items() if is_given]
+    if len(options) > 1:
+        raise InputError(path, f"{' and '.join(options)} are both stated. State one of them.")
+
+
+def _stated_series(path: Path, table: Table, words: TextLayout) -> tuple[Float, Columns]:
+    """Return the values of a series, line by line; a name above it states its units.
+
+    Words of a title may be as many as the values of a line. A title has no names of columns.
+    """
+    count, names = table.columns, table.names
+    if words.values_per_line not in (None, count):
+        message = f"{count} values in a line. Must be {words.values_per_line}, as stated."
+        raise InputError(path, message, table.first_line)
+    meant = [name for name in names if len(name) > 1 and is_known(name)]
+    if len(names) > 1 and (meant or all(map(is_known, names))):
+        message = f"{','.join(names)!r} are names of columns, but one series is stated."
+        do = "Choose one with --column NAME, or leave the names out with --skip-lines"
+        raise InputError(path, f"{message} {do} {table.names_line}.", table.names_line)
+    columns = Columns(None, {0: ""}, None)
+    if len(names) == 1 and is_known(names[0]):
+        columns = read_headers(path, names, 1, table.names_line)
+    return _values(path, table).reshape(-1, 1), columns
+
+
+def _stated_channels(path: Path, table: Table, options: ReadOptions) -> tuple[Float, Columns]:
+    """Return the numbers, and the columns that the user states with their components and units."""
+    words, line = options.layout, table.names_line or table.first_line
     accelerations: dict[int, str] = {}
     for channel in words.channels:
         column, _, component = channel.rpartition("=")
         place = column_place(path, table.names, table.columns, line, column, table.index)
+        if place in accelerations:
+            message = f"channel {channel!r}: the same column as {accelerations[place]!r}."
+            raise InputError(path, f"{message} State each column once.", line)
         accelerations[place] = component.strip()
-    stated = table.names and read_headers(
-        path, table.names, table.columns, line, str(min(accelerations) + 1)
-    )
-    columns = Columns(None, accelerations, stated.units if stated else None)
-    numbers = _parse(path, table, columns)
-    if words.time_column is None and not table.names:
-        time = time_column(path, numbers, min(accelerations), None, line)
+    columns = Columns(None, accelerations, None)
+    if not table.names:
+        numbers = _parse(path, table, columns)
+        time = _stated_time(path, table, None, words)
+        if words.time_column is None:
+            time = time_column(path, numbers, [*accelerations], options.time_step, line)
     else:
-        time = _stated_time(path, table, stated.time if stated else None, words)
+        each = {
+            place: read_headers(path, table.names, table.columns, line, str(place + 1))
+            for place in accelerations
+        }
+        units = {place: column.units for place, column in each.items()}
+        columns = replace(columns, time=each[min(each)].time, units_of=units)
+        numbers = _parse(path, table, columns)
+        time = _named_time(path, table, columns, numbers, options)
     if time in accelerations:
         raise InputError(path, f"column {time + 1} is both time and acceleration.", line)
     return numbers, replace(columns, time=time)
+
+
+def _named_time(
+    path: Path, table: Table, columns: Columns, numbers: Float, options: ReadOptions
+) -> int | None:
+    """Return the index of the column of times in a table with names.
+
+    A column whose name is in another language may hold times, too: then they must agree with the
+    time step that the user states, and without one the user must state which column it is.
+    """
+    words, line = options.layout, table.names_line
+    if columns.time is not None or words.time_column is not None:
+        return _stated_time(path, table, columns.time, words)
+    others = [k for k, name in enumerate(table.names) if is_known(name)]
+    time = time_column(path, numbers, [*columns.accelerations, *others], options.time_step, line)
+    if time is not None and options.time_step is None:
+        message = (
+            f"time step unstated. Column {table.names[time]!r} rises like times: state it with"
+        )
+        raise InputError(path, f"{message} --time-column, or the step with --time-step-s.", line)
+    return time
 
 
 def _stated_time(path: Path, table: Table, time: int | None, words: TextLayout) -> int | None:

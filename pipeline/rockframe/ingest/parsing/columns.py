@@ -7,8 +7,8 @@ channels at one time, or several values of one series.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
@@ -193,11 +193,14 @@ class Columns:
         name.
     units : str or None
         Units of the accelerations.
+    units_of : mapping of int to str or None
+        Units of each column, where they may differ.
     """
 
     time: int | None
     accelerations: dict[int, str]
     units: str | None
+    units_of: Mapping[int, str | None] = field(default_factory=dict, repr=False)
 
 
 def read_headers(
@@ -344,6 +347,7 @@ def _units(path: Path, columns: list[_Column], line: int) -> str | None:
             message = f"acceleration units {units!r}. Must be one of: {known}."
             if len(stated) > 1:
                 message = f"accelerations in different units ({', '.join(sorted(stated))})."
+                message = f"{message} State the columns with --channels NAME=AZIMUTH."
             raise InputError(path, message, line=line)
     return _SPELLINGS.get(min(stated))
 
@@ -497,16 +501,16 @@ def _mean_square_step(values: Float, distance: int) -> float:
 
 
 def time_column(
-    path: Path, table: Float, chosen: int, given: float | None, line: int
+    path: Path, table: Float, chosen: Collection[int], given: float | None, line: int
 ) -> int | None:
-    """Return the index of the column of times beside a chosen column; None if there is none.
+    """Return the index of the column of times beside chosen columns; None if there is none.
 
     Parameters
     ----------
     table : array, shape (rows, columns)
         All numbers.
-    chosen : int
-        Index of the column of acceleration.
+    chosen : collection of int
+        Indices of the columns that hold no times, such as the accelerations.
     given : float, optional
         Time step that the user states [s]. It decides between several columns that rise, such as
         numbers of rows and times.
@@ -521,18 +525,18 @@ def time_column(
     Examples
     --------
     >>> table = np.array([[0.1, 0.3], [-0.2, 0.1], [0.2, -0.4]])
-    >>> time_column(Path("a.txt"), table, 1, 0.01, 1) is None
+    >>> time_column(Path("a.txt"), table, [1], 0.01, 1) is None
     True
     """
-    rising = [k for k in range(table.shape[1]) if k != chosen and rises(table[:, k])]
+    rising = [k for k in range(table.shape[1]) if k not in chosen and rises(table[:, k])]
     times = list({table[:, k].tobytes(): k for k in reversed(rising)}.values())[::-1]
     if given is not None and len(times) > 1:
         steps = {k: float(np.median(np.diff(table[:, k]))) for k in times}
         times = [k for k in times if abs(steps[k] - given) <= _SAME_STEP * given]
     if len(times) > 1 or (rising and not times):
         numbers = " and ".join(str(k + 1) for k in times or rising)
-        message = f"columns {numbers} without names rise like times."
-        do = "State the time step of one of them with --time-step-s."
+        message = f"columns {numbers} rise like times."
+        do = "State one of them with --time-column, or its time step with --time-step-s."
         raise InputError(path, f"{message} {do}", line)
     return times[0] if times else None
 
