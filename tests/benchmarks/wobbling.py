@@ -8,14 +8,20 @@ first digits. Times are the least processor time of several repeats.
 
 ``--table`` prints the shares that overturn instead: in one plane, and under both components
 without loss and for three contacts. ``--margins`` compares robust margins found in steps of 4 and
-of 1 %.
+of 1 %. ``--ratios`` prints the least ratios of times only, with MuJoCo (on PyPI) if it is
+installed, and what both directions add to `table1`.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
+import importlib.util
 import json
 import math
+import resource
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -31,6 +37,7 @@ from tests.benchmarks.size import sized
 from rockframe import (
     Ensemble,
     PairAcceleration,
+    Pulse,
     RockingFrame,
     bundled_records,
     inertia_ratio_of,
@@ -41,6 +48,7 @@ from rockframe import (
 from rockframe.rocking import draws, ensemble_responses, members, quantiles
 from rockframe.rocking.margins.robust import IN_ONE_PLANE
 from rockframe.wobbling import kernel, wobbling_margins
+from rockframe.wobbling.ensemble import CONTACT_SHORTENING, family_of
 from rockframe.wobbling.response import axial_inertia, constants, integrated, wobble
 
 Float = NDArray[np.float64]
@@ -220,6 +228,67 @@ def measure() -> dict[str, float]:
     return results
 
 
+#: A rigid cylinder on a plane, in MuJoCo: friction 2, stiff contact, resistance to spin.
+CYLINDER = """<mujoco><option timestep="{step}" integrator="implicitfast" cone="elliptic"/>
+<worldbody>
+<geom type="plane" size="50 50 1" friction="2 0.1 0.0001" condim="4" solref="0.002 1"/>
+<body pos="0 0 {half}"><freejoint/><geom type="cylinder" size="{radius} {half}" density="2500"
+friction="2 0.1 0.0001" condim="4" solref="0.002 1"/></body></worldbody></mujoco>"""
+
+
+def by_mujoco(frame: RockingFrame, motion: PairAcceleration, step: float = 2e-4) -> float:
+    """Return the largest tilt of a column in MuJoCo [rad]; gravity leans as the ground moves."""
+    mujoco = importlib.import_module("mujoco")
+    sizes = {"half": 0.5 * frame.height, "radius": 0.5 * frame.width, "step": step}
+    model = mujoco.MjModel.from_xml_string(CYLINDER.format(**sizes))
+    data, peak = mujoco.MjData(model), 0.0
+    each = round(motion.time_step / step)
+    for i in range(sized(motion.x.size - 1, 20)):
+        for k in range(each):
+            share = k / each
+            lean = [-(1.0 - share) * a[i] - share * a[i + 1] for a in (motion.x, motion.y)]
+            model.opt.gravity[:] = (*lean, -9.81)
+            mujoco.mj_step(model, data)
+        upright = 1.0 - 2.0 * float(data.qpos[4] ** 2 + data.qpos[5] ** 2)
+        peak = max(peak, math.acos(min(max(upright, -1.0), 1.0)))
+    return peak
+
+
+#: Options of `table1`, without and with both directions.
+DIRECTIONS = ("no-both-directions", "both-directions")
+
+
+def table1(output: Path, option: str) -> float:
+    """Return the processor time of `rockframe table1` [s]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    words = [sys.executable, "-m", "rockframe", "table1", option, "--output", str(output)]
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+
+
+def ratios() -> dict[str, float]:
+    """Return the least ratios of times: plain solver of equal error, and MuJoCo where it is there.
+
+    The error of the plain solver with the smallest steps is that of the kernel, within a factor of
+    5.
+    """
+    rivals = [value for name, value in measure().items() if f"rk4_{SHARES[-1]}_over" in name]
+    found = {"wobbling_least_rk4_of_equal_error_over_kernel": min(rivals)}
+    with tempfile.TemporaryDirectory() as folder:
+        plane, both = (table1(Path(folder, name), f"--{name}") for name in DIRECTIONS)
+    found["wobbling_table1_both_over_one_plane"] = both / plane
+    if importlib.util.find_spec("mujoco") is None:
+        return found
+    frame, ensemble, least = frame_of("Apollo column"), Ensemble(members=sized(64, 16)), math.inf
+    family = family_of(frame, ensemble, CONTACT_SHORTENING)
+    rows = family.at(np.arange(ensemble.members), draws(ensemble)[:, 3])
+    for motion in list(stations().values())[: sized(None, 1)]:
+        own = processor_time(partial(integrated, motion, rows), repeats=3) / ensemble.members
+        least = min(least, processor_time(partial(by_mujoco, frame, motion), repeats=1) / own)
+    return found | {"wobbling_least_mujoco_over_kernel": least}
+
+
 def table() -> None:
     """Print shares that overturn and quantiles of theta/alpha, in one plane and in both."""
     ensemble = Ensemble(members=sized(400, 16), impact_loss=1.0, corner=1.0)
@@ -254,6 +323,8 @@ def table() -> None:
 def fewer_scales() -> dict[str, float]:
     """Compare robust margins in steps of 4 and of 1 %, of all stations and structures."""
     changes, times, finer_times = [], 0.0, 0.0
+    short = PairAcceleration.from_pulses(*2 * [Pulse(wavelet="full_sine", a_p=3.0, T_p=1.0)])
+    wobbling_margins([short], [frame_of("bent")], Ensemble(members=16))  # compile
     for motion in list(stations().values())[: sized(None, 1)]:
         for name in list(STRUCTURES)[: sized(None, 1)]:
             frame, ensemble = frame_of(name), Ensemble(members=sized(64, 16))
@@ -281,9 +352,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--margins", action="store_true")
+    parser.add_argument("--ratios", action="store_true")
     chosen = parser.parse_args(arguments)
     if chosen.table:
         table()
+    elif chosen.ratios:
+        print(json.dumps(ratios(), indent=2))
     elif chosen.margins:
         print(json.dumps(fewer_scales(), indent=2))
     else:
