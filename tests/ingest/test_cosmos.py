@@ -156,6 +156,20 @@ def test_raw_is_refused(reals: dict[int, float], message: str) -> None:
         read_bytes(PATH, cosmos(raw))
 
 
+@pytest.mark.parametrize("sensitivity", [1000.0, -50.0])
+def test_what_a_header_does_not_state_can_be_stated(sensitivity: float) -> None:
+    raw = channel([3.0, -6.0], stage=0, units="counts (50)", reals={34: 0.005, 42: -999.0})
+    with pytest.raises(InputError, match=r"usable sensitivity.*--sensitivity-counts-s2-m"):
+        read_bytes(PATH, cosmos(raw))
+    [record] = read_bytes(PATH, cosmos(raw), ReadOptions(sensitivity=sensitivity))
+    assert record.acceleration.tolist() == [3.0 / sensitivity, -6.0 / sensitivity]
+    unstated = cosmos(channel(reals={62: -999.0}))
+    with pytest.raises(InputError, match=r"no time step \[ms\] .*--time-step-s"):
+        read_bytes(PATH, unstated)
+    [record] = read_bytes(PATH, unstated, ReadOptions(time_step=0.005))
+    assert record.time_step == 0.005
+
+
 @pytest.mark.parametrize(
     ("bits", "full_scale"),
     # Archives state the full range (5 V for +-2.5 V) or half of it (2.5 V).

@@ -110,7 +110,9 @@ def _record(options: ReadOptions, record_id: str, channel: Channel) -> Record:
     factor, converted = _factor(channel, options)
     columns, line = channel.layout.columns, channel.sample_line
     samples = read_columns(channel.path, channel.rows, columns, _samples(channel), line)
-    step = settle_time_step(channel.path, _time_step(channel, stage), options, channel.real_line)
+    step = settle_time_step(
+        channel.path, _time_step(channel, stage, options.time_step), options, channel.real_line
+    )
     _require_length(channel, samples.size * step, step)
     resolution = _resolution(channel, samples)
     sections.require_agreement(channel, samples, step, resolution)
@@ -152,6 +154,9 @@ def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, .
         message = f"units ({code}) stated, but {channel.integer(_UNITS)} in item {_UNITS} of the"
         raise InputError(channel.path, f"{message} integer header.", channel.sample_line)
     if code == _COUNTS:
+        if options.sensitivity is not None:
+            done = f"counts divided by the stated {options.sensitivity:g} counts per m/s2"
+            return 1.0 / options.sensitivity, (done,)
         return _factor_of_counts(channel)
     if code not in _UNITS_OF:
         known = ", ".join(f"{number} ({name})" for number, name in _UNITS_OF.items())
@@ -181,9 +186,8 @@ def _required(channel: Channel, item: int, name: str) -> float:
     if not number > 0.0:
         shown = "unknown" if math.isnan(number) else f"{number:g}"
         message = f"raw counts without a usable sensitivity: {name} {shown} in item {item} of the"
-        raise InputError(
-            channel.path, f"{message} real header. Must be positive.", channel.real_line
-        )
+        must = "Must be positive. Otherwise state counts per m/s2 with --sensitivity-counts-s2-m."
+        raise InputError(channel.path, f"{message} real header. {must}", channel.real_line)
     return number
 
 
@@ -218,7 +222,7 @@ def _agree(found: float, stated: float) -> bool:
     return abs(found - stated) <= _SAME_SCALE * stated
 
 
-def _time_step(channel: Channel, stage: int) -> float:
+def _time_step(channel: Channel, stage: int, given: float | None) -> float:
     """Return the time step [s]: item 34 [s] for raw data, item 62 [ms] for processed data."""
     raw, processed = channel.real(_RAW_STEP), channel.real(_STEP)
     if stage == _RAW and raw is not None:
@@ -229,8 +233,10 @@ def _time_step(channel: Channel, stage: int) -> float:
             return settle(channel.path, message, steps, channel.real_line)
         return raw.value
     if processed is None:
+        if given is not None:
+            return given
         message = f"no time step [ms] in item {_STEP} of the real header."
-        raise InputError(channel.path, message, channel.real_line)
+        raise InputError(channel.path, f"{message} State it with --time-step-s.", channel.real_line)
     return processed.value / 1e3
 
 
