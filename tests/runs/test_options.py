@@ -44,7 +44,10 @@ def everything(folder: Path, rotation: str) -> Plan:
     )
     # The hazard file is a single curve of one site.
     text = re.sub(r"(?m)^hazard_(?:site|site_id|curve) = .*\n", "", text)
-    for name in ("station.xml", "limits.toml"):
+    # Alternatives of reading files.
+    alternatives = "factor_m_s2|values_per_line|time_column|channels|catalogue_columns"
+    text = re.sub(rf"(?m)^(?:{alternatives}) = .*\n", "", text)
+    for name in ("station.xml", "limits.toml", "logo.png"):
         (folder / name).write_text("")
     heads = "file,event,station,network,magnitude,epicentral_distance_km,source\n"
     (folder / "catalogue.csv").write_text(heads)

@@ -61,6 +61,9 @@ def _channels(channels: tuple[str, ...]) -> tuple[str, ...]:
 
 #: A finite number other than zero.
 NotZero = Annotated[Finite, AfterValidator(_not_zero)]
+#: Beginning of comment lines, and number of values of a line.
+Mark = Annotated[str, Field(min_length=1)]
+ValueCount = Annotated[int, Field(ge=1, le=1000)]
 #: Columns of a catalogue and their names in a table.
 Names = Annotated[
     tuple[Annotated[str, Field(title="COLUMN=NAME")], ...], Field(min_length=1, strict=False)
@@ -240,7 +243,7 @@ class FileOptions(Options):
     series, line by line; by default the columns whose names mean acceleration."""
     skip_lines: Annotated[int, Field(ge=0, le=100_000)] = 0
     """Number of lines at the top of text files that are not read."""
-    comment: Annotated[str, Field(min_length=1), Field(examples=["!"])] | None = None
+    comment: Annotated[Mark | None, Field(examples=["!"])] = None
     """Beginning of comment lines in text files; by default # or %."""
     separator: Annotated[Separator | None, Field(examples=["semicolon"])] = None
     """Separator of the columns of text files; by default recognised."""
@@ -250,7 +253,7 @@ class FileOptions(Options):
     """Contents of the first line of text files below comments and skipped lines: names of the
     columns, sizes (the number of samples, and perhaps the time step), or numbers; by default
     recognised."""
-    values_per_line: Annotated[int, Field(ge=1, le=1000), Field(examples=[5])] | None = None
+    values_per_line: Annotated[ValueCount | None, Field(examples=[5])] = None
     """Number of values of one series in each line of text files; by default recognised."""
     time_column: Annotated[str | None, Field(examples=["none"])] = None
     """Name or number of the column of times in text files, in seconds or as clock times, or none to
