@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -125,7 +126,7 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
         ("Units: gal\n" + rows(NORTH), ReadOptions(None, STEP), r":1: .* unstated.*--units gal\.$"),
         (",time_s,NS_g,EW_g\n" + rows(NUMBERS, TIMES, NORTH, EAST), ReadOptions(column="3"),
          r"column 3 may be 'EW_g' or 'NS_g'.*State its name"),
-        ("Sample rate: 200\n" + SECONDS, G, r":1: .*'Sample rate: 200' in the header, time step 0"),
+        ("Sample rate: 200\n" + SECONDS, G, r":1: .*'Sample rate: 200' in the comment, time st"),
         (five_a_line(NORTH), ReadOptions("g", STEP, layout=TextLayout(values_per_line=4)),
          r":1: .*5 values in a line\. Must be 4"),
         ("t,acc_1,acc_2\n" + rows(TIMES, NORTH, EAST), G, r"several with --channels NAME=AZIMUTH"),
@@ -139,6 +140,81 @@ def test_where_two_readings_are_possible_the_option_is_named(
 ) -> None:
     with pytest.raises(InputError, match=message):
         read(text, options)
+
+
+@pytest.mark.parametrize(
+    ("top", "word"),
+    [
+        ("all values x 10^-3", "x 10^-3"),
+        ("multiply by 2.0", "multiply"),
+        ("# Scale factor 2.0", "Scale"),
+        ("# factor: 0.001", "factor"),
+        ("# Velocity (cm/s)", "Velocity"),
+        ("# Units: velocity in cm/s", "velocity"),
+        ("VEL in cm/s", "VEL"),
+        ("Displ. (cm)", "Displ"),
+        ("Geschwindigkeit cm/s", "cm/s"),
+    ],
+)
+def test_a_scale_or_another_quantity_above_the_numbers_is_refused(top: str, word: str) -> None:
+    with pytest.raises(InputError, match=rf":1: .* states '.*{re.escape(word)}.*--skip-lines 1"):
+        read(f"{top}\n{SECONDS}", G)
+    [record] = read(f"{top}\n{SECONDS}", replace(G, layout=TextLayout(skip_lines=1)))
+    np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)
+
+
+@pytest.mark.parametrize(
+    "top",
+    [
+        "# converted from counts with factor 2.1e-5",
+        "# mean shear-wave velocity of the site: 300 m/s",
+        "# gain 4, sensitivity 1.25 V/g",
+        "PGA scaled to 0.6",
+        "Acceleration and velocity of floor 3",
+        "# 10 values per line were 5",
+    ],
+)
+def test_words_about_the_site_or_the_recorder_are_no_reason_to_ask(top: str) -> None:
+    [record] = read(f"{top}\n{SECONDS}", G)
+    np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)
+
+
+@pytest.mark.parametrize(
+    ("top", "message"),
+    [
+        ("Number of points: 401", "npts 401 in the comment, 400 rows"),
+        ("# No. of data points = 399", "npts 399 in the comment"),
+        ("# 401 points of acceleration", "npts 401 in the comment"),
+        ("mg", "acceleration units 'mg' in the comment, 'g' given"),
+        ("Sample rate: 0", "'Sample rate: 0' in the comment"),
+    ],
+)
+def test_sizes_and_units_in_words_are_compared(top: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read(f"A site\n{top}\n{SECONDS}", G)
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [("Time [s],Acc [g]", "s,m/s2"), ("Time,Acc_g", "s,m/s2"), ("Time (s),Acc", "g,g")],
+)
+def test_units_of_names_and_of_their_own_line_agree(names: str, units: str) -> None:
+    with pytest.raises(InputError, match=r"table.txt:1: column '.*, but '.*' in the line of units"):
+        read(f"{names}\n{units}\n{SECONDS}", ReadOptions())
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        ("Time [s],Acc [g]", "sec,g"),
+        ("Time,Acc_g", "s,(g)"),
+        ("Time,Table_Acc", "s,g"),
+        ("Time,Acc", "s,G"),
+    ],
+)
+def test_the_line_of_units_is_that_of_the_names(names: str, units: str) -> None:
+    [record] = read(f"{names}\n{units}\n{SECONDS}", ReadOptions(column="2"))
+    np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)
 
 
 @pytest.mark.parametrize("damage", ["0.0x,0.1", "0.1", "oops,0.1", ",0.1"])

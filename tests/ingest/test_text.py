@@ -73,7 +73,7 @@ def test_unnamed_columns() -> None:
 
 
 def test_stated_count() -> None:
-    assert one("# dt 0.01 s; npts 2\nt,acc_g\n0,1\n1,2\n").acceleration.size == 2
+    assert one("# dt 1 s; npts 2\nt,acc_g\n0,1\n1,2\n").acceleration.size == 2
     with pytest.raises(InputError, match=r":1: npts 3 in the comment, 2 rows in the file"):
         one("# units g; npts 3\nt,acc_g\n0,1\n1,2\n")
 
@@ -164,7 +164,20 @@ def test_options_are_checked() -> None:
         ("% npts: 3, dt = .010 s", True),
         ("# dt = 5e-3 sec, unfiltered", False),
         ("# dt=0.005", False),
-        ("# dt=10 ms", True),  # not compared
+        ("# dt=10 ms", True),
+        ("# dt=20 ms", False),
+        ("# DT 0.02", False),
+        ("Time step: 0.02 sec", False),
+        ("Time step (ms): 10", True),
+        ("Sampling interval = 0.02", False),
+        ("# delta t = 0.02", False),
+        ("# fs = 200", False),
+        ("# fs = 100 Hz", True),
+        ("2 points at 50 Hz", False),
+        ("2 points of accel equally spaced at 0.02 sec", False),
+        ("2 points of accel equally spaced at 0.010 sec", True),
+        ("# 200 samples per second", False),
+        ("# filtered at 50 Hz; resampled from dt = 0.02 s", True),
     ],
 )
 def test_a_step_in_a_comment_is_that_of_the_samples(comment: str, agrees: bool) -> None:
@@ -173,7 +186,7 @@ def test_a_step_in_a_comment_is_that_of_the_samples(comment: str, agrees: bool) 
     if agrees:
         assert read_bytes("a.txt", data, options)[0].time_step == 0.01
     else:
-        with pytest.raises(InputError, match=r"a\.txt:1: dt .* in the comment, time step 0\.01 s"):
+        with pytest.raises(InputError, match=r"a\.txt:1: .* in the comment, time step 0\.01 s"):
             read_bytes("a.txt", data, options)
 
 

@@ -46,7 +46,7 @@ from rockframe.ingest.parsing.lines import (
     require_even_lines,
     require_whole_end,
 )
-from rockframe.ingest.parsing.timing import even_time_step
+from rockframe.ingest.parsing.timing import even_time_step, stated_steps
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
@@ -57,13 +57,11 @@ DESCRIPTION = "CSV or white-space text: time and acceleration, or acceleration a
 
 #: Characters of rows of numbers; `numpy.loadtxt` treats some other characters as blanks.
 _USUAL: Final = bytes({*range(ord(" "), 0x7F), *b"\t\n\v\f\r"} - {*b"_"})
-_STATED_COUNT: Final = re.compile(r"\bnpts\b\s*[:=]?\s*(\d{1,12})\b", re.I)
-_STATED_STEP: Final = re.compile(
-    r"\bdt\b\s*[:=]\s*(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)\s*(?:s|sec|seconds?)?\s*(?:[,;]|$)",
-    re.I,
-)
-_STATED_RATE: Final = re.compile(
-    r"\bsampl(?:e|ing)[ _]?(?:rate|freq\w*)\b[^\d\n]{0,14}(\d{1,5}(?:\.\d{1,6})?)(?=\s|$|[,;]|Hz)",
+_STATED_COUNT: Final = re.compile(
+    r"\b(?:npts|n(?:umber|um\.?|o\.?)\s+of\s+(?:\w{1,12}\s+)?(?:points|samples|values))\b"
+    r"\s*[:=]?\s*(?P<named>\d{1,12})\b"
+    r"|^\W*(?P<first>\d{2,12})\s+(?:data\s+)?(?:points|samples|values)\b"
+    r"(?!\s*(?:/|(?:per|an?|in|each|every)\b))",
     re.I,
 )
 #: Number of rows whose decimal points are compared with the first row.
@@ -417,8 +415,9 @@ def _require_count(path: Path, table: Table, rows: int) -> None:
         raise InputError(path, f"{rows} row of numbers. Must be 2 or more.", line=table.first_line)
     for line, comment in enumerate(table.comments, 1):
         stated = _STATED_COUNT.search(comment)
-        if stated and int(stated[1]) != rows:
-            message = f"npts {stated[1]} in the comment, {rows} rows in the file."
+        count = stated and (stated["named"] or stated["first"])
+        if count and int(count) != rows:
+            message = f"npts {count} in the comment, {rows} rows in the file."
             settle(path, message, {"samples": rows}, line)
     if table.sizes and int(table.sizes["count"]) != rows:
         message = f"{table.sizes['count']} samples stated above {rows} rows of them."
@@ -449,22 +448,18 @@ def _require_units(path: Path, table: Table, factor: float, taken: str) -> None:
 
 def _agreed_step(path: Path, table: Table, step: float) -> float:
     """Return the time step [s] of the samples, or of a comment that the user trusts."""
-    stated = [_STATED_STEP.search(comment.strip()) for comment in table.comments]
-    for line, match in [*enumerate(stated, 1), (table.sizes_line, table.sizes)]:
-        printed = match and match["step"]
-        if printed and not math.isclose(float(printed), step, rel_tol=_SAME_STEP):
-            where = "header" if match is table.sizes else "comment"
-            message = f"dt {printed} s in the {where}, time step {step:g} s of the samples."
-            steps = {"waveform": step, "header": float(printed)}
-            return settle(
-                path, message, steps if steps["header"] > 0.0 else {"waveform": step}, line
-            )
-    for line, comment in enumerate(table.comments, 1):
-        rate = _STATED_RATE.search(comment)
-        if rate and not math.isclose(float(rate[1]) * step, 1.0, rel_tol=_SAME_STEP):
-            message = f"{rate[0].strip()!r} in the header, time step {step:g} s of the samples."
-            rates = {"waveform": step, "header": 1.0 / float(rate[1])}
-            return settle(path, message, rates, line)
+    steps = [
+        (line, f"{words} in the comment", stated)
+        for line, comment in enumerate(table.comments, 1)
+        for words, stated in stated_steps(comment)
+    ]
+    if printed := table.sizes and table.sizes["step"]:
+        steps.append((table.sizes_line, f"dt {printed} s in the header", float(printed)))
+    for line, words, stated in steps:
+        if not math.isclose(stated, step, rel_tol=_SAME_STEP):
+            values = {"waveform": step, "header": stated} if stated > 0.0 else {"waveform": step}
+            message = f"{words}, time step {step:g} s of the samples."
+            return settle(path, message, values, line)
     return step
 
 

@@ -40,6 +40,8 @@ _INDEX: Final = re.compile(
     r"(|index|idx|unnamed: ?\d+|no\.?|nr\.?|row|sample|samples|point|n|i|#)", re.I
 )
 _TIME_UNITS: Final = frozenset(["", "s", "sec", "second", "seconds"])
+#: Units at the end of a name.
+_BRACKET: Final = re.compile(r"[\[(]\s*([^\[\]()]*?)\s*[\])]\s*$")
 #: End of the name of a column of times in any language, if the column of acceleration is chosen.
 _SECONDS: Final = re.compile(r"[\[(]\s*s(ec(onds?)?)?\s*[\])]$", re.I)
 _PER_SECOND_SQUARED: Final = ("s2", "/s2", "s-2", "/s/s", "/sec2", "/sec/sec", "/s/sec")
@@ -151,18 +153,33 @@ def is_unit(cell: str) -> bool:
     return units in _SPELLINGS or units in _TIME_UNITS - {""} or units in _OTHER_UNITS
 
 
-def with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
+def with_units(path: Path, names: Sequence[str], units: Sequence[str], line: int = 0) -> list[str]:
     """Return names of columns with the units that another line states for them.
+
+    Raises
+    ------
+    InputError
+        If a name states other units.
 
     Examples
     --------
-    >>> with_units(["Time", "NS"], ["s", "(g)"]), with_units([], ["s", "g"])
-    (['Time [s]', 'NS [g]'], ['time [s]', 'acc [g]'])
+    >>> with_units(Path("a.csv"), ["Time", "NS"], ["s", "(g)"])
+    ['Time [s]', 'NS [g]']
+    >>> with_units(Path("a.csv"), [], ["s", "g"])
+    ['time [s]', 'acc [g]']
     """
     plain = [unit.strip().strip("[]()-") for unit in units]
     names = names or ["time" if unit.lower() in _TIME_UNITS else "acc" for unit in plain]
-    pairs = zip(names, plain, strict=True)
-    return [f"{name} [{unit}]" if unit and "[" not in name else name for name, unit in pairs]
+    named = []
+    for name, unit in zip(names, plain, strict=True):
+        own, other = _column(name).units, _spelling(unit)
+        is_stated = own != "" and is_unit(own)
+        same = own == other or _SPELLINGS.get(own, own) == _SPELLINGS.get(other, other)
+        if is_stated and unit and not (same or {own, other} <= _TIME_UNITS):
+            message = f"column {name!r}, but {unit!r} in the line of units. State --skip-lines,"
+            raise InputError(path, f"{message} --column and --units.", line)
+        named.append(f"{name} [{unit}]" if unit and not is_stated and "[" not in name else name)
+    return named
 
 
 def units_in(comment: str) -> str | None:
@@ -176,6 +193,8 @@ def units_in(comment: str) -> str | None:
     ('cm/s2', 'gal', None)
     """
     comment = comment.replace("²", "2")
+    if (alone := _spelling(comment.strip(" #%\t()[]"))) in _SPELLINGS:
+        return _SPELLINGS[alone]
     found = None if re.search("convert|origin", comment, re.I) else _IN_WORDS.search(comment)
     return found and _SPELLINGS.get(re.sub(r"[\s^*]", "", found["units"].lower()))
 
@@ -374,6 +393,9 @@ def _column(name: str) -> _Column:
     elif not quantity or (rest and _LABEL.fullmatch(rest[0])):
         rest = rest[1:]
     units = _spelling("".join(rest))
+    bracket = _spelling(in_bracket[1]) if (in_bracket := _BRACKET.search(name)) else ""
+    if bracket in _SPELLINGS and _spelling("".join(rest[:-1])) not in _SPELLINGS:
+        units = bracket
     vertical = words[0] == "V"
     return _Column(quantity, component or ("V" if vertical else ""), units, vertical)
 

@@ -48,11 +48,25 @@ _SIZES: Final = re.compile(
     r"\s*(?P<count>[1-9]\d{0,8})(?:[\s,;]+(?P<step>\d*\.?\d+(?:e-?\d{1,2})?))?\s*", re.I
 )
 #: Words of a title without which the numbers below it cannot be understood.
+_POWER: Final = r"[x\u00d7*]\s?1(?:0(?:\s?(?:\^|\*\*)\s?|(?=[-+]))|(?:\.0*)?e)[-+]?\d"
 _SCALED: Final = re.compile(
-    r"\b(scal(?:e|ing)|calibration|conversion|factors?|sensitivity|gain|counts?|lsb|volts?)\b",
+    r"\b(scal(?:e|ing)|calibration|conversion|factors?|sensitivity|gain|counts?|lsb|volts?"
+    rf"|multipl(?:y|ier))\b|{_POWER}",
     re.I,
 )
-_OTHER: Final = re.compile(r"\b(velocit(?:y|ies)|displacements?|spectr(?:um|a|al))\b", re.I)
+_OTHER: Final = re.compile(
+    r"\b(vel(?:ocit(?:y|ies))?|displ?(?:acements?)?|spectr(?:um|a|al))\b"
+    r"|\b(?:cm|mm|m|in|ft)/s(?:ec)?(?!\s?[/^*\d\u00b2]|\w)|[\[(](?:cm|mm|m|in|ft)[\])]",
+    re.I,
+)
+#: The same in comments, which more often describe how the numbers came about.
+_SCALED_BELOW: Final = re.compile(rf"\b(scal(?:e|ing)|factors?|multipl(?:y|ier))\b|{_POWER}", re.I)
+_OTHER_BELOW: Final = re.compile(
+    r"^\W*(?:(?:units?|time|s(?:ec)?)\W+){0,3}(?:vel(?:ocit(?:y|ies))?|displ?(?:acements?)?)\b"
+    r"(?:\s+(?:time\s+history|in|of)\b)?\W*(?:(?:cm|mm|m|in|ft)\b.*)?$",
+    re.I,
+)
+_PAST: Final = re.compile(r"convert|origin|applied|divided|multiplied|correct", re.I)
 _ACCELERATION: Final = re.compile(r"\bacc", re.I)
 _UNITS_OF_COLUMNS: Final = re.compile(r"[^:=]*\bunits?\s*[:=]\s*(.+)", re.I)
 
@@ -221,7 +235,7 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
     if sizes:
         top.sizes, top.sizes_line = sizes, place[0] + 1
     _read_top(path, top, form, cells, words, chosen)
-    return _plain(top, form, cells, body, start, count)
+    return _plain(path, top, form, cells, body, start, count)
 
 
 def _first_row(lines: list[str], words: TextLayout) -> tuple[int, Form, int] | None:
@@ -377,7 +391,7 @@ def _read_top(
             top.sizes, top.sizes_line = sizes, k + 1
         elif not is_comment:
             break
-    _read_titles(path, top, own, count, form)
+    _read_titles(path, top, content, words, count, form)
 
 
 def _names(text: str, form: Form, cells: list[list[str]], *, is_first: bool) -> list[str]:
@@ -421,11 +435,14 @@ def _are_units(cells: list[str], count: int) -> bool:
     return len(cells) == count and bool(filled) and all(map(is_unit, filled))
 
 
-def _read_titles(path: Path, top: _Top, own: list[int], count: int, form: Form) -> None:
+def _read_titles(
+    path: Path, top: _Top, content: list[int], words: TextLayout, count: int, form: Form
+) -> None:
     """Note the title lines; refuse those without which the numbers cannot be understood."""
-    taken = {top.names_line - 1, top.sizes_line - 1}
-    units = {int(words.rpartition(" ")[2]) - 1 for words in top.taken if "units in" in words}
-    titles = [k for k in own if k not in taken | units]
+    units = {int(note.rpartition(" ")[2]) - 1 for note in top.taken if "units in" in note}
+    others = [k for k in content if k not in units | {top.names_line - 1, top.sizes_line - 1}]
+    comments = [k for k in others if _is_comment(top.lines[k], words)]
+    titles = [k for k in others if k not in comments]
     for k in titles:
         line = top.lines[k]
         stated = _UNITS_OF_COLUMNS.fullmatch(line)
@@ -436,24 +453,42 @@ def _read_titles(path: Path, top: _Top, own: list[int], count: int, form: Form) 
         if _numbers_in(line, form) == count:
             message = f"numbers in {line.strip()[:40]!r}, with text between them and the table."
             raise InputError(path, f"{message} Leave lines out with --skip-lines NUMBER.", k + 1)
-        scale, other = _SCALED.search(line), _OTHER.search(line)
-        scale = scale if re.search(r"\d", line) else None
-        if scale or (other and not any(_ACCELERATION.search(top.lines[j]) for j in titles)):
-            word = (scale or other or line)[0]
-            message = f"the title {line.strip()[:60]!r} states {word!r}, which is not understood."
-            do = f"If the numbers below are accelerations, state --skip-lines {max(titles) + 1}"
-            raise InputError(path, f"{message} {do} and their --units or --factor-m-s2.", k + 1)
+    _require_understood(path, top, titles, comments)
     if titles:
         top.taken.append(f"{len(titles)} title line{'s' * (len(titles) > 1)}")
 
 
+def _require_understood(path: Path, top: _Top, titles: list[int], comments: list[int]) -> None:
+    """Reject titles and comments that state a scale of the numbers, or another quantity."""
+    above = [top.lines[k] for k in (*titles, *comments)]
+    named = any(_ACCELERATION.search(line) for line in (*above, *top.names))
+    for k in sorted((*titles, *comments)):
+        line, is_title = top.lines[k], k in titles
+        scale = (_SCALED if is_title else _SCALED_BELOW).search(line)
+        other = (_OTHER if is_title else _OTHER_BELOW).search(line)
+        if not re.search(r"\d", line) or (not is_title and _PAST.search(line)):
+            scale = None
+        if scale or (other and not named):
+            word, kind = (scale or other or line)[0].strip(), "title" if is_title else "comment"
+            message = f"the {kind} {line.strip()[:60]!r} states {word!r}, which is not understood."
+            last = max(titles) if is_title else k
+            do = f"If the numbers below are accelerations, state --skip-lines {last + 1}"
+            raise InputError(path, f"{message} {do} and their --units or --factor-m-s2.", k + 1)
+
+
 def _plain(
-    top: _Top, form: Form, cells: list[list[str]], body: bytes, start: int, count: int
+    path: Path,
+    top: _Top,
+    form: Form,
+    cells: list[list[str]],
+    body: bytes,
+    start: int,
+    count: int,
 ) -> Table:
     """Return the table with its rows in one plain form."""
     names, taken = top.names, list(top.taken)
     if top.units and len(names) in (0, len(top.units)):
-        names = with_units(names, top.units)
+        names = with_units(path, names, top.units, top.names_line or start)
     index = None
     if _has_index(names, cells, count):
         index, names = (names[0], names[1:]) if names else ("", [])

@@ -30,6 +30,36 @@ _FEW: Final = 4
 _MOST_DECIMALS: Final = 20
 
 
+_UNIT: Final = r"(?P<unit>ms|msec|milliseconds?|s|sec|seconds?)"
+_STEP: Final = r"(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)"
+#: Time steps in a comment or title: by a name of the step, or as the interval of even points.
+_STATED_STEPS: Final = (
+    re.compile(
+        r"\b(?:dt|\u0394t|delta[ _-]?t|(?:time|sampl(?:e|ing))[ _-]?(?:step|interval|increment"
+        rf"|period|spacing))\b\s*(?:[\[(]\s*{_UNIT.replace('unit', 'before')}\s*[\])])?"
+        rf"\s*(?:[:=]|\bis\b|\bof\b)?\s*{_STEP}\s*{_UNIT}?(?![\w.])",
+        re.I,
+    ),
+    re.compile(
+        rf"\b(?:spaced|intervals?|every)\s+(?:(?:at|of|by|is)\s+)?{_STEP}\s*{_UNIT}(?!\w)", re.I
+    ),
+)
+_RATE: Final = r"(?P<rate>\d{1,5}(?:\.\d{1,6})?)"
+_STATED_RATES: Final = (
+    re.compile(
+        rf"\bsampl(?:e|ing)[ _]?(?:rate|freq\w*)\b[^\d\n]{{0,14}}{_RATE}(?=\s|$|[,;]|Hz)", re.I
+    ),
+    re.compile(rf"\bfs\s*[:=]\s*{_RATE}(?=\s*(?:Hz|$|[,;]))"),
+    re.compile(rf"\b{_RATE}\s*(?:sps|samples?\s*(?:per|/)\s*s(?:ec(?:ond)?)?)\b", re.I),
+    re.compile(
+        r"\b(?:points|samples|data|values|recorded|sampled|digiti[sz]ed)\s+at\s+"
+        rf"{_RATE}\s*Hz",
+        re.I,
+    ),
+)
+#: Words of steps that the samples no longer have.
+_FORMER: Final = re.compile(r"\b(?:original|raw)\b|resampl|decimat|interpolat", re.I)
+
 #: A clock time, perhaps after a date: `03:19:53.01`, `2019-07-06T03:19:53.01Z`.
 _CLOCK: Final = re.compile(
     r"(?:(?P<date>\d{4}[-/]\d{1,2}[-/]\d{1,2})[T ]\s*)?"
@@ -88,6 +118,29 @@ def clock_seconds(texts: Sequence[str]) -> list[str]:
 def _ordinal(text: str) -> int:
     year, month, day = map(int, re.split("[-/]", text))
     return datetime(year, month, day, tzinfo=UTC).toordinal()
+
+
+def stated_steps(text: str) -> list[tuple[str, float]]:
+    """Return the time steps that a comment or title states, in words and in seconds.
+
+    A step that is 0, or at a rate of 0, is 0.
+
+    Examples
+    --------
+    >>> stated_steps("# 60 points at 50 Hz, DT = 20 ms"), stated_steps("# filtered at 50 Hz")
+    ([('dt 20 ms', 0.02), ("'points at 50 Hz'", 0.02)], [])
+    """
+    if _FORMER.search(text):
+        return []
+    steps = []
+    for match in filter(None, (pattern.search(text) for pattern in _STATED_STEPS)):
+        unit = (match["unit"] or match.groupdict().get("before") or "s").lower()
+        unit, size = ("ms", 1e-3) if unit.startswith("m") else ("s", 1.0)
+        steps.append((f"dt {match['step']} {unit}", float(match["step"]) * size))
+    for match in filter(None, (pattern.search(text) for pattern in _STATED_RATES)):
+        rate = float(match["rate"])
+        steps.append((repr(match[0].strip()), 1.0 / rate if rate > 0.0 else 0.0))
+    return steps
 
 
 def utc_time(date: tuple[int, int, int], hour: int, minute: int, second: str) -> str:
