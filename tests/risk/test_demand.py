@@ -86,8 +86,60 @@ def test_a_structure_that_lifts_more_rarely_has_no_demand() -> None:
 def test_motions_more_frequent_than_the_hazard_curve_are_not_known() -> None:
     curve = HazardCurve("pgv", np.array([0.1, 1.0]), np.array([1e-3, 1e-5]))
     demand = demand_hazard(curve, [0.1, 1.0], lambda level: LognormalFragility(level, 0.3))
-    assert all(map(math.isnan, demand.at(475.0)))
+    value, low, high, share = demand.at(475.0)
+    assert math.isnan(value)
+    assert math.isnan(share)
+    assert low == 0.0
+    assert high == pytest.approx(demand.at(1000.0)[2])  # a more frequent demand is not larger
     assert demand.at(5000.0)[0] > 0.1
+
+
+@pytest.mark.parametrize("deviation", [0.2, 0.5])
+@pytest.mark.parametrize("period", [20.0, 40.0])
+def test_motions_below_the_hazard_curve_are_in_the_upper_bound(
+    deviation: float, period: float
+) -> None:
+    """The closed form of rates k x^-a over all intensities, of a curve that begins at 0.1."""
+    curve = HazardCurve("pgv", np.array([0.1, 10.0]), K * np.array([0.1, 10.0]) ** -A)
+
+    def reaches(level: float) -> LognormalFragility:
+        return LognormalFragility(level / 0.3, deviation)
+
+    demand = demand_hazard(curve, np.geomspace(1e-3, 1e1, 200), reaches)
+    value, low, high, share = demand.at(period)
+    closed = 0.3 * (K * period * math.exp(0.5 * (A * deviation) ** 2)) ** (1.0 / A)
+    assert low == value < high == pytest.approx(closed, rel=2e-3)
+    assert 1.0 - share == pytest.approx((value / closed) ** A, rel=0.05)
+
+
+def test_a_demand_below_all_that_were_tried_is_no_demand_of_zero() -> None:
+    """All motions rock: that none has a smaller demand does not mean that the structure rests."""
+    random = np.random.default_rng(0)
+    intensity, scales = np.exp(random.normal(np.log(0.4), 0.5, 60)), np.array([1.0, 2.0, 4.0])
+    scatter = np.exp(random.normal(0.0, 0.3, (60, 1, 1)))
+    peaks = 0.3 * (intensity[:, None, None] * scales[:, None]) ** 1.7 * scatter
+    periods = np.array([2.0, 5.0, 1000.0])
+    measured = (intensity, scales)
+    found = demands_at(CURVE, [*periods], peaks, measured, np.arange(60), "lognormal")
+    exact = 0.3 * (K * periods * math.exp(0.5 * (A * 0.3 / 1.7) ** 2)) ** (1.7 / A)
+    assert exact[0] < exact[1] < peaks.min() < exact[2]
+    assert np.isnan(found["value"][:2]).all()
+    assert (found["low"][:2] == 0.0).all()
+    assert not (found["high"][:2] < exact[:2]).any()
+    assert found["value"][2] == pytest.approx(exact[2], rel=0.1)
+
+
+def test_zero_is_of_motions_without_uplift_that_are_as_frequent_as_the_return_period() -> None:
+    intensity, scales, peaks, recordings = motions()
+    still = np.where(peaks < 0.05, 0.0, peaks)
+    weakest = intensity.min() * scales[0]
+    found = demands_at(
+        CURVE,
+        [1.01 / float(CURVE.rate_of(weakest)), 0.99 / float(CURVE.rate_of(weakest))],
+        *(still, (intensity, scales), recordings, "lognormal"),
+    )
+    assert found["value"][0] == 0.0
+    assert np.isnan(found["value"][1])
 
 
 def test_a_demand_that_no_motion_has_is_not_known() -> None:
@@ -95,7 +147,10 @@ def test_a_demand_that_no_motion_has_is_not_known() -> None:
     for lacking in (np.nan, 0.0):
         none = np.full_like(peaks, lacking)
         found = demands_at(CURVE, [475.0], none, (intensity, scales), recordings, "lognormal")
-        assert all(np.isnan(values).all() for values in found.values())
+        assert all(np.isnan(found[name]).all() for name in ("value", "high", "extrapolated"))
+        assert found["low"][0] == pytest.approx(
+            lacking, nan_ok=True
+        )  # NaN: without such a quantity
 
 
 def test_levels_increase_from_above_zero() -> None:

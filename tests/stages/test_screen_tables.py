@@ -146,6 +146,20 @@ def test_a_rate_from_outside_the_range_tried_is_noted(tmp_path: Path, curve: str
         assert row["note"].startswith(start)
 
 
+def test_a_return_period_before_the_hazard_curve_has_a_row_and_a_note(tmp_path: Path) -> None:
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.05,0.05\n0.3,0.002\n3,0.000002\n", encoding="utf-8")
+    periods = (10.0, 475.0)
+    screened(tmp_path, hazard=hazard, return_period_years=periods)
+    rows = rows_of(tmp_path / "demands.csv")
+    names = {(row["structure"], row["quantity"]) for row in rows}
+    assert len(rows) == len(periods) * len(names) > 0
+    for row in rows:
+        if row["return_period_years"] == "10.0":
+            assert row["value"] == ""
+            assert row["note"].endswith("the hazard curve begins at a return period of 20 years")
+
+
 def test_tables_of_another_screening_have_its_name(tmp_path: Path) -> None:
     done = screen_stage(
         stored(site(2), tmp_path),

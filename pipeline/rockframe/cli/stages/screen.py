@@ -354,7 +354,7 @@ def _show_demands(screening: xr.Dataset) -> None:
 #: Meaning of demands at return periods.
 _DEMAND_LEGEND: Final = (
     "In brackets: 90 % confidence from the recordings. 0: the structure uplifts more rarely; "
-    "overturns: it overturns more often; a dash: the motions do not determine it."
+    "overturns: it overturns more often; a dash: not determined, see the note."
 )
 
 

@@ -168,7 +168,7 @@ ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
 
 #: Comment on quantiles of the members of an ensemble.
 _AT_RETURN_PERIOD: Final = (
-    "0 if the structure uplifts more rarely, infinite if it overturns more often, and unknown where the motions do not determine it or the hazard curve begins with rarer ones"
+    "0 if the structure uplifts more rarely, of which motions that are as weak give evidence, infinite if it overturns more often, and unknown where the motions do not determine it or the hazard curve begins with rarer ones"
 )
 #: Endings of the variables of demands at return periods, and their words.
 _OF_RETURN_PERIOD: Final = {"": "", "_low": ", lower bound of 90 % confidence", "_high": ", upper bound of 90 % confidence"}
@@ -575,7 +575,7 @@ SCREEN_NC: Final = FileKind(
                 for end, words in _OF_RETURN_PERIOD.items()
             ),
             *(
-                Variable(f"{quantity.name}_at_return_period_extrapolated", "structure return_period", float, "1", f"share of the rate at {quantity.name}_at_return_period from intensities that were not tried")
+                Variable(f"{quantity.name}_at_return_period_extrapolated", "structure return_period", float, "1", f"share of the rate at {quantity.name}_at_return_period from intensities that were not tried, or that are below the hazard curve")
                 for quantity in LIMITED
             ),
         ),
