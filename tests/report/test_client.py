@@ -37,7 +37,9 @@ def test_the_page_has_the_answers_and_the_bands_of_the_summary(bundled_run: Path
     assert page.count("of 64 plausible structures overturn") == 5
     assert "Forces were not computed" in page
     assert sha256_of(bundled_run / MANIFEST)[:12] in page
-    assert "motion in one plane" in page
+    both = any(row.get("components") for row in rows_of(bundled_run / "table.csv"))
+    assert ("both horizontal directions together" in page) is both
+    assert ("motion in one plane" in page) is not both
 
 
 def test_the_same_run_gives_the_same_page_and_no_script_or_request(hostile_run: Path) -> None:

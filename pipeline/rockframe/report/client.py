@@ -135,6 +135,7 @@ def client_page(
         left_out=_left_out(run),
         friction=_largest_friction(run.rows),
         vertical=vertical,
+        both=any(row.get("components") for row in run.rows),
         inputs=sorted(run.manifest["inputs"].items())[:_MOST_INPUTS],
         more_inputs=max(0, len(run.manifest["inputs"]) - _MOST_INPUTS),
         manifest_sha256=run.manifest_sha256,
