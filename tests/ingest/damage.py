@@ -153,7 +153,7 @@ def at2_cases() -> list[Case]:
         ("DT no number", size(b".0050", b"NaN"), "time step 'NaN' s"),
         ("DT in milliseconds", size(b".0050 SEC", b"5.0 MSEC"), "DT in units of 'MSEC'"),
         ("DT lost", size(b".0050 SEC", b""), "time step '' s"),
-        ("units of cm/s2", edited(good, 3, b"OF G", b"OF CM/S2"), "acceleration units 'CM/S2'"),
+        ("counts", edited(good, 3, b"OF G", b"OF COUNTS"), "acceleration units 'COUNTS'"),
         ("velocity", edited(good, 3, b"ACCELERATION", b"VELOCITY"), "is a velocity time series"),
         ("NaN", token(b"NaN"), "9: acceleration 'NaN'"),
         ("infinite", token(b"-inf"), "9: acceleration '-inf'"),

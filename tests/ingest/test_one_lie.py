@@ -38,7 +38,7 @@ class Lie:
 LIES = [
     Lie(AT2, rb"PGA=   .48431 G", b"PGA=   .58431 G", "peak 0.58431 g stated"),
     Lie(AT2, rb"PGA=   .48431 G", b"PGA= 475.11 CM/S2", "PGA in units of 'CM/S2'"),
-    Lie(AT2, rb"UNITS OF G", b"UNITS OF CM/S2", "acceleration units 'CM/S2'"),
+    Lie(AT2, rb"UNITS OF G", b"UNITS OF CM/S2", "peak 0.48431 g stated, but"),
     Lie(AT2, rb"NPTS=   7818", b"NPTS=   7813", "NPTS 7813 in the header, 7818 samples"),
     Lie(AT2, rb"ACCELERATION", b"VELOCITY", "is a velocity time series"),
     Lie(V1, rb"Chan  1: 360 Deg", b"Chan  1:  90 Deg", "channel '090', but 360 in item 27"),

@@ -220,3 +220,20 @@ def test_a_large_value_of_fixed_decimals_may_widen_its_line(at2: Callable[..., b
     rows[7] = " 0.12345 -11.20000"
     record = one(at2(rows, "NPTS= 80, DT= .01 SEC", columns=1))
     assert record.pga == pytest.approx(11.2 * 9.81)
+
+
+@pytest.mark.parametrize(("units", "peak"), [("G", ".3000 G"), ("CM/S2", "294.3")])
+def test_the_peak_of_a_file_in_other_units_is_in_them_or_in_g(units: str, peak: str) -> None:
+    """A file of 0.3 g = 294.3 cm/s2."""
+    numbers = "0.1 0.3 -0.2" if units == "G" else "98.1 294.3 -196.2"
+    peak_units = "" if peak.endswith("G") else f" {units}"
+    head = f"A\nB\nACCELERATION IN UNITS OF {units}, PGA= {peak}{peak_units}\n"
+    text = f"{head}NPTS= 3, DT= .01 SEC\n{numbers}\n"
+    [record] = read_bytes("a.AT2", text.encode())
+    assert record.acceleration.tolist() == pytest.approx([0.981, 2.943, -1.962])
+    [record] = read_bytes("a.AT2", text.replace(f"{peak}{peak_units}", ".3000 G").encode())
+    assert record.peak_ratio == pytest.approx(1.0)
+    with pytest.raises(InputError, match=r"peak 0\.31 g stated"):
+        read_bytes("a.AT2", text.replace(f"{peak}{peak_units}", ".3100 G").encode())
+    with pytest.raises(InputError, match="PGA in units of 'M/S2'"):
+        read_bytes("a.AT2", text.replace(f"{peak}{peak_units}", "2.943 M/S2").encode())

@@ -315,6 +315,12 @@ def test_a_csv_of_knet_is_the_record_of_its_ascii(
         (lambda text: text.replace(b"N-S(gal),E-W", b"N-S(cm),E-W"), "columns '#Time"),
         (lambda text: text.replace(b",-5.13,", b",x,", 1), "acceleration 'x'"),
         (lambda text: text.replace(b",-5.13,", b",", 1), "4 columns. Must be 5"),
+        (lambda text: text[:-2], r"the file ends within '-11\.2'.*--trust samples"),
+        (lambda text: text[:-4], r"the file ends within '-11'|the file ends within"),
+        (
+            lambda text: text.replace(b"#Offset", b"#MaxAcceleration\n#N-S(gal)\n#99\n#Offset"),
+            "peak 99 gal stated.*--trust values",
+        ),
     ],
 )
 def test_a_damaged_csv_of_knet_is_refused(
@@ -324,6 +330,31 @@ def test_a_damaged_csv_of_knet_is_refused(
     assert change(data) != data
     with pytest.raises(InputError, match=message):
         read_bytes("AOM017.csv", change(data))
+
+
+def test_the_peaks_of_a_csv_of_knet_are_without_the_offset(shared_reports: Path) -> None:
+    data = (shared_reports / "08_knet_AOM017.csv").read_bytes()
+    records = read_bytes("AOM017.csv", data)
+    peaks = [100.0 * float(np.abs(record.acceleration).max()) for record in records]
+    assert all(np.isnan(record.peak_ratio) for record in records)
+    names = b"#MaxAcceleration\n#N-S(gal),E-W(gal),U-D(gal)\n#%.2f,%.2f,%.2f\n"
+    stated = data.replace(b"#Time,", names % (*peaks,) + b"#Time,")
+    again = read_bytes("AOM017.csv", stated)
+    assert [record.peak_ratio for record in again] == pytest.approx([1.0] * 3, rel=1e-9)
+    for record, other in zip(records, again, strict=True):
+        np.testing.assert_array_equal(record.acceleration, other.acceleration)
+    with pytest.raises(InputError, match=r"peak .* gal stated, but"):
+        read_bytes("a.csv", data.replace(b"#Time,", names % (*peaks[:2], peaks[2] + 1) + b"#Time,"))
+
+
+@pytest.mark.parametrize("left", [-3, -4])
+def test_a_cut_csv_of_jma_is_refused(shared_reports: Path, left: int) -> None:
+    data = (shared_reports / "08_jma.csv").read_bytes()
+    with pytest.raises(InputError, match="the file ends within '42"):
+        read_bytes("a.csv", data[: left + 1])
+    whole = read_bytes("a.csv", data)
+    for record, other in zip(whole, read_bytes("a.csv", data.rstrip()), strict=True):
+        np.testing.assert_array_equal(record.acceleration, other.acceleration)
 
 
 def test_a_csv_of_jma(shared_reports: Path) -> None:

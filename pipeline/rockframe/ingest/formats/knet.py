@@ -6,6 +6,7 @@ the samples before obspy reads them, and the stated peak with the result. The of
 
 from __future__ import annotations
 
+import math
 import re
 from itertools import pairwise
 from pathlib import Path
@@ -19,14 +20,21 @@ from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.lines import (
     KeyedHeader,
+    bad_number,
     first_line,
     is_number,
     keyed_header,
     parse_numbers,
     plain_text,
+    require_whole_end,
 )
 from rockframe.ingest.parsing.obspy_reader import read_stream
-from rockframe.ingest.parsing.samples import require_printed_peak
+from rockframe.ingest.parsing.samples import (
+    Printed,
+    StatedPeak,
+    require_peak,
+    require_printed_peak,
+)
 from rockframe.ingest.parsing.timing import parse_utc
 from rockframe.record import Record, SiteType
 from rockframe.units import acceleration_factor
@@ -131,6 +139,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 _CSV: Final = re.compile(r"#\s*K(?:iK)?-?NET\s+CSV", re.I)
 _COLUMN: Final = re.compile(r"(?P<name>N-?S|E-?W|U-?D)(?P<place>[12]?)\(gal\)", re.I)
 _TIMES: Final = ("Time", "RelativeTime(s)")
+_OFFSET, _LARGEST = "Offset", "MaxAcceleration"
+#: Rounding of a printed sample and of the offset that is subtracted from it [gal].
+_CSV_DIGIT: Final = 0.02
 _LONGEST_HEADER: Final = 40
 _AHEAD: Final = 9
 CSV: Final = "K-NET and KiK-net CSV, uncorrected, columns in gal, stated offset removed"
@@ -153,8 +164,8 @@ def read_csv(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Raises
     ------
     InputError
-        If names of columns, rate or duration are missing or contradict the rows, or if a row is not
-        a time and numbers.
+        If names of columns, rate, duration or peaks are missing or contradict the rows, if a row is
+        not a time and numbers, or if the file ends within a number.
 
     Examples
     --------
@@ -170,31 +181,31 @@ def read_csv(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         message = f"no line that begins {start!r} in the first {_LONGEST_HEADER} lines."
         raise InputError(path, message)
     header = _csv_header(path, words[: top + 1])
-    columns = [_COLUMN.fullmatch(name) for name in words[top].split(",")[len(_TIMES) :]]
+    printed = words[top].split(",")[len(_TIMES) :]
+    columns = [_COLUMN.fullmatch(name) for name in printed]
     names = [f"{one['name'].replace('-', '').upper()}{one['place']}" for one in columns if one]
     if len(names) != len(columns) or not names:
         raise InputError(path, f"columns {words[top]!r}. Must be N-S(gal), ...", top + 1)
     table = _csv_rows(path, lines[top + 1 :], top + 2, len(names))
     rate = header.required_number("SamplingFrequency(Hz)")
     _require_csv_step(header, table[:, 0], rate)
-    offsets = _csv_offsets(header, words[top].split(",")[len(_TIMES) :])
+    _require_whole_rows(path, data, lines[top + 1 :], top + 2)
+    offsets = _csv_offsets(header, printed)
+    gal = table[:, 1:] - np.array(offsets)
     factor = factor_to_si(path, "gal", options, top + 1)
-    day, _, first = lines[top + 1].split(b",")[0].decode("latin-1").partition(" ")
-    whole, point, decimals = first.partition(".")
     step = settle_time_step(path, 1.0 / rate, options)
-    facts = _csv_facts(header) | {
-        "start_time": parse_utc(f"{day} {whole}", "%Y/%m/%d %H:%M:%S", point + decimals, _AHEAD)
-    }
+    facts = _csv_facts(header, lines[top + 1].partition(b",")[0].decode("latin-1"))
     return [
         Record(
             record_id=record_id,
-            acceleration=factor * (table[:, k + 1] - offset),
+            acceleration=factor * gal[:, k],
             time_step=step,
             uncorrected=True,
             **directed(name, name.rstrip("12")),
             site_type=SiteType.BOREHOLE if name.endswith("1") else SiteType.FREE_FIELD,
             station=header.get("Code") + _PLACES.get(name[-1], ""),
             processing=(f"archive: stated offset of {offset:g} gal removed",),
+            peak_ratio=_csv_peak_ratio(header, printed[k], gal[:, k]),
             **facts,
         )
         for k, (name, offset, record_id) in enumerate(
@@ -203,10 +214,12 @@ def read_csv(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     ]
 
 
-def _csv_facts(header: KeyedHeader) -> dict[str, Any]:
-    """Return event, network and distances as fields of a record."""
+def _csv_facts(header: KeyedHeader, first: str) -> dict[str, Any]:
+    """Return event, network, distances and the time of the first sample as fields of a record."""
     event = header.get("OriginTime")
+    whole, point, decimals = first.partition(".")
     return {
+        "start_time": parse_utc(whole, "%Y/%m/%d %H:%M:%S", point + decimals, _AHEAD),
         "event": f"{event} JST" if event else "",
         "network": "BO",
         "magnitude": header.number("Magnitude"),
@@ -231,7 +244,8 @@ def _csv_header(path: Path, lines: list[str]) -> KeyedHeader:
             section = names[0]
             continue
         for name, cell in zip(names, cells, strict=False):
-            key = f"{section} {name}" if name in values or section == "Offset" else name
+            own = name in values or section in (_OFFSET, _LARGEST)
+            key = f"{section} {name}" if own else name
             values[key], places[key] = cell.strip(), number + 1
     return KeyedHeader(path, values, places, len(lines))
 
@@ -267,8 +281,33 @@ def _require_csv_step(header: KeyedHeader, times: Float, rate: float) -> None:
 
 def _csv_offsets(header: KeyedHeader, columns: list[str]) -> list[float]:
     """Return the stated offset of each column [gal]; 0 if the header states none."""
-    offsets = [header.number(f"Offset {column}") for column in columns]
+    offsets = [header.number(f"{_OFFSET} {column}") for column in columns]
     return [0.0 if np.isnan(offset) else offset for offset in offsets]
+
+
+def _csv_peak_ratio(header: KeyedHeader, column: str, gal: Float) -> float:
+    """Return the ratio of actual to stated peak of a column; NaN if the header states none.
+
+    The stated peak is without the offset, or without the mean.
+    """
+    key = f"{_LARGEST} {column}"
+    printed = header.get(key)
+    if not printed:
+        return math.nan
+    line = header.lines[key]
+    if not is_number(printed):
+        raise bad_number(header.path, printed.encode("latin-1", "replace"), line, "peak")
+    stated = StatedPeak(value=Printed.of(printed), units="gal", line=line, signed=False)
+    centred = gal - gal.mean()
+    nearest = min((gal, centred), key=lambda x: abs(np.abs(x).max() - abs(stated.value.value)))
+    return require_peak(header.path, nearest, 1.0, stated, _CSV_DIGIT)
+
+
+def _require_whole_rows(path: Path, data: bytes, rows: list[bytes], line: int) -> None:
+    """Reject a CSV that was cut within its last number; blanks separate dates from times."""
+    if not data[-1:].isspace():
+        body = b"\n".join(rows)
+        require_whole_end(path, body, line, len(rows[0].replace(b",", b" ").split()))
 
 
 JMA: Final = "JMA (Japan), CSV in Shift JIS, three columns in gal"
@@ -323,6 +362,7 @@ def read_jma(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     factor = factor_to_si(path, "gal", options, header.lines[_JMA_UNIT])
     step = settle_time_step(path, 1.0 / float(rate[1]), options, header.lines[_JMA_RATE])
     table = _jma_table(path, lines[top + 1 :], top + 2)
+    _require_whole_rows(path, data, lines[top + 1 :], top + 2)
     code = re.match(r"(\w*?)(?=[^\x00-\x7f]|\s|$)(.*)", header.get(_JMA_CODE))
     station = " ".join(part.strip() for part in code.groups() if part.strip()) if code else ""
     return [

@@ -27,7 +27,7 @@ from rockframe.ingest.parsing.lines import (
 )
 from rockframe.ingest.parsing.samples import require_printed_peak
 from rockframe.record import Record
-from rockframe.units import ACCELERATION_UNITS, plain_units
+from rockframe.units import ACCELERATION_UNITS, GRAVITY, acceleration_factor, plain_units
 
 DESCRIPTION = "PEER strong-motion database, acceleration in g (all header styles)"
 
@@ -123,7 +123,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             raise InputError(path, message, last)
         settle(path, message, {"samples": samples.size}, last)
     require_even_lines(path, rows_below(text, last), last + 1)
-    peak_ratio = _peak_ratio(path, header, samples)
+    peak_ratio = _peak_ratio(path, header, samples, factor)
     low, high = filter_corners(header)
     title = read_title(header[1]) if last > 1 else Title()
     return [
@@ -209,14 +209,21 @@ def filter_corners(header: Sequence[str]) -> tuple[float, float]:
     return low, high
 
 
-def _peak_ratio(path: Path, header: list[str], samples: Float) -> float:
-    """Return the ratio of actual to stated peak; raise an error if they differ; NaN if unstated."""
+def _peak_ratio(path: Path, header: list[str], samples: Float, factor: float) -> float:
+    """Return the ratio of actual to stated peak; raise an error if they differ; NaN if unstated.
+
+    The factor is that of the samples [m s-2]; in files of other units than g, the peak may be in
+    those units, or in g.
+    """
     for number, line in enumerate(header, 1):
         stated = _PEAK.search(line)
         if stated:
-            if stated["units"].upper().rstrip(".;") != "G":
+            units = plain_units(stated["units"].rstrip(".;"))
+            allowed = units in ACCELERATION_UNITS and acceleration_factor(units) == factor
+            if units != "g" and not allowed:
                 raise InputError(path, f"PGA in units of {stated['units']!r}. Must be g.", number)
-            return require_printed_peak(path, stated["peak"], samples, "g", number)
+            inside = samples if allowed else samples * factor / GRAVITY
+            return require_printed_peak(path, stated["peak"], inside, units, number)
     return math.nan
 
 

@@ -357,6 +357,8 @@ def require_whole_end(path: Path, body: bytes, first_line: int, columns: int = 1
 def _is_cut(last: bytes, *others: bytes) -> bool:
     """Return True if a number has fewer digits than others, all of which have the same number."""
     (mantissa, decimals, exponent), forms = _digits(last), [_digits(other) for other in others]
+    if mantissa.endswith(b".") and all(form[1] for form in forms):
+        return True
     if len({form[1:] for form in forms}) > 1:
         return False
     _, usual, longest = forms[0]
