@@ -49,7 +49,15 @@ def test_sheets_are_the_tables_of_csv(records: Path, tmp_path: Path) -> None:
         assert run(*asked, "--format", table_format) == 0
     book = openpyxl.load_workbook(tmp_path / "r.xlsx")
     matrices = ["matrix share_overturned", "matrix peak_rotation_ratio", "matrix peak_u"]
-    assert book.sheetnames == ["summary", *matrices, "responses", "forces", "scales", "parameters"]
+    assert book.sheetnames == [
+        "summary",
+        *matrices,
+        "responses",
+        "forces",
+        "envelope",
+        "scales",
+        "parameters",
+    ]
     for sheet in book:
         name = "r" if sheet.title == "responses" else f"r-{sheet.title.replace(' ', '-')}"
         with (tmp_path / f"{name}.csv").open(newline="", encoding="utf-8") as stream:

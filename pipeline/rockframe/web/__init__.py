@@ -76,7 +76,7 @@ def render_still(home: Path, template: str, **content: Any) -> str:
     """
     look = _style(home)
     return _template(home, template).render(
-        policy=policy("", look),
+        policy=policy("", look, images=bool(content.get("logo"))),
         style=Markup(look),  # noqa: S704 -- our own file
         version=versions()["rockframe"],
         **_plain(content),
@@ -124,7 +124,7 @@ def _style(home: Path) -> str:
     return "\n".join(_read(folder, name) for folder, name in names)
 
 
-def policy(script: str, style: str, connect: str | None = None) -> str:
+def policy(script: str, style: str, connect: str | None = None, *, images: bool = False) -> str:
     """Return the Content-Security-Policy of a page.
 
     Parameters
@@ -133,6 +133,8 @@ def policy(script: str, style: str, connect: str | None = None) -> str:
         The only script and style that are allowed, identified by their hashes.
     connect : str, optional
         Address to which the script may send requests; by default none.
+    images : bool
+        The page has pictures of its own, which are part of it.
 
     Examples
     --------
@@ -143,7 +145,7 @@ def policy(script: str, style: str, connect: str | None = None) -> str:
         "default-src 'none'",
         f"script-src '{_hash(script)}'",
         f"style-src '{_hash(style)}'",
-        "img-src data:",
+        *(["img-src data:"] if images else []),
         "base-uri 'none'",
         "form-action 'none'",
     ]

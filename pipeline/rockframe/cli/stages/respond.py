@@ -144,6 +144,7 @@ def run_respond(options: argparse.Namespace) -> int:
         }
         console.show_json(said | matrices(rows, options.matrix))
     else:
+        console.show_first(summary)
         if len(said_of_each) == 1:
             ((name, sentence),) = said_of_each.items()
             print(f"{console.filled(f'{name} {sentence}.')}\n")
@@ -200,7 +201,6 @@ def _show_responses(
         columns.append(console.column("Pulse alone", rule=pulse_cell))
     output: Path = options.output
     table = next((one for one in tables if Path(one).stem == output.stem), "")
-    console.show_first(summary)
     further = f" and {table}" if table else "; --format csv or xlsx writes a table"
     show_responses(f" in {output}", columns, rows, options.matrix, f"{output}{further}")
     console.show_summary(summary)
