@@ -6,6 +6,7 @@ import json
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.commands import run
 from tests.ingest.test_table_layout import LAYOUTS, NORTH, five_a_line, rows
@@ -40,6 +41,55 @@ def test_the_command_reads_the_file_once_its_placeholders_are_filled_in(
     [record] = again["records"]
     assert (record["samples"], record["time_step_s"]) == (NORTH.size, 0.01)
     assert record["peak_g"] == pytest.approx(abs(NORTH).max(), rel=1e-6)
+
+
+SHORT = NORTH[:60]
+#: Values in an order that shows no series.
+ROUGH = SHORT[(np.arange(60) * 23 + 7) % 60]
+SECONDS = [0.01 * k for k in range(60)]
+DECIDED = {
+    "five values below sizes": (f"A site\n60 0.01\n{five_a_line(ROUGH)}", ["--column", "all"]),
+    "times on the right": (rows(SHORT, SECONDS, separator=" "), ["--column", "1"]),
+    "one acceleration of four": (
+        "Time(s),Acceleration(g),Velocity(cm/s),Disp(cm)\n" + rows(SECONDS, SHORT, SHORT, SHORT),
+        ["--column", "Acceleration(g)"],
+    ),
+    "times of another name": (
+        "Zeit,Beschl\n" + rows(SECONDS, SHORT),
+        ["--column", "Beschl", "--time-column", "Zeit"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DECIDED)
+def test_of_several_columns_the_only_one_that_reads_the_file_is_shown(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "table.txt"
+    path.write_text(DECIDED[name][0])
+    run("formats", path, "--json")
+    [shown] = json.loads(capsys.readouterr().out)
+    words = shlex.split(shown["command"])
+    given = [
+        word for word in words[3 : words.index("--output")] if word not in ("--units", "UNITS")
+    ]
+    assert given == DECIDED[name][1]
+    assert run("formats", path, *given, "--units", "g", "--json") == 0
+    [again] = json.loads(capsys.readouterr().out)
+    assert [record["samples"] for record in again["records"]] == [60]
+    assert again["records"][0]["peak_g"] == pytest.approx(abs(SHORT).max(), rel=1e-5)
+
+
+def test_other_ways_to_read_columns_are_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "table.txt"
+    path.write_text(rows(SHORT).replace(".", ","))
+    run("formats", path)
+    assert "--decimal comma instead)" in capsys.readouterr().out
+    path.write_text(rows(SECONDS, SHORT, SHORT, separator=" "))
+    run("formats", path)
+    assert "1 to 3, several with --channels" in capsys.readouterr().out
 
 
 def test_a_preview_shows_first_lines_and_what_is_recognised(

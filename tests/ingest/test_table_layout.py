@@ -132,6 +132,10 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
         ("t,acc_1,acc_2\n" + rows(TIMES, NORTH, EAST), G, r"several with --channels NAME=AZIMUTH"),
         (SECONDS, ReadOptions("g", layout=TextLayout(channels=("2=NS",), time_column="2")),
          r"column 2 is both time and acceleration"),
+        ("A site, 400, 0.01\n" + SECONDS, ReadOptions("g", layout=TextLayout(first_line="sizes")),
+         r":1: .*first line 'A site, 400, 0\.01'\. Must be the number of"),
+        ("1 400 0.01 7\n" + five_a_line(NORTH), ReadOptions("g", layout=TextLayout(
+            first_line="sizes")), r":1: .*first line '1 400 0\.01 7'\. Must be"),
         ("t,acc_g\n" + SECONDS, ReadOptions(factor=2.0), r"factor 2 m/s2 given, but .* 'g'"),
     ],
 )  # fmt: skip
@@ -378,6 +382,8 @@ def test_a_catalogue_states_the_layout_of_each_file(tmp_path: Path) -> None:
         ({"decimal": "dot"}, "Invalid decimal 'dot'. Must be one of: point, comma"),
         ({"skip_lines": -1}, "Invalid skip_lines -1. Must be 0 or more"),
         ({"channels": ("NS",)}, "Invalid channel 'NS'"),
+        ({"channels": ("2=400",)}, "Invalid component '400' of channel '2=400'. Must be an azim"),
+        ({"channels": ("2=NS", "3=foo")}, "Invalid component 'foo' of channel '3=foo'"),
         ({"comment": " "}, "Invalid comment ' '"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -101,11 +102,24 @@ class TextLayout:
             if not all(part.strip() for part in channel.partition("=")):
                 must = "Must be a column and its component, such as 2=NS or acc_x=045"
                 raise ParameterError(f"Invalid channel {channel!r}. {must}.")
+            _require_component(channel)
 
     @property
     def is_stated(self) -> bool:
         """True if the user states anything."""
         return self != _RECOGNISED
+
+
+def _require_component(channel: str) -> None:
+    """Require an azimuth, a compass name, a name of the vertical, a channel code, or a label."""
+    from rockframe.ingest.identify import direction, seed_letter  # most layouts have no channels
+    from rockframe.record import Orientation
+
+    name = channel.rpartition("=")[2].strip()
+    is_label = re.fullmatch(r"[HXYZLTR]\d?", name.upper(), re.ASCII)
+    if direction(seed_letter(name) or name)[0] is Orientation.UNSTATED and not is_label:
+        must = "Must be an azimuth from 000 to 360, a compass name, UP, or a label such as H1"
+        raise ParameterError(f"Invalid component {name!r} of channel {channel!r}. {must}.")
 
 
 #: A layout of which everything is recognised from the file.

@@ -19,8 +19,9 @@ from rockframe.units import ACCELERATION_UNITS
 
 #: Number of lines and of characters of a line that are shown.
 _LINES, _WIDTH = 8, 76
-#: Largest number of missing options.
+#: Largest number of missing options, and of columns that are tried.
 _MOST: Final = 5
+_COLUMNS: Final = 8
 #: Beginning of the note of a record on the layout of its table.
 NOTE: Final = "table: "
 
@@ -122,51 +123,93 @@ def preview(path: str | Path, options: ReadOptions = NO_OPTIONS) -> Preview:
     )
 
 
+#: Records that were read with values of the missing options, these options, and a refusal.
+_Outcome = tuple[list[Record], list[Missing], str]
+
+
 def _tried(
-    read: Callable[[ReadOptions], list[Record]], options: ReadOptions
-) -> tuple[list[Record], list[Missing], str]:
-    """Read a file; while its refusal names an option, note that and try a value of it."""
-    missing: list[Missing] = []
-    trial = options
-    while True:
+    read: Callable[[ReadOptions], list[Record]],
+    options: ReadOptions,
+    missing: tuple[Missing, ...] = (),
+) -> _Outcome:
+    """Read a file; while its refusal names an option, note that and try values of it.
+
+    Of several values, such as columns, those that need the fewest other options are shown.
+    """
+    try:
+        return read(options), [*missing], ""
+    except RockframeError as error:
+        reason = _reason(error)
+    trial = _trial(reason, {one.option for one in missing}, options)
+    if trial is None or len(missing) >= _MOST:
+        return [], [*missing], reason
+    option, changes = trial
+    outcomes: dict[str, _Outcome] = {}
+    for word, fields in changes.items():
         try:
-            return read(trial), missing, ""
+            changed = replace(options, **fields)
         except RockframeError as error:
-            reason = _reason(error)
-        tried = _trial(reason, {one.option for one in missing})
-        if tried is None or len(missing) >= _MOST:
-            return [], missing, reason
-        missing.append(tried[0])
-        try:
-            trial = replace(trial, **tried[1])
-        except RockframeError as error:
-            return [], missing, str(error)
+            outcomes[word] = [], [*missing, option], str(error)
+        else:
+            outcomes[word] = _tried(read, changed, (*missing, option))
+    best = min(map(_difficulty, outcomes.values()))
+    words = [word for word, outcome in outcomes.items() if _difficulty(outcome) == best]
+    records, others, refusal = outcomes[words[0]]
+    if len(outcomes) > 1 and not refusal:
+        value = words[0] if len(words) == 1 else option.value
+        allowed = ", ".join(words) if option.value == "NAME" else option.allowed
+        others[len(missing)] = replace(option, value=value, allowed=allowed)
+    return records, others, refusal
 
 
-def _trial(reason: str, named: set[str]) -> tuple[Missing, dict[str, Any]] | None:
-    """Return the option that a refusal names, with a value to try; None if it names no other."""
+def _difficulty(outcome: _Outcome) -> tuple[bool, bool, bool, int]:
+    """Return what is worse in an outcome: a refusal, a contradiction, no times, another option."""
+    _, missing, refusal = outcome
+    options = [one.option for one in missing]
+    return bool(refusal), "--trust" in options, "--time-step-s" in options, len(missing)
+
+
+def _trial(
+    reason: str, named: set[str], options: ReadOptions
+) -> tuple[Missing, dict[str, dict[str, Any]]] | None:
+    """Return the option that a refusal names, with values to try; None if it names no other."""
     units = re.search(r"--units (\S+?)\.?(?:\s|$)", reason)
     if "--units" in reason and "--units" not in named:
         word = units[1] if units and units[1] in ACCELERATION_UNITS else ""
-        return Missing("--units", word or "UNITS", ", ".join(ACCELERATION_UNITS)), {
-            "units": word or "g"
-        }
+        option = Missing("--units", word or "UNITS", ", ".join(ACCELERATION_UNITS))
+        return option, {"": {"units": word or "g"}}
+    times = re.search(r"Column '(.*)' rises like times: state it with --time-column", reason)
+    if times and "--time-column" not in named:
+        layout = replace(options.layout, time_column=times[1])
+        option = Missing("--time-column", times[1], "a column of seconds, or none")
+        return option, {"": {"layout": layout}}
     if "--time-step-s" in reason and "--time-column" not in reason and "--time-step-s" not in named:
-        return Missing("--time-step-s", "SECONDS", "interval between samples [s]"), {
-            "time_step": 0.01
-        }
-    column = re.search(r"--column NUMBER, of 1 to (\d+)", reason)
-    if column and "--column" not in named:
-        allowed = f"1 to {column[1]}" + (", or all" if "--column all" in reason else "")
-        return Missing("--column", "NUMBER", allowed), {"column": column[1]}
-    names = re.search(r"columns '([^']*)'.*--column NAME", reason)
-    if names and "--column" not in named:
-        columns = names[1].split(",")
-        return Missing("--column", "NAME", ", ".join(columns)), {"column": columns[-1]}
+        option = Missing("--time-step-s", "SECONDS", "interval between samples [s]")
+        return option, {"": {"time_step": 0.01}}
+    if "--column" not in named and (column := _columns(reason)):
+        return column
     trust = re.search(r"--trust (\S+?)(?:\.|\s|$)", reason)
     if trust and "--trust" not in named and trust[1] in TRUSTED:
         words = re.findall(r"--trust (\S+?)(?:\.|\s|$)", reason)
-        return Missing("--trust", words[0], " or ".join(words)), {"trust": (words[0],)}
+        return Missing("--trust", words[0], " or ".join(words)), {"": {"trust": (words[0],)}}
+    return None
+
+
+def _columns(reason: str) -> tuple[Missing, dict[str, dict[str, Any]]] | None:
+    """Return the option of a column by its number or name, with the columns to try."""
+    number = re.search(r"--column NUMBER, of 1 to (\d+)", reason)
+    names = re.search(r"columns '(.*)'[:.].*--column NAME", reason)
+    if number:
+        series = "--column all" in reason
+        allowed = f"1 to {number[1]}, several with --channels" + (", or all" if series else "")
+        allowed += "; or --decimal comma instead" if "--decimal comma" in reason else ""
+        words = [str(k) for k in range(int(number[1]), 0, -1)][:_COLUMNS] + ["all"] * series
+        return Missing("--column", "NUMBER", allowed), {word: {"column": word} for word in words}
+    if names:
+        columns = names[1].split(",")
+        likely = sorted(columns, key=lambda name: "acc" not in name.lower())[:_COLUMNS]
+        allowed = ", ".join(columns)
+        return Missing("--column", "NAME", allowed), {word: {"column": word} for word in likely}
     return None
 
 

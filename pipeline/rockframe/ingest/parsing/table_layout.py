@@ -220,7 +220,13 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
     first_rows = [line for line in lines[start:] if line.strip()][:_FIRST_ROWS]
     above = [line for line in lines[words.skip_lines : start] if line.strip()]
     named = bool(above) and all(map(is_known, split_fields(above[-1])))
-    if sizes := None if named else _sizes_as_row(lines[start], body, words):
+    sizes = None if named else _sizes_as_row(lines[start], body, words)
+    if words.first_line == "sizes" and not sizes:
+        message = f"first line {lines[start].strip()[:40]!r}. Must be the number of samples, and"
+        raise InputError(
+            path, f"{message} perhaps the time step, as --first-line states.", start + 1
+        )
+    if sizes:
         start, body, first_rows = start + 1, body.partition(b"\n")[2], first_rows[1:]
         below = _skip(body, words)
         start, body = start + below[0], below[1]
