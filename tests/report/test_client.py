@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -12,7 +14,8 @@ import pytest
 from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sha256_of
-from rockframe.report.client import Letterhead
+from rockframe.report.client import Letterhead, client_page
+from rockframe.results.run import read_run
 from rockframe.results.tables.entries import rows_of
 from rockframe.stages import report as stage
 
@@ -37,9 +40,49 @@ def test_the_page_has_the_answers_and_the_bands_of_the_summary(bundled_run: Path
     assert page.count("of 64 plausible structures overturn") == 5
     assert "Forces were not computed" in page
     assert sha256_of(bundled_run / MANIFEST)[:12] in page
-    both = any(row.get("components") for row in rows_of(bundled_run / "table.csv"))
-    assert ("both horizontal directions together" in page) is both
-    assert ("motion in one plane" in page) is not both
+
+
+def test_the_page_counts_the_motions_of_its_answers_and_tables(bundled_run: Path) -> None:
+    """Round columns answer for motions in both directions, so nothing there is of one plane."""
+    page = unescape(page_of(bundled_run)).replace("\N{NO-BREAK SPACE}", " ")
+    rows = list(rows_of(bundled_run / "summary.csv"))
+    both = {row["structure"] for row in rows if row["directions"] == "2"}
+    assert 0 < len(both) < len(rows)
+    (note,) = re.findall(r'<p class="note">(.*?)\. Each answer', page)
+    counted: dict[str, str] = {}
+    for group in note.split("; "):
+        names, _, words = group.partition(": ")
+        counted |= dict.fromkeys(names.split(", "), words)
+    assert {*counted} == {row["structure"] for row in rows}
+    for row in rows:
+        name, records = row["structure"], row["records"]
+        if name in both:
+            assert counted[name] == f"{records} motions in both horizontal directions"
+        else:
+            assert counted[name] == f"{records} records, each in one plane"
+        assert f'<th scope="row">{name}</th><td class="number">{records}</td>' in page
+        (answer,) = re.findall(f"<strong>{name}</strong> (.*?)</li>", page)
+        assert (" in both directions" in answer) is (name in both)
+    (limit,) = re.findall(r"<li>(.*?): motion in one plane", page)
+    assert {*limit.split(", ")} == {*counted} - both
+
+
+def test_forces_to_design_for_are_those_of_the_motions_that_count(bundled_run: Path) -> None:
+    run = read_run(bundled_run)
+    pairs = {(row["record_id"], row["structure"]): bool(row["components"]) for row in run.rows}
+    round_columns = {row["structure"] for row in run.summary if row["directions"] == "2"}
+    row = {"force": "peak_base_shear", "words": "base shear", "unit": "W", "value_84": math.nan}
+    forces = {
+        (record, structure): [
+            {**row, "record_id": record, "structure": structure, "value": 0.123 if both else 0.987}
+        ]
+        for (record, structure), both in pairs.items()
+        if structure in round_columns
+    }
+    page = client_page(replace(run, forces=forces), Letterhead(), 64)
+    assert page.count("<td>base shear [W]</td>") == len(round_columns) > 0
+    assert page.count("0.123</td>") == len(round_columns)
+    assert "0.987" not in page
 
 
 def test_the_same_run_gives_the_same_page_and_no_script_or_request(hostile_run: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +12,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from markupsafe import Markup
 
-from rockframe.cells import number
+from rockframe.cells import Cells, number
 from rockframe.errors import InputError
 from rockframe.provenance import source_code_hash
 from rockframe.quantities import QUANTITIES
 from rockframe.results.return_periods import demand_rows, demand_table
 from rockframe.results.screen_tables import screen_summary
 from rockframe.results.tables.envelope import ENVELOPE_LEGEND, envelope_columns, force_envelope
+from rockframe.results.tables.notes import direction_notes
+from rockframe.results.tables.rows import is_computed, that_count
 from rockframe.results.tables.sentences import answers
 from rockframe.results.tables.summary import left_out_words
 from rockframe.web import render_still
@@ -111,8 +114,9 @@ def client_page(
     """
     said = answers(run.rows, members)
     names = list(said)[:_MOST_STRUCTURES]
-    forces = [row for rows in run.forces.values() for row in rows if row["force"] in _FORCES]
-    envelope = [row for row in force_envelope(forces) if row["structure"] in names]
+    counted = [row for row in that_count(run.rows) if row["structure"] in names]
+    in_plane = list(dict.fromkeys(row["structure"] for row in counted if not row.get("components")))
+    envelope = _envelope(run, counted)
     study = run.manifest["parameters"].get("study") or run.manifest["parameters"]
     vertical = bool((study.get("respond") or {}).get("vertical"))
     return render_still(
@@ -125,7 +129,10 @@ def client_page(
         answers=[(name, Markup(_unbroken(said[name]))) for name in names],  # noqa: S704
         more=len(said) - len(names),
         members=members,
-        records=_records(run),
+        motions=motions_that_count(counted),
+        in_plane="" if len(in_plane) == len(names) else ", ".join(in_plane),
+        some_in_plane=bool(in_plane),
+        some_in_both=len(in_plane) < len(names),
         drifts=[_drift(row) for row in run.summary if row["structure"] in names],
         envelope_heads=[column.head.rstrip(">") for column in envelope_columns()],
         envelope=[_cells(envelope_columns(), row) for row in envelope],
@@ -135,7 +142,6 @@ def client_page(
         left_out=_left_out(run),
         friction=_largest_friction(run.rows),
         vertical=vertical,
-        both=any(row.get("components") for row in run.rows),
         inputs=sorted(run.manifest["inputs"].items())[:_MOST_INPUTS],
         more_inputs=max(0, len(run.manifest["inputs"]) - _MOST_INPUTS),
         manifest_sha256=run.manifest_sha256,
@@ -143,6 +149,47 @@ def client_page(
         source=str(run.manifest["source_code_hash"]),
         same_source=run.manifest["source_code_hash"] == source_code_hash(),
     )
+
+
+def motions_that_count(rows: Iterable[Cells]) -> str:
+    """Return how many motions the numbers of the page count, and in which directions.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        The rows that `that_count` selects.
+
+    Examples
+    --------
+    >>> bent = {"structure": "bent", "components": "A-1 A-2", "verdict": "stands"}
+    >>> pier = {"structure": "pier", "verdict": "stands"}
+    >>> motions_that_count([bent, bent])
+    '2 motions in both horizontal directions'
+    >>> motions_that_count([bent, pier, pier])
+    'bent: 1 motion in both horizontal directions; pier: 2 records, each in one plane'
+    """
+    counts: dict[str, Counter[bool]] = {}
+    for row in rows:
+        computed = counts.setdefault(row["structure"], Counter())
+        computed[bool(row.get("components"))] += is_computed(row)
+    groups: dict[str, list[str]] = {}
+    for structure, ((both, count),) in ((name, each.items()) for name, each in counts.items()):
+        ending = "" if count == 1 else "s"
+        words = f"{count} motion{ending} in both horizontal directions"
+        if not both:
+            plane = "in one plane" if count == 1 else "each in one plane"
+            words = f"{count} record{ending}, {plane}"
+        groups.setdefault(words, []).append(structure)
+    if len(groups) == 1:
+        return next(iter(groups))
+    return "; ".join(f"{', '.join(names)}: {words}" for words, names in groups.items())
+
+
+def _envelope(run: Run, counted: Iterable[Cells]) -> list[dict[str, Any]]:
+    """Return the envelope of the forces over the motions that count."""
+    pairs = {(row["record_id"], row["structure"]) for row in counted}
+    forces = (row for pair, rows in run.forces.items() if pair in pairs for row in rows)
+    return force_envelope(row for row in forces if row["force"] in _FORCES)
 
 
 def _unbroken(said: str) -> str:
@@ -206,7 +253,7 @@ def _records(run: Run) -> int:
 def _left_out(run: Run) -> list[str]:
     """Return what the numbers of the page do not include, in words."""
     computed = _records(run)
-    said = [left_out_words(run.left_out, computed)]
+    said = [*direction_notes(run.summary), left_out_words(run.left_out, computed)]
     rejected = sum(entry["status"] == "rejected" for entry in run.entries)
     if rejected:
         files = "file or record was" if rejected == 1 else "files or records were"

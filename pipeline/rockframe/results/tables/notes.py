@@ -47,19 +47,19 @@ def summary_notes(rows: Sequence[Cells]) -> list[str]:
                 f"{name}: the model ends under {ends} of {records} records, for up to {share:.0f} "
                 "%. Verdicts hold up to that event."
             )
-    notes = [*_direction_notes(rows), *notes]
+    notes = [*direction_notes(rows), *notes]
     more = len(notes) - _MOST_NOTES
     return [*notes[:_MOST_NOTES], *([f"{more} more notes."] if more > 0 else [])]
 
 
-def _direction_notes(rows: Sequence[Cells]) -> list[str]:
+def direction_notes(rows: Sequence[Cells]) -> list[str]:
     """Return which structures are summarised in both directions, and why others are not.
 
     Examples
     --------
     >>> rows = [{"structure": "bent", "directions": 2},
     ...         {"structure": "pier", "directions": 1, "not_both": "not computed for both"}]
-    >>> _direction_notes(rows)[1]
+    >>> direction_notes(rows)[1]
     'pier: in one plane; not computed for both.'
     """
     both = [row["structure"] for row in rows if str(row.get("directions")) == "2"]
