@@ -99,6 +99,26 @@ def test_the_licence_of_everything_that_the_wheel_contains_is_declared() -> None
     assert {path.relative_to(REPOSITORY).as_posix() for path in vendored} <= {*files}
 
 
+def test_the_terms_of_the_records_are_whole_and_go_with_the_wheel() -> None:
+    """CC0 has a purpose, a waiver, and a licence where the waiver is not valid: not only a link."""
+    assert "CC0-1.0" in PROJECT["project"]["license"]
+    assert "records/CC0-1.0.txt" in PROJECT["project"]["license-files"]
+    terms = text_of("records/CC0-1.0.txt")
+    assert "CC0 1.0 Universal" in terms
+    for part in ("1. Copyright and Related Rights", "2. Waiver", "3. Public License Fallback"):
+        assert part in terms
+
+
+def test_the_sdist_has_the_pages_that_its_tests_and_its_metadata_read() -> None:
+    """The metadata are those of README.md, so without it nobody can build a wheel of the sdist."""
+    sdist = pytest.importorskip("hatchling.builders.sdist", reason="hatchling builds the sdist")
+    files = sdist.SdistBuilder(str(REPOSITORY)).recurse_included_files()
+    paths = {Path(file.distribution_path).as_posix() for file in files}
+    named = re.findall(r'text_of\("([^"]+)"\)', text_of("tests/test_release.py"))
+    assert {*named, "README.md"} - paths == set()
+    assert "pipeline/rockframe/__init__.py" in paths
+
+
 def test_classifiers_name_the_versions_that_are_tested() -> None:
     tested = re.search(r"python: \[([^\]]*)\]", text_of(".github/workflows/tests.yml"))
     assert tested is not None
