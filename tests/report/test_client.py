@@ -16,6 +16,7 @@ from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, sha256_of
 from rockframe.report.client import Letterhead, client_page
 from rockframe.results.run import read_run
+from rockframe.results.screen import read_screening
 from rockframe.results.tables.entries import rows_of
 from rockframe.stages import report as stage
 
@@ -65,6 +66,21 @@ def test_the_page_counts_the_motions_of_its_answers_and_tables(bundled_run: Path
         assert (" in both directions" in answer) is (name in both)
     (limit,) = re.findall(r"<li>(.*?): motion in one plane", page)
     assert {*limit.split(", ")} == {*counted} - both
+
+
+def test_return_periods_are_of_one_plane_and_may_not_be_determined(
+    bundled_run: Path, tmp_path: Path
+) -> None:
+    hazard, output = tmp_path / "hazard.csv", tmp_path / "screen.nc"
+    hazard.write_text("pga_g,annual_rate\n0.05,0.05\n0.3,0.002\n3,0.000002\n", encoding="utf-8")
+    words = ["--structure", "bridge-bent", "--scales", "1", "2", "--margins", "none"]
+    words += ["--hazard", str(hazard), "--return-period-years", "10", "--output", str(output)]
+    assert main(["screen", str(bundled_run / "records.nc"), *words]) == 0
+    page = client_page(read_run(bundled_run), Letterhead(), 64, read_screening(output))
+    assert re.search(r">10 years</th>.*?<td class=\"number\">–", page, re.DOTALL)
+    assert "A dash: these motions, or the hazard curve, do not determine the demand." in page
+    assert "Return periods are of motions in one plane" in page
+    assert "Return periods are" not in client_page(read_run(bundled_run), Letterhead(), 64)
 
 
 def test_forces_to_design_for_are_those_of_the_motions_that_count(bundled_run: Path) -> None:
