@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import warnings
 from collections.abc import Callable
@@ -80,11 +81,11 @@ def read_stream(path: Path, data: bytes | Path, obspy_name: str) -> Any:
             if not (bare or own or isinstance(error, _JUNK)):
                 raise
             said = str(error) if bare else f"{type(error).__name__}: {error}"
-            raise _failed(path, obspy_name, said) from error
+            raise _failed(path, obspy_name, _without_folder(said, data)) from error
     for warning in caught:
         harmless = any(words in str(warning.message) for words in _HARMLESS)
         if issubclass(warning.category, UserWarning) and not harmless:
-            raise _failed(path, obspy_name, str(warning.message))
+            raise _failed(path, obspy_name, _without_folder(str(warning.message), data))
     return stream
 
 
@@ -113,7 +114,17 @@ def is_gcf(head: bytes) -> bool:
     ttl, rate, kind, count = head[12:16]
     words = count * {1: 4, 2: 2, 4: 1}.get(kind & 0b111, 0)
     plain = system and stream and 0 < rate <= 250 and ttl < 128 and 0 < count <= 250
-    return bool(plain and words and _base_36(stream & 0x7FFFFFFF))
+    return bool(plain and words and _base_36(stream & 0x7FFFFFFF)) and _adds_up_gcf(head)
+
+
+def _adds_up_gcf(head: bytes) -> bool:
+    """Return True if first value and differences of a block add up to its last value."""
+    kind, count = head[14] & 0b111, head[15]
+    if len(head) < _BLOCK_GCF + 4 * count + 8:
+        return True  # cut, which the reader reports
+    places = {1: "i", 2: "h", 4: "b"}
+    first, *differences, last = struct.unpack_from(f">i{count * kind}{places[kind]}i", head, 16)
+    return (first + sum(differences) - last) % 2**32 == 0
 
 
 def _base_36(number: int) -> bool:
@@ -231,6 +242,11 @@ def quakeml_events(path: Path, data: bytes) -> Any:
             raise ValueError(str(error)) from error
 
 
+def _without_folder(words: str, data: bytes | Path) -> str:
+    """Return a message without the folder of the copy that obspy read."""
+    return words.replace(f"{data.parent}{os.sep}", "") if isinstance(data, Path) else words
+
+
 def _failed(path: Path, obspy_name: str, words: str) -> InputError:
     shown = " ".join(words.split())[:160]
-    return InputError(path, f"obspy's {obspy_name} reader failed: {shown}.")
+    return InputError(path, f"obspy's {obspy_name} reader failed: {shown.rstrip('.')}.")
