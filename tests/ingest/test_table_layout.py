@@ -77,6 +77,18 @@ LAYOUTS: dict[str, tuple[str, ReadOptions]] = {
         rows(NORTH).replace(".", ","), ReadOptions("g", STEP, layout=TextLayout(decimal="comma"))),
     "clock times": ("time,acc_g\n" + rows(CLOCKS, NORTH), ReadOptions()),
     "dates and clock times": ("datetime,acc_g\n" + rows(DATES, NORTH), ReadOptions()),
+    "dates and clock times between blanks": (
+        rows([date.replace("T", " ").rstrip("Z") for date in DATES], NORTH, separator="  "),
+        ReadOptions("g")),
+    "dates and clock times with names": ("Date,Time,acc_g\n" + rows(
+        [date.replace("T", ",").rstrip("Z") for date in DATES], NORTH), ReadOptions()),
+    "dates with points over midnight": (rows(
+        [f"{'06' if k < 10 else '07'}.07.2019 {'23:59:59.9' if k < 10 else '00:00:0'}"
+         f"{k % 10 if k < 10 else f'{(k - 10) // 100}.{(k - 10) % 100:02d}'}"
+         for k in range(COUNT)], NORTH), ReadOptions("g")),
+    "dates with slashes": ("Date Time acc_g\n" + rows(
+        [date.replace("T", " ").replace("-", "/").rstrip("Z") for date in DATES], NORTH,
+        separator=" "), ReadOptions()),
     "exponents of Fortran": (five_a_line(NORTH).replace("E", "D"), G),
     "lines skipped": ("1 2 3\n4 5 6\n" + SECONDS, ReadOptions(
         "g", layout=TextLayout(skip_lines=2))),
@@ -213,11 +225,13 @@ def test_units_of_names_and_of_their_own_line_agree(names: str, units: str) -> N
         ("Time [s],Acc [g]", "sec,g"),
         ("Time,Acc_g", "s,(g)"),
         ("Time,Table_Acc", "s,g"),
+        ("Time,Acc,Vel", "(sec),(g),(cm/sec)"),
         ("Time,Acc", "s,G"),
     ],
 )
 def test_the_line_of_units_is_that_of_the_names(names: str, units: str) -> None:
-    [record] = read(f"{names}\n{units}\n{SECONDS}", ReadOptions(column="2"))
+    table = THREE if names.count(",") == 2 else SECONDS
+    [record] = read(f"{names}\n{units}\n{table}", ReadOptions(column="2"))
     np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)
 
 

@@ -88,7 +88,7 @@ def preview(path: str | Path, options: ReadOptions = NO_OPTIONS) -> Preview:
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "shake.txt")
-    ...     _ = path.write_text("Ridgecrest\n" + "0.1\n-0.2\n" * 3)
+    ...     _ = path.write_text("A site in Ridgecrest\n" + "0.1\n-0.2\n" * 3)
     ...     shown = preview(path)
     >>> shown.recognised, [missing.option for missing in shown.missing]
     ('1 title line', ['--units', '--time-step-s'])

@@ -66,7 +66,10 @@ _IN_WORDS: Final = re.compile(
     re.I,
 )
 #: Units of other columns of a table.
-_OTHER_UNITS: Final = frozenset(["cm", "mm", "m", "in", "v", "mv", "n", "kn", "m/s", "cm/s", "-"])
+_OTHER_UNITS: Final = frozenset(
+    ["v", "mv", "n", "kn", "-"]
+    + [f"{length}{per}" for length in ("cm", "mm", "m", "in", "ft") for per in ("", "/s", "/sec")]
+)
 _MUST: Final = "Must be time and acceleration, as in 'time_s,acc_g', or acceleration alone."
 COMMAS: Final = "If commas are decimal commas, separate the columns with semicolons."
 _CHOOSE: Final = "Choose one with --column NAME, or several with --channels NAME=AZIMUTH."

@@ -124,7 +124,7 @@ def _adds_up_gcf(head: bytes) -> bool:
         return True  # cut, which the reader reports
     places = {1: "i", 2: "h", 4: "b"}
     first, *differences, last = struct.unpack_from(f">i{count * kind}{places[kind]}i", head, 16)
-    return (first + sum(differences) - last) % 2**32 == 0
+    return bool((first + sum(differences) - last) % 2**32 == 0)
 
 
 def _base_36(number: int) -> bool:

@@ -42,6 +42,7 @@ _NUMBER: Final = re.compile(
 _DECIMAL_COMMA: Final = re.compile(r"[-+]?\d*,\d+([eEdD][-+]?\d+)?", re.A)
 #: Exponents of double precision as Fortran prints them.
 _FORTRAN: Final = re.compile(rb"\d\.?\d*[Dd][-+]?\d")
+_DATE: Final = re.compile(r"\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4}", re.A)
 _LIKE_NUMBER: Final = re.compile(r"\s*[\"']?[-+.]?\d", re.A)
 #: Number of samples, and perhaps the time step, in a line of their own above the rows.
 _SIZES: Final = re.compile(
@@ -101,9 +102,19 @@ class Form:
         else:
             cells = line.replace('"', "").split(self.separator)
         cells = [cell.strip() for cell in cells]
+        if ":" in line:
+            cells = _with_dates(cells)
         if self.trailing and len(cells) > 1 and not cells[-1]:
             cells.pop()
         return [cell.replace(",", ".") for cell in cells] if self.comma else cells
+
+
+def _with_dates(cells: list[str]) -> list[str]:
+    """Return cells of which a date and the clock time beside it are one."""
+    for k, (cell, other) in enumerate(pairwise(cells)):
+        if _DATE.fullmatch(cell) and is_clock(other):
+            return [*cells[:k], f"{cell} {other}", *cells[k + 2 :]]
+    return cells
 
 
 @dataclass(frozen=True)
@@ -414,6 +425,9 @@ def _names(text: str, form: Form, cells: list[list[str]], *, is_first: bool) -> 
         names = [name.strip().strip('"') for name in split_fields(joined)]
     while len(names) > count and not names[-1]:
         names.pop()
+    dated = [k for k, cell in enumerate(cells[0] if cells else []) if " " in cell]
+    if dated and len(names) == count + 1:  # names of a date and of a clock time
+        names[dated[0] : dated[0] + 2] = ["time"]
     if len(names) == count - 1 and is_first and is_index("", [row[0] for row in cells]):
         names.insert(0, "")  # R writes no name above the numbers of rows
     return [re.sub(r"(?<!\s)\s+(?=[\[(])", "", name) for name in names]

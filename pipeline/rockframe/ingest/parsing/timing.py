@@ -60,9 +60,10 @@ _STATED_RATES: Final = (
 #: Words of steps that the samples no longer have.
 _FORMER: Final = re.compile(r"\b(?:original|raw)\b|resampl|decimat|interpolat", re.I)
 
-#: A clock time, perhaps after a date: `03:19:53.01`, `2019-07-06T03:19:53.01Z`.
+#: A clock time, perhaps after a date: `03:19:53.01`, `2019-07-06T03:19:53.01Z`,
+#: `06.07.2019 03:19:53`.
 _CLOCK: Final = re.compile(
-    r"(?:(?P<date>\d{4}[-/]\d{1,2}[-/]\d{1,2})[T ]\s*)?"
+    r"(?:(?P<date>\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4})[T ]\s*)?"
     r"(?P<hour>\d{1,2}):(?P<minute>[0-5]\d):(?P<second>[0-5]\d)(?:\.(?P<parts>\d{1,9}))?"
     r"(?:Z|\+00:?00)?",
     re.ASCII,
@@ -116,7 +117,8 @@ def clock_seconds(texts: Sequence[str]) -> list[str]:
 
 
 def _ordinal(text: str) -> int:
-    year, month, day = map(int, re.split("[-/]", text))
+    parts = [int(part) for part in re.split("[-/.]", text)]
+    year, month, day = parts[::-1] if "." in text else parts
     return datetime(year, month, day, tzinfo=UTC).toordinal()
 
 
