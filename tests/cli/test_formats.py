@@ -113,3 +113,19 @@ def test_a_file_of_no_format_has_its_reason_and_no_command(
     printed = capsys.readouterr().out
     assert "cannot be read: unknown format, begins 'Two samples.'" in printed
     assert "rockframe ingest" not in printed
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--channels", "2=NS", "3=EW", "table.txt"], "'table.txt'. Must be a column and its"),
+        (["--trust", "samples"], "--trust without a FILE. State FILE before"),
+        (["--units", "g"], "--units without a FILE"),
+    ],
+)
+def test_options_without_a_file_are_refused(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("formats", *words) == 2
+    assert message in capsys.readouterr().err
+    assert run("formats") == 0

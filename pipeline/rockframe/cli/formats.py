@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rockframe.cells import plain
 from rockframe.cli import console
 from rockframe.cli.options import add_options, chosen, flag, path
+from rockframe.errors import ParameterError
 from rockframe.options.ingest import FileOptions
 from rockframe.units import GRAVITY
 
@@ -31,14 +32,17 @@ def add_formats(parser: argparse.ArgumentParser) -> None:
 
 def run_formats(options: argparse.Namespace) -> int:
     """Print the table of formats, or the previews. Return 1 if a file cannot be read so."""
+    stated = chosen(options, FileOptions)
+    words = _words(stated)
     if not options.paths:
+        if words:
+            message = f"{words[0]} without a FILE. State FILE before options of several words."
+            raise ParameterError(message)
         _list_formats(as_json=options.json)
         return 0
     from rockframe.ingest.options import read_options
     from rockframe.ingest.preview import preview
 
-    stated = chosen(options, FileOptions)
-    words = _words(stated)
     previews = [preview(file, read_options(stated)) for file in options.paths]
     if options.json:
         console.show_json(
