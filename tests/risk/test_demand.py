@@ -86,11 +86,10 @@ def test_a_structure_that_lifts_more_rarely_has_no_demand() -> None:
 def test_motions_more_frequent_than_the_hazard_curve_are_not_known() -> None:
     curve = HazardCurve("pgv", np.array([0.1, 1.0]), np.array([1e-3, 1e-5]))
     demand = demand_hazard(curve, [0.1, 1.0], lambda level: LognormalFragility(level, 0.3))
-    value, low, high, share = demand.at(475.0)
-    assert math.isnan(value)
-    assert math.isnan(share)
-    assert low == 0.0
-    assert high == pytest.approx(demand.at(1000.0)[2])  # a more frequent demand is not larger
+    for period in (475.0, 1000.0):  # where the curve begins, only what all motions reach
+        value, low, high, share = demand.at(period)
+        assert all(map(math.isnan, (value, high, share)))
+        assert low == 0.0
     assert demand.at(5000.0)[0] > 0.1
 
 
@@ -151,6 +150,13 @@ def test_a_demand_that_no_motion_has_is_not_known() -> None:
         assert found["low"][0] == pytest.approx(
             lacking, nan_ok=True
         )  # NaN: without such a quantity
+
+
+def test_one_motion_determines_no_demand() -> None:
+    measured, peaks = (np.array([0.3]), np.array([1.0])), np.full((1, 1, 1), 0.1)
+    found = demands_at(CURVE, [475.0], peaks, measured, np.zeros(1, dtype=int), "lognormal")
+    assert math.isnan(found["value"][0])
+    assert found["low"][0] == 0.0
 
 
 def test_levels_increase_from_above_zero() -> None:

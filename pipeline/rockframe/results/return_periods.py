@@ -55,7 +55,7 @@ def _note(row: Mapping[str, Any], most_frequent: float) -> str:
     """Return why a demand is uncertain, or ""; the hazard curve begins at the rate stated."""
     if math.isnan(row["value"]):
         begins = 1.0 / most_frequent
-        if row["return_period_years"] < begins:
+        if row["return_period_years"] <= begins * (1.0 + 1e-9):
             return (
                 f"not determined: the hazard curve begins at a return period of {begins:.3g} years"
             )

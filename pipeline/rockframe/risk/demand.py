@@ -21,7 +21,7 @@ Float = NDArray[np.float64]
 _LEVELS: Final = 48
 #: How far below its first point a hazard curve is continued, as a share of the intensity [1].
 _CONTINUED: Final = 0.1
-#: Error of sums of rates, which are those of the first point of the curve at most [1].
+#: Relative error of rates, which are not above that of the first point of the curve [1].
 _ROUND_OFF: Final = 1e-9
 
 
@@ -76,22 +76,22 @@ class DemandHazard:
             smallest level is rarer and motions that are at least as frequent were tried and have
             no demand. The value is NaN if no fragility is determined there, if only weaker motions
             than those tried could have it, or if the hazard curve begins with rarer motions; then
-            the lower bound is 0, and the upper one that where the curve begins.
+            the lower bound is 0.
         extrapolated : float
             Share of the rate at this demand from intensities that were not tried, or that are
             below the hazard curve if it continues with the slope of its beginning [1].
         """
         aim = 1.0 / return_period
-        if aim > self.most_frequent:
-            begins = (1.0 + _ROUND_OFF) / self.most_frequent
-            return math.nan, 0.0, self.at(begins)[2], math.nan
+        if aim > self.most_frequent * (1.0 - _ROUND_OFF):
+            return math.nan, 0.0, math.nan, math.nan
         value, low, high = (_where(self.level, each, aim) for each in self._rates())
         if not (aim <= self.without_demand and math.isfinite(self.rate[0])):
             value, high = (each or math.nan for each in (value, high))
+        if not (math.isfinite(value) and value):
+            return value, low, high, math.nan
         known = np.flatnonzero(np.isfinite(self.rate))
         near = known[np.argmin(np.abs(np.log(self.rate[known].clip(1e-300) / aim)))]
-        share = float(self.extrapolated[near]) if math.isfinite(value) and value else math.nan
-        return value, low, high, share
+        return value, low, high, float(self.extrapolated[near])
 
     def _rates(self) -> tuple[Float, Float, Float]:
         return self.rate, self.low, self.high
