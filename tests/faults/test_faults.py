@@ -46,7 +46,8 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("faults")
     study = make_study(home, 6)
     status, said = finished(start(study, home / "whole"))
-    assert (status, said) == (0, "")
+    assert status == 0
+    assert "compiling the kernels" in said or not said  # the first run in a clean clone says so
     return home
 
 
