@@ -126,7 +126,7 @@ def test_a_figure_of_the_bundled_records_with_their_vertical_motion(
     ("words", "said"),
     [
         (("12", "--output", "a.png"), "invalid choice"),
-        (("5", "--output", "a.bmp"), "Must end in .png, .pdf or .svg"),
+        (("5", "--output", "a.bmp"), "Must end in .png, .pdf, .svg, .gif, .apng or .mp4"),
         (("joints", "--output", "a.png", "--friction", "0"), "Invalid friction"),
         (("joints", "--output", "a.png", "--spacing", "1"), "Invalid spacing"),
         (("11", "--output", "a.png", "--record", "other"), "Must be one of: strong, weak"),
