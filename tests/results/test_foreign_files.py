@@ -122,7 +122,8 @@ def not_known(file: netCDF4.Dataset, one: Variable) -> bool | None:
     if one.holds != "numbers":
         return None
     file[one.name][...] = np.nan
-    return bool(one.valid not in {"", "any"} or one.key or one.refers_to)
+    absent = {"", "any", "finite or absent"}  # structures of some kinds lack the property
+    return bool(one.valid not in absent or one.key or one.refers_to)
 
 
 def negative(file: netCDF4.Dataset, one: Variable) -> bool | None:
