@@ -110,30 +110,6 @@ def test_a_gse2_waveform_that_the_format_does_not_allow_is_refused() -> None:
         read_bytes("a.gse2", short, COUNTS)
 
 
-def test_a_sound_file_is_no_gcf(installed: Path) -> None:
-    """The differences in a block of GCF add up; the samples of a WAV file do not."""
-    from rockframe.ingest.parsing.obspy_reader import is_gcf
-
-    samples = np.arange(3, 1400, dtype="<i2").tobytes()
-    head = struct.pack("<4sI8sIHHIIHH", b"RIFF", 2830, b"WAVEfmt ", 16, 1, 1, 100, 200, 2, 16)
-    wav = head + struct.pack("<4sI", b"data", len(samples)) + samples
-    block = (installed / "gcf/tests/data/20160603_1955n.gcf").read_bytes()[:1024]
-    assert is_gcf(block)
-    damaged = bytearray(block)
-    damaged[40] ^= 1
-    assert not is_gcf(bytes(damaged))
-    assert not is_gcf(wav)
-    with pytest.raises(InputError, match="unknown format"):
-        read_bytes("a.wav", wav, COUNTS)
-
-
-def test_a_message_of_obspy_names_no_folder_of_the_copy(installed: Path) -> None:
-    data = (installed / "gcf/tests/data/20160603_1955n.gcf").read_bytes()
-    with pytest.raises(InputError, match="obspy's GCF reader failed: ") as failure:
-        read_bytes("a.gcf", data[:600], COUNTS)
-    assert "rockframe-" not in failure.value.reason
-
-
 def test_a_format_without_a_meaning_of_counts_asks_for_it() -> None:
     text = "TIMESERIES XX_TEST__HNE_R, 4 samples, 100 sps, 2008-01-15T00:00:00.000000, SLIST, "
     data = f"{text}INTEGER, Counts\n1\t-2\n3\t-4\n".encode()

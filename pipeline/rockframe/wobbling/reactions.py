@@ -67,7 +67,7 @@ def wobbling_reactions(response: WobblingResponse, motion: PairMotion) -> Reacti
     >>> response = wobble(bent, motion)
     >>> forces = wobbling_reactions(response, motion)
     >>> round(float(forces.base_friction_demand[~touching(response)].max()), 2)
-    0.19
+    0.18
     """
     ground = as_pair(motion)
     if not np.array_equal(ground.time, response.time):

@@ -74,7 +74,8 @@ def read_recorder(obspy_name: str, path: Path, data: bytes, options: ReadOptions
         place = Path(folder, path.name or "record")
         for piece in pieces:
             place.write_bytes(piece)
-            stream += read_stream(path, place, obspy_name)
+            # the reader of SEG-2 does not close the file of a name
+            stream += read_stream(path, piece if obspy_name == "SEG2" else place, obspy_name)
     if obspy_name in _TEXTS:
         _require_headers(path, data, stream)
     traces = _joined(path, stream)
@@ -91,7 +92,8 @@ def _waveforms(path: Path, data: bytes) -> list[bytes]:
     Raises
     ------
     InputError
-        If a line below the header of a waveform is too long.
+        If a line below the header of a waveform is too long, or if it states more samples than
+        it can have.
     """
     before, *pieces = re.split(rb"^(?=WID[12] )", data, flags=re.M)
     top = before.count(b"\n") + 1
