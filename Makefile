@@ -22,9 +22,9 @@ UV ?= $(shell command -v uv 2>/dev/null)
 WITH_UV = $(UV) venv --quiet --clear --seed --python $(PYTHON) $(VENV) && \
 	$(UV) pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes -r requirements.lock && \
 	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation -e .
-PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check
-WITH_PIP = $(PYTHON) -m venv --clear $(VENV) && $(PIP) --require-hashes -r requirements.lock && \
-	$(PIP) --no-deps --no-build-isolation -e .
+PIP = $(BIN)/python -m pip --quiet --disable-pip-version-check
+WITH_PIP = $(PYTHON) -m venv --clear $(VENV) && $(PIP) install --require-hashes -r requirements.lock && \
+	$(PIP) install --no-deps --no-build-isolation -e .
 
 # Tests with a target of their own: `make test` leaves them out where their extras are installed.
 BROWSER := tests/report/test_browser.py tests/explorer/test_browser.py
@@ -81,7 +81,7 @@ $(MADE): requirements.lock pyproject.toml
 
 $(EXTRAS): $(MADE) requirements-extras.lock
 	@echo "adding to $(VENV) from requirements-extras.lock (once; a minute)"
-	@$(PIP) --require-hashes -r requirements-extras.lock
+	@$(PIP) install --require-hashes -r requirements-extras.lock
 	@touch $@
 
 table1: $(MADE)

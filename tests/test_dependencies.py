@@ -29,7 +29,12 @@ PROJECT: Final = tomllib.loads((REPOSITORY / "pyproject.toml").read_text("utf-8"
 #: Distributions whose packages have another name.
 NAMES: Final = {"pywt": "pywavelets"}
 #: Extras of users, and where their packages are imported.
-EXTRAS: Final = {"explorer": "explorer/server.py", "tables": "results/tables", "dask": "engines"}
+EXTRAS: Final = {
+    "explorer": "explorer/server.py",
+    "tables": "results/tables",
+    "dask": "engines",
+    "pdf": "stages/report.py",
+}
 
 
 def declared(extra: str = "") -> set[str]:

@@ -79,7 +79,7 @@ def test_channels_that_begin_later_are_a_pair_with_its_vertical(
     output = ("--output", str(tmp_path / "out.nc"), "--structure", "bridge-bent")
     assert main(["respond", str(path), *output, "--vertical", "--margins", "none"]) == 0
     with open_response(tmp_path / "out.nc") as response:
-        assert len(response.records) == 2
+        assert len(response.records) == 3  # each component, and both together
     quick = ("--margins", "none", "--scales", "1:2:2")
     assert main(["screen", str(path), *output, *quick]) == 0
     assert read_screening(tmp_path / "out.nc")["cluster"].values.tolist() == [0, 0]

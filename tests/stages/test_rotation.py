@@ -75,7 +75,7 @@ def test_a_vertical_is_cut_with_its_pair_and_found_by_respond(tmp_path: Path) ->
         == ()
     )
     with open_response(tmp_path / "response.nc") as response:
-        assert len(response.records) == 2
+        assert len(response.records) == 3  # each component, and both together
 
 
 def test_rotd_of_both_horizontals_stands_beside_each(
