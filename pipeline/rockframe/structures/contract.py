@@ -80,6 +80,11 @@ PEAKS: Final = ("verdict", "peak", "speed")
 Motion: TypeAlias = "Record | Pulse | GroundAcceleration | PairAcceleration"
 
 
+def in_one_plane(motion: Motion) -> bool:
+    """Return True if a motion has one horizontal direction."""
+    return isinstance(motion, Record | Pulse | GroundAcceleration)
+
+
 class StructureResponse(Protocol):
     """The response of a structure to one motion; its other attributes depend on the kind."""
 

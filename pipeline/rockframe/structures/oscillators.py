@@ -40,7 +40,7 @@ from rockframe.rocking.margins.ensemble import shaken
 from rockframe.rocking.response import ToPulse
 from rockframe.rocking.scenarios import scales_of
 from rockframe.rocking.verdict import ModelEnd
-from rockframe.structures.contract import Compared, Motion, Parameter, Shaking
+from rockframe.structures.contract import Compared, Motion, Parameter, Shaking, in_one_plane
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
@@ -67,8 +67,7 @@ class OscillatorKind:
 
     def why_not(self, _structure: Oscillator, motion: Motion) -> str:
         """Return why a bridge is not computed under a motion; "" if it is."""
-        in_one_plane = isinstance(motion, Record | Pulse | GroundAcceleration)
-        return "" if in_one_plane else "not computed for both directions"
+        return "" if in_one_plane(motion) else "not computed for both directions"
 
     def require_possible(self, structure: Oscillator, ensemble: Ensemble | None) -> None:
         """Require members of an ensemble of the bridge that can be computed."""

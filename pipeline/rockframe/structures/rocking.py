@@ -44,7 +44,14 @@ from rockframe.rocking.design import varied
 from rockframe.rocking.margins.ensemble import shaken
 from rockframe.rocking.scenarios import Prepared, scales_of
 from rockframe.rocking.verdict import ModelEnd, Verdict, first_end, sometime
-from rockframe.structures.contract import Compared, Motion, Parameter, Shaking, StructureResponse
+from rockframe.structures.contract import (
+    Compared,
+    Motion,
+    Parameter,
+    Shaking,
+    StructureResponse,
+    in_one_plane,
+)
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
@@ -63,7 +70,7 @@ class RockingKind:
 
     def why_not(self, structure: RockingFrame, motion: Motion) -> str:
         """Return why a frame is not computed under a motion; "" if it is."""
-        if _in_one_plane(motion):
+        if in_one_plane(motion):
             return ""
         from rockframe.structures.wobbling import why_not_both  # planar motions need no other code
 
@@ -126,7 +133,7 @@ class RockingKind:
     ) -> list[list[EnsembleResponse]]:
         """Return the response of the ensemble of each frame to each motion."""
         found: dict[int, list[EnsembleResponse]] = {}
-        plane = [i for i, motion in enumerate(motions) if _in_one_plane(motion)]
+        plane = [i for i, motion in enumerate(motions) if in_one_plane(motion)]
         if plane:
             rows = ensemble_responses(
                 [motions[i] for i in plane],  # type: ignore[misc]
@@ -212,10 +219,6 @@ class RockingKind:
         """Return the response of a frame in the quantities that all bridges have."""
         ground = as_ground(motion)  # type: ignore[arg-type]
         return _compared(with_contact(respond(structure, ground), ground), ground)
-
-
-def _in_one_plane(motion: Motion) -> bool:
-    return isinstance(motion, Record | Pulse | GroundAcceleration)
 
 
 #: Attributes of `Scenarios` that are the peaks of the contract.
