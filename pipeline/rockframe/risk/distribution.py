@@ -134,8 +134,8 @@ def mean_shares(
     >>> one.share.tolist(), other.share.tolist()
     ([0.25], [0.75])
     """
-    each = (np.asarray(one, dtype=np.float64) for one in shares)
-    found: list[Band] = []
+    each = (np.asarray(share, dtype=np.float64) for share in shares)
+    bands: list[Band] = []
     for first in each:
         motions, levels = first.shape
         together = max(1, min(_COLUMNS, _DRAWN // motions) // levels)
@@ -143,8 +143,8 @@ def mean_shares(
         band = _band(np.concatenate(some, axis=1), clusters, seed)
         ends = levels * np.arange(1, len(some))
         parts = (np.split(end, ends) for end in (band.share, band.low, band.high))
-        found += [Band(*one) for one in zip(*parts, strict=True)]
-    return found
+        bands += [Band(*values) for values in zip(*parts, strict=True)]
+    return bands
 
 
 def _band(reached: Float, clusters: ArrayLike | None, seed: int) -> Band:
@@ -204,8 +204,8 @@ def over_azimuths(
     # "higher", because interpolation between a number and infinity is not possible
     return np.stack(
         [
-            np.percentile(values[belongs == one], percents, axis=0, method="higher")
-            for one in np.unique(belongs)
+            np.percentile(values[belongs == recording], percents, axis=0, method="higher")
+            for recording in np.unique(belongs)
         ],
         axis=1,
     )
@@ -240,9 +240,9 @@ def observed_shares(
     ([1.414, 5.657], [0.0, 0.5])
     """
     strength = np.asarray(intensity, dtype=np.float64)
-    known = np.isfinite(strength) & (strength > 0.0)
-    x = merged(np.log(strength[known])[:, None] + np.log(np.asarray(scales, dtype=np.float64)))
-    fell = np.asarray(overturned, dtype=np.float64)[known]
+    measured = np.isfinite(strength) & (strength > 0.0)
+    x = merged(np.log(strength[measured])[:, None] + np.log(np.asarray(scales, dtype=np.float64)))
+    fell = np.asarray(overturned, dtype=np.float64)[measured]
     values, place, often = np.unique(x.ravel(), return_inverse=True, return_counts=True)
     means = np.bincount(place, fell.ravel()) / often
     centre, share = np.full(classes, np.nan), np.full(classes, np.nan)

@@ -92,9 +92,9 @@ def fit_fragility(
     if wrong.size:
         raise ParameterError(f"Invalid share {wrong[0]:g} that overturns. Must be 0 to 1.")
     belongs = np.arange(strength.size) if clusters is None else np.asarray(clusters)
-    known = np.isfinite(strength) & (strength > 0.0)
-    strength, fell = strength[known], _outcomes(shares[known])
-    _, belongs = np.unique(belongs[known], return_inverse=True)
+    measured = np.isfinite(strength) & (strength > 0.0)
+    strength, fell = strength[measured], _outcomes(shares[measured])
+    _, belongs = np.unique(belongs[measured], return_inverse=True)
     x = np.log(strength)[:, None] + np.log(factors)
     least, most = extremes(x)
     ranked = 0.5 * (least + most)
@@ -325,7 +325,7 @@ def _of_block(z: Float, happened: Shares, where: Float, curve: Curve) -> tuple[F
     Slope and curvature are over the argument of F. Those of a share are means of the two outcomes.
     """
     if happened.dtype != np.bool_:
-        both = [_of_block(z, np.full(z.shape, one), where, curve) for one in (True, False)]
+        both = [_of_block(z, np.full(z.shape, outcome), where, curve) for outcome in (True, False)]
         of_share = (happened * yes + (1.0 - happened) * no for yes, no in zip(*both, strict=True))
         return next(of_share), next(of_share), next(of_share)
     argument = where[0] + where[1] * z
@@ -366,8 +366,8 @@ def _described(
         part, score, weight = _of_block(z[rows], happened[rows], where, curve)
         first = weight * z[rows]
         values = (part, score, score * z[rows], weight, first, first * z[rows])
-        for total, one in zip(sums, values, strict=True):
-            total += np.bincount(clusters[rows], one.sum(axis=1), count)
+        for total, term in zip(sums, values, strict=True):
+            total += np.bincount(clusters[rows], term.sum(axis=1), count)
         probability = distribution(curve)(where[0] + where[1] * z[rows])
         fell = happened[rows].astype(np.float64)
         squares += float((fell * (1.0 - probability) ** 2 + (1.0 - fell) * probability**2).sum())
@@ -376,8 +376,8 @@ def _described(
     steps = np.full((count, 2), np.nan)
     a, b, c = (whole - own for whole, own in zip(curvature.flat[[0, 1, 3]], moments, strict=True))
     rest = a * c - b * b
-    known = rest > _DETERMINED * np.linalg.det(curvature)
-    if count > 2 and known.all() and (a > 0.0).all():
+    determined = rest > _DETERMINED * np.linalg.det(curvature)
+    if count > 2 and determined.all() and (a > 0.0).all():
         steps = np.stack([(c * score - b * turned) / rest, (a * turned - b * score) / rest], axis=1)
     return CurveFit(
         intercept=float(where[0]),

@@ -66,7 +66,7 @@ class LimitState:
         >>> LimitState.named("peak_rotation_ratio_0.5")
         LimitState(quantity='peak_rotation_ratio', value=0.5)
         """
-        for quantity in (one.name for one in LIMITED):
+        for quantity in (limited.name for limited in LIMITED):
             if name.startswith(f"{quantity}_"):
                 return cls(quantity, float(name.removeprefix(f"{quantity}_").rstrip("m_s")))
         return OVERTURNING
@@ -375,9 +375,9 @@ class Fragility(Shown):
         cannot reach the limit state (``ABSENT``).
         """
         x = np.asarray(intensity, dtype=np.float64)
-        zero, one = np.zeros_like(x), np.ones_like(x)
+        zeros, ones = np.zeros_like(x), np.ones_like(x)
         if self.slope > 0.0 and np.isfinite(self.covariance).all():
-            terms = np.stack([one, np.log(x)])
+            terms = np.stack([ones, np.log(x)])
             variance = np.einsum("i...,ij,j...->...", terms, self.covariance, terms)
             error = self._quantile * np.sqrt(variance)
             middle = self.intercept + self.slope * terms[1]
@@ -386,9 +386,9 @@ class Fragility(Shown):
             stand = self.stood.size - np.searchsorted(np.sort(self.stood) * _EQUAL, x)
             fall = np.searchsorted(np.sort(self.fell), x * _EQUAL, side="right")
             # where one motion stands and another overturns, neither bound applies
-            low = np.where(stand > 0, zero, 1.0 - _left_open(fall))
-            return low, np.where(fall > 0, one, _left_open(stand))
-        return (np.full_like(x, np.nan),) * 2 if self.outcome is Outcome.ABSENT else (zero, one)
+            low = np.where(stand > 0, zeros, 1.0 - _left_open(fall))
+            return low, np.where(fall > 0, ones, _left_open(stand))
+        return (np.full_like(x, np.nan),) * 2 if self.outcome is Outcome.ABSENT else (zeros, ones)
 
 
 def distribution(curve: Curve) -> Callable[[Float], Float]:

@@ -155,20 +155,20 @@ def hazard_file(path: Path, kind: str | None = None) -> Path:
     PosixPath('hazard_curve-mean-PGA_1.csv')
     """
     if not path.is_dir():
-        stated = _stated(path).get("kind") if kind else None
-        if kind and stated != kind:
-            message = f"is of kind {stated!r}. Must be {kind!r}, as stated."
+        kind_in_file = _stated(path).get("kind") if kind else None
+        if kind and kind_in_file != kind:
+            message = f"is of kind {kind_in_file!r}. Must be {kind!r}, as stated."
             raise InputError(path, message)
         return path
     curves = {file: _stated(file) for file in sorted(path.glob("*.csv"))}
-    curves = {file: stated for file, stated in curves.items() if len(stated) == 2}
-    found = [file for file, stated in curves.items() if stated["kind"] == (kind or "mean")]
-    if len(found) == 1:
-        return found[0]
+    curves = {file: header for file, header in curves.items() if len(header) == 2}
+    matches = [file for file, header in curves.items() if header["kind"] == (kind or "mean")]
+    if len(matches) == 1:
+        return matches[0]
     if not curves:
         raise InputError(path, f"no hazard curves of OpenQuake in the folder. {_EXPORT}.")
-    names = ", ".join(file.name for file in (found or curves))[:_LISTED]
-    message = f"{len(found)} hazard curves of kind {kind or 'mean'!r} in the folder. "
+    names = ", ".join(file.name for file in (matches or curves))[:_LISTED]
+    message = f"{len(matches)} hazard curves of kind {kind or 'mean'!r} in the folder. "
     raise InputError(path, f"{message}State one of its files: {names}.")
 
 
@@ -179,8 +179,8 @@ def _stated(file: Path) -> dict[str, str]:
             first = stream.readline(4096)
     except OSError as error:
         raise InputError(file, f"cannot be read: {error.strerror}.") from None
-    found = {"kind": _KIND.search(first), "imt": _IMT_OF.search(first)}
-    return {name: one[1] for name, one in found.items() if one and first.startswith("#")}
+    matches = {"kind": _KIND.search(first), "imt": _IMT_OF.search(first)}
+    return {name: match[1] for name, match in matches.items() if match and first.startswith("#")}
 
 
 def read_hazard(
@@ -276,40 +276,44 @@ def read_uniform_spectrum(
     lines, header, comment = table_of(path)
     columns: dict[float, dict[float, int]] = {}
     for index, name in enumerate(header):
-        stated = _ORDINATE.fullmatch(name)
-        if stated:
-            period = period_of(_measure_of(path, stated[2], lines[0][0]).name)
-            columns.setdefault(float(stated[1]), {})[period] = index
-    found = _with_probability(path, columns, probability)
+        match = _ORDINATE.fullmatch(name)
+        if match:
+            period = period_of(_measure_of(path, match[2], lines[0][0]).name)
+            columns.setdefault(float(match[1]), {})[period] = index
+    selected = _with_probability(path, columns, probability)
     years = _investigation_time(path, comment, line=max(1, lines[0][0] - 1))
     (line, row), called = _nearest(path, lines, header, site or Site())
     spectra = {
         p: {t: _cell(path, row, i, header[i], line) for t, i in sorted(places.items())}
         for p, places in columns.items()
     }
-    known = np.array([period for period in spectra[found] if period > 0.0])
-    if not known.size:
-        raise InputError(path, f"no SA(T) of probability {found:g}. Must be one or more.", line)
-    used = _used(known, periods)
+    available = np.array([period for period in spectra[selected] if period > 0.0])
+    if not available.size:
+        raise InputError(path, f"no SA(T) of probability {selected:g}. Must be one or more.", line)
+    used = _used(available, periods)
     for period in used:
-        why = _beyond_levels(spectra, found, period)
+        why = _beyond_levels(spectra, selected, period)
         if why:
-            value = f"{header[columns[found][period]]} {spectra[found][period]:g}"
+            value = f"{header[columns[selected][period]]} {spectra[selected][period]:g}"
             raise InputError(path, f"{value}. {why}", line=line)
-    kept = [period for period in known.tolist() if period in used or spectra[found][period] > 0.0]
-    sa = np.array([spectra[found][period] for period in kept]) * GRAVITY
-    return UniformSpectrum(np.array(kept), sa, f"{100.0 * found:g} % in {years:g} years, {called}")
+    kept = [
+        period for period in available.tolist() if period in used or spectra[selected][period] > 0.0
+    ]
+    sa = np.array([spectra[selected][period] for period in kept]) * GRAVITY
+    return UniformSpectrum(
+        np.array(kept), sa, f"{100.0 * selected:g} % in {years:g} years, {called}"
+    )
 
 
-def _used(known: Float, periods: Sequence[float] | None) -> list[float]:
+def _used(available: Float, periods: Sequence[float] | None) -> list[float]:
     """Return the periods of a spectrum that are needed to interpolate it at other periods."""
     if not periods:
-        return [*map(float, known)]
+        return [*map(float, available)]
     wanted = np.asarray(periods)
-    above = np.searchsorted(known * (1.0 + _SAME_PERIOD), wanted).clip(0, known.size - 1)
-    equal = np.isclose(known[above], wanted, rtol=_SAME_PERIOD, atol=0.0)
+    above = np.searchsorted(available * (1.0 + _SAME_PERIOD), wanted).clip(0, available.size - 1)
+    equal = np.isclose(available[above], wanted, rtol=_SAME_PERIOD, atol=0.0)
     below = np.where(equal, above, above - 1).clip(0)
-    return [*map(float, known[np.unique([above, below])])]
+    return [*map(float, available[np.unique([above, below])])]
 
 
 def _beyond_levels(
@@ -344,11 +348,11 @@ def _with_probability(
     if probability is None:
         same = list(columns)
     if len(same) != 1:
-        known = ", ".join(f"{one:g}" for one in columns)
-        stated = (
+        allowed = ", ".join(f"{level:g}" for level in columns)
+        content = (
             "several probabilities" if probability is None else f"no probability {probability:g}"
         )
-        raise InputError(path, f"has {stated}. State one of {known} with --hazard-probability.")
+        raise InputError(path, f"has {content}. State one of {allowed} with --hazard-probability.")
     return same[0]
 
 
@@ -369,16 +373,16 @@ def table_of(path: Path) -> tuple[Lines, list[str], str]:
 def _without_curves(path: Path, header: Sequence[str]) -> str:
     """Return what a file of OpenQuake without hazard curves contains; "" for other files."""
     columns = ",".join(header)
-    found = next((what for pattern, what in _NO_CURVES if pattern.search(columns)), "")
-    return _MAPS if "avg_gmf" in found and _NAMED_MAP.match(path.name) else found
+    contents = next((text for pattern, text in _NO_CURVES if pattern.search(columns)), "")
+    return _MAPS if "avg_gmf" in contents and _NAMED_MAP.match(path.name) else contents
 
 
 def _refuse_other_files(path: Path, lines: Lines, header: Sequence[str]) -> None:
     """Reject files of OpenQuake that contain no hazard curves, and say what they contain."""
-    what = _without_curves(path, header)
-    if what:
-        more = _FROM_FIELDS if "fields" in what else ""
-        raise InputError(path, f"contains {what}. {_EXPORT}{more}.", line=lines[0][0])
+    contents = _without_curves(path, header)
+    if contents:
+        more = _FROM_FIELDS if "fields" in contents else ""
+        raise InputError(path, f"contains {contents}. {_EXPORT}{more}.", line=lines[0][0])
 
 
 def refuse_other_targets(path: Path, header: Sequence[str], line: int) -> None:
@@ -390,9 +394,9 @@ def refuse_other_targets(path: Path, header: Sequence[str], line: int) -> None:
         If the columns are those of such a file.
     """
     curves = _CURVES.search(",".join(header))
-    what = "hazard curves (hazard_curve)" if curves else _without_curves(path, header)
-    if what:
-        raise InputError(path, f"contains {what}. {_EXPORT_SPECTRA}.", line=line)
+    contents = "hazard curves (hazard_curve)" if curves else _without_curves(path, header)
+    if contents:
+        raise InputError(path, f"contains {contents}. {_EXPORT_SPECTRA}.", line=line)
 
 
 def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> Points:
@@ -404,9 +408,11 @@ def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> Points:
         measures[1 - often[0]] = _named_by(path)
     strong = [i for i, measure in enumerate(measures) if measure is not None]
     if len(header) != 2 or len(often) != 1 or len(strong) != 1:
-        known = ", ".join((*COLUMNS, "sa_1s_g"))
-        stated = ", ".join(header)[:_SHOWN] or "missing"
-        raise InputError(path, f"columns {stated}. Must be {RATE} and one of {known}.", line=line)
+        allowed = ", ".join((*COLUMNS, "sa_1s_g"))
+        headings = ", ".join(header)[:_SHOWN] or "missing"
+        raise InputError(
+            path, f"columns {headings}. Must be {RATE} and one of {allowed}.", line=line
+        )
     measure, years = measures[strong[0]], _years(header[often[0]])
     assert measure is not None  # noqa: S101  `strong` has only such columns
     rows = np.array([_numbers(path, row, at) for at, row in lines[1:]]).reshape(-1, 2)
@@ -422,9 +428,9 @@ def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> Points:
 
 def _years(heading: str) -> float | None:
     """Return the years of a column of probabilities, 0 for rates, None for another column."""
-    stated = _PROBABILITY.fullmatch(heading)
-    if stated:
-        return float(stated[1]) or None
+    match = _PROBABILITY.fullmatch(heading)
+    if match:
+        return float(match[1]) or None
     return 0.0 if heading == RATE or _USGS.search(heading) else None
 
 
@@ -437,26 +443,26 @@ def _at_site(
     if imt:
         years = _investigation_time(path, comment, line=lines[0][0] - 1)
     columns = {i: _intensity(name, "poe-" if imt else "") for i, name in enumerate(header)}
-    found = {i: level for i, level in columns.items() if level is not None}
+    used = {i: level for i, level in columns.items() if level is not None}
     (line, row), called = _nearest(path, lines, header, site)
-    values = np.array([_cell(path, row, i, header[i], line) for i in found])
+    values = np.array([_cell(path, row, i, header[i], line) for i in used])
     unit = _VELOCITY if measure.name == "pgv" else 1.0  # m/s and g are the units of the columns
-    levels = np.array([*found.values()]) * unit
-    rounding = np.array([rounding_of(row[i]) for i in found])
-    return Points(measure, [line] * len(found), levels, values, years, rounding), called
+    levels = np.array([*used.values()]) * unit
+    rounding = np.array([rounding_of(row[i]) for i in used])
+    return Points(measure, [line] * len(used), levels, values, years, rounding), called
 
 
 def _investigation_time(path: Path, comment: str, line: int) -> float:
     """Return the years of the probabilities in a file of OpenQuake."""
-    stated = re.search(r"investigation_time=([^,\s]*)", comment)
-    text = stated[1] if stated else ""
+    match = re.search(r"investigation_time=([^,\s]*)", comment)
+    text = match[1] if match else ""
     try:
         years = decimal(text)
     except ValueError:
         years = 0.0
     if not years > 0.0:
-        what = f"investigation_time {text!r}" if stated else "no investigation_time"
-        raise InputError(path, f"{what}. Must be a number of years above 0.", line=line)
+        problem = f"investigation_time {text!r}" if match else "no investigation_time"
+        raise InputError(path, f"{problem}. Must be a number of years above 0.", line=line)
     return years
 
 
@@ -506,14 +512,14 @@ def _called(path: Path, lines: Lines, header: Sequence[str], name: str) -> tuple
         raise InputError(path, f"{message} --hazard-site LON LAT.")
     named = [row[columns[0]].strip() if columns[0] < len(row) else "" for _, row in lines[1:]]
     if named.count(name) != 1:
-        known = ", ".join(named)[:_SHOWN]
-        raise InputError(path, f"{named.count(name)} sites {name!r}. Must be one of: {known}.")
+        allowed = ", ".join(named)[:_SHOWN]
+        raise InputError(path, f"{named.count(name)} sites {name!r}. Must be one of: {allowed}.")
     return lines[1 + named.index(name)]
 
 
-def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
+def _distance(place: tuple[float, float], other: tuple[float, float]) -> float:
     """Return the distance between two places [km], by the haversine formula."""
-    (x, y), (u, v) = ((math.radians(lon), math.radians(lat)) for lon, lat in (one, other))
+    (x, y), (u, v) = ((math.radians(lon), math.radians(lat)) for lon, lat in (place, other))
     share = math.sin(0.5 * (v - y)) ** 2
     share += math.cos(y) * math.cos(v) * math.sin(0.5 * (u - x)) ** 2
     return 2.0 * _EARTH * math.asin(min(1.0, math.sqrt(share)))
@@ -521,10 +527,10 @@ def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
 
 def _measure_of(path: Path, imt: str, line: int | None = None) -> Measure:
     """Return the measure with this name in files of OpenQuake and the USGS."""
-    stated = _IMT.fullmatch(imt)
-    if stated is None:
+    match = _IMT.fullmatch(imt)
+    if match is None:
         raise InputError(path, f"is of imt {imt!r}. Must be PGA, PGV or SA(T).", line)
-    period = stated[1] or (f"{stated[2]}.{stated[3]}" if stated[2] else "")
+    period = match[1] or (f"{match[2]}.{match[3]}" if match[2] else "")
     if not period:
         return MEASURES[imt.lower()]
     if not float(period) > 0.0:
@@ -535,9 +541,9 @@ def _measure_of(path: Path, imt: str, line: int | None = None) -> Measure:
 def _named_by(path: Path) -> Measure:
     """Return the measure that is part of the name of the file or of its folder."""
     for name in (path.stem, path.absolute().parent.name):
-        stated = _NAMED.search(name.replace("_", "-"))
-        if stated:
-            return _measure_of(path, stated[0])
+        match = _NAMED.search(name.replace("_", "-"))
+        if match:
+            return _measure_of(path, match[0])
     raise InputError(
         path,
         "does not state its measure. The name of the file or of its folder must contain PGA, PGV "

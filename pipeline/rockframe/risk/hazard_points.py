@@ -86,7 +86,7 @@ def _bounded(points: Points) -> tuple[Float, str]:
     the rate is at least, and at the first 0 at most, the one that the printed digits leave: this
     bound is used, unless a neighbour is beyond it. The other such points have no information (NaN).
     """
-    values, what = points.values, "probability" if points.years else "rate"
+    values, noun = points.values, "probability" if points.years else "rate"
     bounds, notes = values.copy(), []
     ones = np.flatnonzero((values == 1.0) & (points.years > 0.0))
     zeros = np.flatnonzero(values == 0.0)
@@ -100,7 +100,7 @@ def _bounded(points: Points) -> tuple[Float, str]:
             used = above > below and ends.size < values.size
             bounds[k] = bound if used else math.nan
             at = f"{points.intensity[k]:g} {points.measure.unit}"
-            stated = f"{what} {values[k]:g} {'from' if sign > 0.0 else 'up to'} {at}"
+            reading = f"{noun} {values[k]:g} {'from' if sign > 0.0 else 'up to'} {at}"
             rate = f"{float(_annual(bound, points.years)):.2g} a year is used there"
             most = "most" if sign > 0.0 else "least"
             bounded = f"{rate}, the {most} that the printed digits leave"
@@ -108,9 +108,9 @@ def _bounded(points: Points) -> tuple[Float, str]:
             order, change = ("below", f"above {near} count as {near}")
             if sign < 0.0:
                 order, change = ("above", f"below {near} are not counted")
-            leave = f"the printed digits leave a {what} not {order} that at {near}"
+            leave = f"the printed digits leave a {noun} not {order} that at {near}"
             beyond = f"left out, because {leave}; motions {change}"
-            notes.append(f"{stated}: {bounded if used else beyond}")
+            notes.append(f"{reading}: {bounded if used else beyond}")
     return _annual(bounds, points.years), "; ".join(notes)
 
 
@@ -132,10 +132,10 @@ def _require_monotone(
     ):
         wrong = np.flatnonzero(sign * np.diff(values) <= 0.0)
         if wrong.size:
-            one, other = values[wrong[0] : wrong[0] + 2]
+            former, other = values[wrong[0] : wrong[0] + 2]
             raise InputError(
                 path,
-                f"{name} {other:g} after {one:g}. Must be {must}.",
+                f"{name} {other:g} after {former:g}. Must be {must}.",
                 line=int(lines[wrong[0] + 1]),
             )
     if rates[-1] <= 0.0:

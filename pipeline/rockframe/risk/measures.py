@@ -109,7 +109,7 @@ POOLED: Final = MappingProxyType(
 
 #: The measures by the names of their columns.
 COLUMNS: Final = MappingProxyType(
-    {one.column: one for one in (*MEASURES.values(), *FURTHER.values())}
+    {named.column: named for named in (*MEASURES.values(), *FURTHER.values())}
 )
 _SPECTRAL: Final = re.compile(r"sa_([0-9.e+-]+)s(?:_(rotd50|rotd100))?(_g)?")
 
@@ -159,17 +159,17 @@ def measure_of_column(column: str) -> Measure | None:
 
 def period_of(name: str) -> float:
     """Return the period of a spectral acceleration [s]; 0 for other measures."""
-    stated = _SPECTRAL.fullmatch(name)
+    match = _SPECTRAL.fullmatch(name)
     try:
-        return float(stated[1]) if stated else 0.0
+        return float(match[1]) if match else 0.0
     except ValueError:
         return 0.0
 
 
 def over_azimuths_of(name: str) -> str:
     """Return rotd50 or rotd100 for a spectral acceleration of both horizontals; "" for others."""
-    stated = _SPECTRAL.fullmatch(name)
-    return (stated[2] or "") if stated else ""
+    match = _SPECTRAL.fullmatch(name)
+    return (match[2] or "") if match else ""
 
 
 #: Fewest independent motions, those of one recording each, for which a better measure is named.
@@ -264,8 +264,8 @@ def compared_motions(intensities: Mapping[str, Float]) -> NDArray[np.bool_]:
     [False, True]
     """
     useful = [values for values in intensities.values() if np.isfinite(values).any()]
-    known = [np.isfinite(values) & (values > 0.0) for values in useful]
-    return np.asarray(np.logical_and.reduce(known), dtype=bool)
+    measured = [np.isfinite(values) & (values > 0.0) for values in useful]
+    return np.asarray(np.logical_and.reduce(measured), dtype=bool)
 
 
 def pooled_intensities(frames: Sequence[RockingFrame], pga: Float, pgv: Float) -> dict[str, Float]:
