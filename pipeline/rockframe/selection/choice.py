@@ -99,7 +99,7 @@ def _in_digits(factor: Float) -> Float:
 
     Responses can depend on the last digit of a double, which differs between computers.
     """
-    return np.array([float(f"{one:.6g}") for one in factor.tolist()])
+    return np.array([float(f"{value:.6g}") for value in factor.tolist()])
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,9 +176,9 @@ def choose(
     for _ in range(_ROUNDS):
         before = best
         for place in range(len(chosen)):
-            others = chosen[:place] + chosen[place + 1 :]
-            errors = _errors_with(candidates.log_sa, candidates.log_sa[others], target)
-            errors = np.where(_allowed(candidates, others, limits), errors, np.inf)
+            rest = chosen[:place] + chosen[place + 1 :]
+            errors = _errors_with(candidates.log_sa, candidates.log_sa[rest], target)
+            errors = np.where(_allowed(candidates, rest, limits), errors, np.inf)
             if errors.min() < best * (1.0 - _GAIN):
                 chosen[place] = int(np.argmin(errors))
                 best = float(errors[chosen[place]])
@@ -218,14 +218,14 @@ def _together(candidates: Candidates, wanted: Float, limits: Sequence[Groups]) -
         )
 
     def least(cost: Float, *more: object) -> NDArray[np.bool_]:
-        found = scipy.optimize.milp(
+        solution = scipy.optimize.milp(
             cost,
             integrality=int(len(limits) > 3),
             bounds=scipy.optimize.Bounds(0.0, 1.0),
             constraints=[*rules, *more],
             options={"mip_rel_gap": 0.0},
         )
-        return np.asarray(found.x > 0.5)
+        return np.asarray(solution.x > 0.5)
 
     number = min(len(wanted), int(least(-np.ones(distance.size)).sum()))
     of_that_size = scipy.optimize.LinearConstraint(np.ones((1, distance.size)), number, number)
@@ -268,10 +268,10 @@ def _errors(sets: Float, target: TargetSpectrum) -> Float:
     return _error(sets.sum(axis=1), (sets**2).sum(axis=1), sets.shape[1], target)
 
 
-def _errors_with(each: Float, others: Float, target: TargetSpectrum) -> Float:
+def _errors_with(each: Float, rest: Float, target: TargetSpectrum) -> Float:
     """Return the error of the other spectra together with each, shape (candidates,)."""
-    total, squares = others.sum(axis=0) + each, (others**2).sum(axis=0) + each**2
-    return _error(total, squares, len(others) + 1, target)
+    total, squares = rest.sum(axis=0) + each, (rest**2).sum(axis=0) + each**2
+    return _error(total, squares, len(rest) + 1, target)
 
 
 def _error(total: Float, squares: Float, number: int, target: TargetSpectrum) -> Float:

@@ -72,12 +72,12 @@ class TargetSpectrum:
         return float(np.interp(math.log(period), np.log(self.period), self.log_sa))
 
 
-def correlation(one: ArrayLike, other: ArrayLike) -> Float:
+def correlation(periods: ArrayLike, others: ArrayLike) -> Float:
     """Return the correlation of ln Sa at two periods, shape (periods, periods).
 
     Parameters
     ----------
-    one, other : array_like
+    periods, others : array_like
         Periods [s], from 0.01 to 10.
 
     Raises
@@ -95,7 +95,7 @@ def correlation(one: ArrayLike, other: ArrayLike) -> Float:
     >>> correlation([0.1, 1.0], [1.0]).round(3).tolist()
     [[0.279], [1.0]]
     """
-    first, second = (np.atleast_1d(np.asarray(x, dtype=np.float64)) for x in (one, other))
+    first, second = (np.atleast_1d(np.asarray(x, dtype=np.float64)) for x in (periods, others))
     for period in (*first, *second):
         if not CORRELATED[0] <= period <= CORRELATED[1]:
             message = f"Invalid period {period:g} s. Must be from 0.01 to 10 s: Baker and Jayaram"
@@ -106,8 +106,8 @@ def correlation(one: ArrayLike, other: ArrayLike) -> Float:
     fall = 1.0 - 1.0 / (1.0 + np.exp(100.0 * np.minimum(high, 0.2) - 5.0))
     short = 1.0 - 0.105 * fall * (high - low) / (high - 0.0099)
     mixed = long + 0.5 * (np.sqrt(long) - long) * (1.0 + np.cos(np.pi * low / 0.109))
-    found = np.where(high < 0.2, np.minimum(short, mixed), mixed)
-    return np.asarray(np.where(high <= 0.109, short, np.where(low > 0.109, long, found)))
+    mixed_or_short = np.where(high < 0.2, np.minimum(short, mixed), mixed)
+    return np.asarray(np.where(high <= 0.109, short, np.where(low > 0.109, long, mixed_or_short)))
 
 
 def read_target(
@@ -153,8 +153,8 @@ def read_target(
     1.000 [0.398, 0.0, 0.464]
     """
     if has_uniform_spectra(path):
-        found = read_uniform_spectrum(path, site, probability, periods)
-        table, words = np.stack([found.period, np.log(found.sa)], axis=1), found.words
+        spectrum = read_uniform_spectrum(path, site, probability, periods)
+        table, words = np.stack([spectrum.period, np.log(spectrum.sa)], axis=1), spectrum.words
     else:
         if probability is not None or (site is not None and (site.place or site.name)):
             message = "has no sites and probabilities to choose from. Do not state them for it."
@@ -163,18 +163,18 @@ def read_target(
     if given is not None and table.shape[1] < 3:
         message = f"no column {_DEVIATION}. A conditional spectrum needs the standard deviation of"
         raise InputError(path, f"{message} ln Sa that the ground-motion model states.")
-    stated = np.array(sorted(periods) if periods else table[:, 0])
-    if given is not None and not np.isclose(stated, given[0], rtol=_SAME, atol=0.0).any():
-        stated = np.sort(np.append(stated, given[0]))
-    _require_cover(path, table[:, 0], stated)
+    wanted = np.array(sorted(periods) if periods else table[:, 0])
+    if given is not None and not np.isclose(wanted, given[0], rtol=_SAME, atol=0.0).any():
+        wanted = np.sort(np.append(wanted, given[0]))
+    _require_cover(path, table[:, 0], wanted)
     log_sa, *deviation = (
-        np.interp(np.log(stated), np.log(table[:, 0]), column) for column in table.T[1:]
+        np.interp(np.log(wanted), np.log(table[:, 0]), column) for column in table.T[1:]
     )
     words = f"{path.name}{words and ', '}{words}"
     if not deviation:
-        return TargetSpectrum(stated, log_sa, None, words)
-    covariance = correlation(stated, stated) * np.outer(deviation[0], deviation[0])
-    target = TargetSpectrum(stated, log_sa, covariance, words)
+        return TargetSpectrum(wanted, log_sa, None, words)
+    covariance = correlation(wanted, wanted) * np.outer(deviation[0], deviation[0])
+    target = TargetSpectrum(wanted, log_sa, covariance, words)
     return target if given is None else _given(path, target, *given)
 
 
@@ -199,10 +199,10 @@ def _given(path: Path, target: TargetSpectrum, period: float, sa: float) -> Targ
     )
 
 
-def _require_cover(path: Path, known: Float, wanted: Float) -> None:
+def _require_cover(path: Path, covered: Float, wanted: Float) -> None:
     for period in wanted:
-        if not known[0] * (1.0 - _SAME) <= period <= known[-1] * (1.0 + _SAME):
-            message = f"covers periods from {known[0]:g} to {known[-1]:g} s, not {period:g} s."
+        if not covered[0] * (1.0 - _SAME) <= period <= covered[-1] * (1.0 + _SAME):
+            message = f"covers periods from {covered[0]:g} to {covered[-1]:g} s, not {period:g} s."
             raise InputError(path, f"{message} State periods within this range.")
 
 
@@ -222,9 +222,9 @@ def _read_table(path: Path) -> Float:
     ]
     if len(rows) < 2:
         raise InputError(path, f"{len(rows)} periods. Must be two or more.")
-    for (line, _), one, other in zip(lines[2:], rows, rows[1:], strict=False):
-        if not one[0] < other[0]:
-            message = f"{_PERIOD} {other[0]:g} after {one[0]:g}. Must increase."
+    for (line, _), before, other in zip(lines[2:], rows, rows[1:], strict=False):
+        if not before[0] < other[0]:
+            message = f"{_PERIOD} {other[0]:g} after {before[0]:g}. Must increase."
             raise InputError(path, message, line=line)
     return np.array(rows)
 
