@@ -147,14 +147,14 @@ class Coverage:
     @property
     def verdict(self) -> str:
         """Description of all faults, or ``complete``."""
-        found = [self.reason] if self.reason else []
+        faults = [self.reason] if self.reason else []
         if self.missing_start:
-            found.append(f"starts {self.missing_start:g} s late")
+            faults.append(f"starts {self.missing_start:g} s late")
         if self.missing_end:
-            found.append(f"ends {self.missing_end:g} s early")
-        found += [f"gap of {gap.seconds:g} s before {gap.time}" for gap in self.gaps]
-        found += [f"overlap of {over.seconds:g} s at {over.time}" for over in self.overlaps]
-        return "; ".join(found) or "complete"
+            faults.append(f"ends {self.missing_end:g} s early")
+        faults += [f"gap of {gap.seconds:g} s before {gap.time}" for gap in self.gaps]
+        faults += [f"overlap of {over.seconds:g} s at {over.time}" for over in self.overlaps]
+        return "; ".join(faults) or "complete"
 
 
 @dataclass(frozen=True)
@@ -202,12 +202,12 @@ class Fetched:
         ]
 
 
-def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
+def measure(channel: str, span: tuple[str, str], stream: Stream) -> Coverage:
     """Compare the samples of one channel with the requested span.
 
     Parameters
     ----------
-    what : str
+    channel : str
         ``NET.STA.LOC.CHA``, with ``--`` for a blank location.
     span : tuple of str
         Requested start and end (ISO 8601, UTC).
@@ -230,12 +230,12 @@ def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
     """
     start, end = UTCDateTime(span[0]), UTCDateTime(span[1])
     ids = {_channel_name(trace) for trace in stream}
-    if ids != {what}:
+    if ids != {channel}:
         return Coverage(
-            what=what,
+            what=channel,
             requested_start=str(start),
             requested_end=str(end),
-            reason=f"{', '.join(sorted(ids))} received, but {what} alone was requested",
+            reason=f"{', '.join(sorted(ids))} received, but {channel} alone was requested",
         )
     first = min(trace.stats.starttime for trace in stream)
     last = max(trace.stats.endtime for trace in stream)
@@ -243,7 +243,7 @@ def measure(what: str, span: tuple[str, str], stream: Stream) -> Coverage:
     rates = sorted({trace.stats.sampling_rate for trace in stream})
     breaks = stream.get_gaps()  # rows of [..., time before, time after, seconds, samples]
     return Coverage(
-        what=what,
+        what=channel,
         requested_start=str(start),
         requested_end=str(end),
         received_start=str(first),

@@ -58,14 +58,14 @@ class Event:
             object.__setattr__(self, "time", utc(self.time))
         except ValueError:
             raise ParameterError(f"Invalid origin time {self.time!r}.") from None
-        for what, value, limit in (
+        for name, value, limit in (
             ("latitude", self.latitude, 90.0),
             ("longitude", self.longitude, 180.0),
             ("magnitude", 0.0 if math.isnan(self.magnitude) else self.magnitude, 100.0),
         ):
             if not abs(value) <= limit:
                 raise ParameterError(
-                    f"Invalid {what} {value!r}. Must be from {-limit:g} to {limit:g}."
+                    f"Invalid {name} {value!r}. Must be from {-limit:g} to {limit:g}."
                 )
 
 
@@ -162,7 +162,7 @@ def read_event(url: str, body: bytes, event_id: str) -> Event:
             "State --origin, --latitude and --longitude.",
         )
     names = [text.text for text in events[0].event_descriptions if text.text]
-    stated = " ".join((names or [event_id])[0].split())
+    event_name = " ".join((names or [event_id])[0].split())
     kind = f" ({magnitude.magnitude_type})" if magnitude and magnitude.magnitude_type else ""
     try:
         return Event(
@@ -170,17 +170,17 @@ def read_event(url: str, body: bytes, event_id: str) -> Event:
             latitude=float(origin.latitude),
             longitude=float(origin.longitude),
             magnitude=math.nan if magnitude is None else float(magnitude.mag),
-            name=stated,
+            name=event_name,
             source=f"event {event_id} of {url.split('/fdsnws/')[0]}: origin, magnitude{kind}",
         )
     except ParameterError as error:
         raise ServiceError(url, f"event {event_id!r}: {error}") from None
 
 
-def _preferred(preferred: Any, stated: list[Any]) -> Any:
+def _preferred(preferred: Any, choices: list[Any]) -> Any:
     if preferred is not None:
         return preferred
-    return stated[0] if len(stated) == 1 else None
+    return choices[0] if len(choices) == 1 else None
 
 
 def read_stations(url: str, body: bytes) -> Inventory:
@@ -215,15 +215,15 @@ def list_channels(
     ServiceError
         If a code cannot be part of the name of a file.
     """
-    found: set[Channel] = set()
-    for one, station, _ in _walk(inventory):
-        for code in (one.network, one.station, one.channel, one.location.replace("--", "0")):
+    channels: set[Channel] = set()
+    for each, station, _ in _walk(inventory):
+        for code in (each.network, each.station, each.channel, each.location.replace("--", "0")):
             if not _CODE.fullmatch(code):
                 raise ServiceError(url, f"code {code!r}. Must be 1 to 8 letters and digits.")
         distance = _distance(event, station)
         if not distance > request.largest_km:
-            found.add(replace(one, distance=distance))
-    by_distance = sorted(found, key=lambda c: (math.isnan(c.distance), c.distance, c.name))
+            channels.add(replace(each, distance=distance))
+    by_distance = sorted(channels, key=lambda c: (math.isnan(c.distance), c.distance, c.name))
     return list({channel.name: channel for channel in by_distance}.values())
 
 
@@ -283,10 +283,10 @@ def without_response(inventory: Inventory, channels: list[Channel]) -> list[str]
     >>> without_response(Inventory([]), [Channel("CI", "CLC", "--", "HNE")])
     ['CI.CLC.--.HNE']
     """
-    stated = {
-        one.name
-        for one, _, channel in _walk(inventory)
+    with_response = {
+        listed.name
+        for listed, _, channel in _walk(inventory)
         if channel.response is not None
         and (channel.response.instrument_sensitivity or channel.response.response_stages)
     }
-    return [channel.name for channel in channels if channel.name not in stated]
+    return [channel.name for channel in channels if channel.name not in with_response]

@@ -65,9 +65,9 @@ class Ledger:
 
     def kept(self, name: str) -> bytes | None:
         """Return the contents of a file received earlier, or None if it is missing or changed."""
-        stated = self.files.get(name)
+        entry = self.files.get(name)
         path = self.folder / name
-        if stated is None or not path.is_file() or sha256_of(path) != stated["sha256"]:
+        if entry is None or not path.is_file() or sha256_of(path) != entry["sha256"]:
             return None
         return path.read_bytes()
 
@@ -89,7 +89,7 @@ class Ledger:
         self.received_at[name] = datetime.now(UTC).isoformat(timespec="seconds")
         self.write()
 
-    def write(self, **found: Any) -> None:
+    def write(self, **results: Any) -> None:
         """Write `request.json`, with further results.
 
         Raises
@@ -103,7 +103,7 @@ class Ledger:
             "files": self.files,
             "received_at": self.received_at,
             "rockframe_version": __version__,
-            **found,
+            **results,
         }
         text = json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n"
         with whole_file(self.folder / REQUEST) as partial:
@@ -193,19 +193,19 @@ class _Session:
                 raise ServiceError(reply.url, reply.problem.reason)
             return None, reply.problem.reason
         try:
-            found = check(reply.url, reply.body)
+            result = check(reply.url, reply.body)
         except (InputError, ServiceError) as error:
             return None, error.reason
         self._note_version(service)
         self.ledger.keep(name, reply)
-        return found, ""
+        return result, ""
 
     def require(self, service: str, name: str, ask: Ask, check: Check[T]) -> T:
         """Return the result of `check` for a required file; raise an error if it is missing."""
-        found, reason = self.obtain(service, name, ask, check)
-        if found is None:
+        result, reason = self.obtain(service, name, ask, check)
+        if result is None:
             raise ServiceError(f"{self.services[service].address} ({service} service)", reason)
-        return found
+        return result
 
     def _note_version(self, name: str) -> None:
         if name not in self.ledger.services:

@@ -281,9 +281,9 @@ def _read(response: HTTPResponse, timeout: float) -> tuple[bytes, Problem | None
         return b"", _cut_off(len(body), "unknown")
     finally:
         response.close()
-    stated = response.headers.get("Content-Length", "")
-    if stated.isdecimal() and int(stated) != len(body) and response.status != 204:
-        return b"", _cut_off(len(body), stated)
+    announced = response.headers.get("Content-Length", "")
+    if announced.isdecimal() and int(announced) != len(body) and response.status != 204:
+        return b"", _cut_off(len(body), announced)
     if response.headers.get("Content-Encoding", "identity").lower() != "identity":
         return b"", Problem(
             Kind.CORRUPTED,
@@ -292,10 +292,10 @@ def _read(response: HTTPResponse, timeout: float) -> tuple[bytes, Problem | None
     return bytes(body), None
 
 
-def _cut_off(received: int, stated: str) -> Problem:
+def _cut_off(received: int, announced: str) -> Problem:
     return Problem(
         Kind.CORRUPTED,
-        f"answer truncated: {received} of {stated} bytes received. Try again.",
+        f"answer truncated: {received} of {announced} bytes received. Try again.",
         passing=True,
     )
 
