@@ -191,8 +191,8 @@ def _threads(client: Client, address: str) -> int:
         client.wait_for_workers(1, timeout=_PATIENCE)
     except TimeoutError:
         raise EngineError(f"scheduler {address} has no workers. Start at least one.") from None
-    for worker, found in client.run(_code).items():
-        if found != _code():
+    for worker, code in client.run(_code).items():
+        if code != _code():
             raise EngineError(
                 f"Dask worker {worker} runs another version of rockframe. Install the same "
                 "version on all workers, for the same results."

@@ -53,8 +53,8 @@ def threads() -> int:
     """
     if getattr(_OF_THREAD, "taken", False):
         return 1
-    stated = os.environ.get(_STATED, "").split(",")[0].strip()
-    return int(stated) if stated.isdecimal() and int(stated) > 0 else cores()
+    setting = os.environ.get(_STATED, "").split(",")[0].strip()
+    return int(setting) if setting.isdecimal() and int(setting) > 0 else cores()
 
 
 def on_threads(function: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
@@ -359,18 +359,18 @@ class SharedWork:
         self, function: Callable[[Task], Result], tasks: Iterable[Task]
     ) -> Generator[Result, None, None]:
         """Yield the results of a function in the order of the tasks."""
-        found: deque[Future[Result]] = deque()
+        pending: deque[Future[Result]] = deque()
         numbers = count(1)
         for task in tasks:
             check()
-            if self.ready.done() and all(future.done() for future in found):
-                found.append(self.pool.submit(function, task))
+            if self.ready.done() and all(future.done() for future in pending):
+                pending.append(self.pool.submit(function, task))
             else:
-                found.append(Future())
-                found[-1].set_result(function(task))
-            while found and found[0].done():
-                yield _of_worker(found.popleft(), next(numbers))
-        for future in found:
+                pending.append(Future())
+                pending[-1].set_result(function(task))
+            while pending and pending[0].done():
+                yield _of_worker(pending.popleft(), next(numbers))
+        for future in pending:
             yield _of_worker(future, next(numbers))
 
 
