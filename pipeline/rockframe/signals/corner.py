@@ -171,7 +171,9 @@ def _ratios(acceleration: Float, time_step: float, onset: int) -> tuple[list[flo
     They are those that can be judged, up to the one around which the record is strongest.
     """
     highest = 0.5 * min(BandPass().high, NYQUIST_SHARE * 0.5 / time_step)
-    judged = [one for one in CORNERS if one * onset * time_step >= 1.0 and one <= highest]
+    judged = [
+        corner for corner in CORNERS if corner * onset * time_step >= 1.0 and corner <= highest
+    ]
     if not judged:
         return [], _NOTHING
     noise = _powers(acceleration[:onset], time_step, judged)
@@ -186,12 +188,12 @@ def _powers(window: Float, time_step: float, corners: list[float]) -> Float:
     frequencies, power = periodogram(window, time_step, 2.0 * TAPER)
     octaves = ((corner / _HALF_OCTAVE, corner * _HALF_OCTAVE) for corner in corners)
     inside = [(frequencies >= low) & (frequencies <= high) for low, high in octaves]
-    return np.array([power[one].mean() for one in inside])
+    return np.array([power[octave].mean() for octave in inside])
 
 
 def _at_rest(acceleration: Float, time_step: float, onset: int, lowest: float) -> Corner:
     """Return the lowest corner, up to the default, whose displacement begins and ends at rest."""
-    for corner in (one for one in CORNERS if lowest <= one < DEFAULT.frequency):
+    for corner in (candidate for candidate in CORNERS if lowest <= candidate < DEFAULT.frequency):
         corrected, (velocity, place), _ = correct(acceleration, time_step, BandPass(corner))
         displacement = place + integrate(velocity + integrate(corrected, time_step), time_step)
         still = np.r_[displacement[:onset], displacement[-(displacement.size // 10) :]]

@@ -27,10 +27,10 @@ def through_sections(sections: Float, series: Float) -> Float:
     for k in range(series.size):
         value = series[k]
         for i in range(sections.shape[0]):
-            given, one = value, sections[i]
-            value = one[0] * given + state[i, 0]
-            state[i, 0] = one[1] * given - one[4] * value + state[i, 1]
-            state[i, 1] = one[2] * given - one[5] * value
+            given, section = value, sections[i]
+            value = section[0] * given + state[i, 0]
+            state[i, 0] = section[1] * given - section[4] * value + state[i, 1]
+            state[i, 1] = section[2] * given - section[5] * value
         filtered[k] = value
     return filtered
 
@@ -45,8 +45,8 @@ def through_oscillator(
     velocity; `before`, shape (2,), times the ground motion before the step; and `after` times that
     after it. `steps` more of them follow the last sample, without ground motion.
     """
-    found = np.empty((2, ground.size + steps))
-    x = v = found[0, 0] = found[1, 0] = 0.0
+    motion = np.empty((2, ground.size + steps))
+    x = v = motion[0, 0] = motion[1, 0] = 0.0
     earlier = ground[0]
     for k in range(1, ground.size):
         now = ground[k]
@@ -54,12 +54,12 @@ def through_oscillator(
             free[0, 0] * x + free[0, 1] * v + before[0] * earlier + after[0] * now,
             free[1, 0] * x + free[1, 1] * v + before[1] * earlier + after[1] * now,
         )
-        found[0, k], found[1, k] = x, v
+        motion[0, k], motion[1, k] = x, v
         earlier = now
     for k in range(ground.size, ground.size + steps):
         x, v = free[0, 0] * x + free[0, 1] * v, free[1, 0] * x + free[1, 1] * v
-        found[0, k], found[1, k] = x, v
-    return found
+        motion[0, k], motion[1, k] = x, v
+    return motion
 
 
 #: Number of oscillators that are computed together: two of the widest vectors of processors.

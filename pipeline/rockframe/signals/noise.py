@@ -207,12 +207,12 @@ def signal_to_noise_band(
         edges = np.append(edges, math.inf)
     noise = _density(acceleration[:onset], time_step, edges)
     motion = _density(acceleration[first:last], time_step, edges)
-    known = np.isfinite(noise) & np.isfinite(motion)
-    if not known.any():
+    measured = np.isfinite(noise) & np.isfinite(motion)
+    if not measured.any():
         return 0.0, math.inf
     # A band that is too narrow to contain a Fourier line does not limit the others.
-    stands_out = ~known | (motion >= ratio**2 * noise)
-    top = int(np.where(known, motion, -1.0).argmax())
+    stands_out = ~measured | (motion >= ratio**2 * noise)
+    top = int(np.where(measured, motion, -1.0).argmax())
     if not stands_out[top]:
         return math.nan, math.nan
     below = np.flatnonzero(~stands_out[:top])

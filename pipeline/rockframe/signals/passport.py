@@ -194,8 +194,8 @@ class Passport:
     @property
     def verdict(self) -> CheckVerdict:
         """Worst verdict among the checks that could be measured."""
-        made = (c.verdict for c in self.checks if c.verdict is not CheckVerdict.NOT_MEASURED)
-        return max(made, default=CheckVerdict.NOT_MEASURED)
+        measured = (c.verdict for c in self.checks if c.verdict is not CheckVerdict.NOT_MEASURED)
+        return max(measured, default=CheckVerdict.NOT_MEASURED)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -272,8 +272,8 @@ def passport(
     >>> print(f"{result.measures.significant_duration:.2f} s")
     11.60 s
     """
-    known = measures or measured(before, after, limits.signal_to_noise_ratio, start)
-    return Passport(known, _judge(known, after, limits))
+    values = measures or measured(before, after, limits.signal_to_noise_ratio, start)
+    return Passport(values, _judge(values, after, limits))
 
 
 def measured(
@@ -338,12 +338,14 @@ def _end_share(series: Float) -> float:
 
 
 def _judge(measures: Measures, record: Record, limits: PassportLimits) -> tuple[Check, ...]:
-    known = record.site_type is not SiteType.UNKNOWN
+    site_known = record.site_type is not SiteType.UNKNOWN
     named = re.fullmatch(r"\d{3}", record.component, re.ASCII)
     derived = {
         "azimuth": float(record.component) if named else record.azimuth,
         "time_step": record.time_step,
-        "not_free_field": float(record.site_type is not SiteType.FREE_FIELD) if known else math.nan,
+        "not_free_field": float(record.site_type is not SiteType.FREE_FIELD)
+        if site_known
+        else math.nan,
         "signal_to_noise": measures.peak_acceleration / measures.noise_level,
     }
     return tuple(

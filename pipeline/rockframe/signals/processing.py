@@ -243,8 +243,8 @@ def _butterworth(low: float, high: float) -> Float:
     centre = np.cos(middle) + 1j * np.sin(middle)
     # zeros at 0 Hz and at the Nyquist frequency; a gain of 1 at the centre of the band
     gain = np.abs((centre - poles) * (centre - poles.conj()) / (centre**2 - 1))
-    one, nothing = np.ones_like(gain), np.zeros_like(gain)
-    rows = (gain, nothing, -gain, one, -2 * poles.real, np.abs(poles) ** 2)
+    ones, nothing = np.ones_like(gain), np.zeros_like(gain)
+    rows = (gain, nothing, -gain, ones, -2 * poles.real, np.abs(poles) ** 2)
     return np.stack(rows, axis=1).astype(np.float64)
 
 

@@ -256,8 +256,8 @@ def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
     half_cycles : float
         Number of half cycles, gamma [1].
     """
-    found = _spectra(nu, half_cycles, np.exp(1j * math.pi * half_cycles * nu))
-    return found[..., 0, :], found[..., 1, :]
+    both = _spectra(nu, half_cycles, np.exp(1j * math.pi * half_cycles * nu))
+    return both[..., 0, :], both[..., 1, :]
 
 
 def spectra_of_lines(line: float | Float, count: int, half_cycles: float | Float) -> Complex:
@@ -269,12 +269,12 @@ def spectra_of_lines(line: float | Float, count: int, half_cycles: float | Float
 def _spectra(nu: Float, gamma: float | Float, turned: Complex) -> Complex:
     """Return the spectra along the axis before last; `turned` is exp(i pi gamma nu)."""
     *points, count = nu.shape
-    found = np.empty((*points, 2, count), dtype=np.complex128)
+    spectra_of_both = np.empty((*points, 2, count), dtype=np.complex128)
     numbers = np.full(points, gamma, dtype=np.float64).ravel()
     rows = (numbers.size, count)
     phases = np.ascontiguousarray(turned.reshape(rows))
-    fill(nu.reshape(rows), numbers, phases, found.reshape(-1, 2, count))
-    return found
+    fill(nu.reshape(rows), numbers, phases, spectra_of_both.reshape(-1, 2, count))
+    return spectra_of_both
 
 
 def energy(gamma: float, phi: float) -> float:

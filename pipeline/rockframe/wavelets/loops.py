@@ -18,7 +18,7 @@ _NEAR: Final = 1e-6
 
 
 @compiled
-def fill(nu: Float, gamma: Float, turned: Complex, found: Complex) -> None:
+def fill(nu: Float, gamma: Float, turned: Complex, filled: Complex) -> None:
     """Fill in spectra, shape (points, 2, lines); `nu` and `turned` have shape (points, lines).
 
     They are sums of the window's Fourier integral, (gamma / 2) sinc(x) / (1 - x^2), at
@@ -29,20 +29,20 @@ def fill(nu: Float, gamma: Float, turned: Complex, found: Complex) -> None:
         sine, cosine = math.sin(math.pi * number), math.cos(math.pi * number)
         for k in range(nu.shape[1]):
             x, y = number * (nu[i, k] - 1.0), number * (nu[i, k] + 1.0)
-            one, two = turned[i, k].imag * cosine, turned[i, k].real * sine
+            first, second = turned[i, k].imag * cosine, turned[i, k].real * sine
             left, right = x * (1.0 - x) * (1.0 + x), y * (1.0 - y) * (1.0 + y)
             rate, at_limit = 0.5 * number * nu[i, k], min(abs(left), abs(right)) < _NEAR
             near += at_limit
-            lower = (one - two) / (1.0 if at_limit else left)
-            upper = (one + two) / (1.0 if at_limit else right)
-            found[i, 0, k] = complex(0.0, rate * (lower + upper))
-            found[i, 1, k] = complex(rate * (upper - lower), 0.0)
+            lower = (first - second) / (1.0 if at_limit else left)
+            upper = (first + second) / (1.0 if at_limit else right)
+            filled[i, 0, k] = complex(0.0, rate * (lower + upper))
+            filled[i, 1, k] = complex(rate * (upper - lower), 0.0)
         for k in range(nu.shape[1] if near else 0):
             x, y = number * (nu[i, k] - 1.0), number * (nu[i, k] + 1.0)
             if min(abs(x * (1.0 - x) * (1.0 + x)), abs(y * (1.0 - y) * (1.0 + y))) < _NEAR:
                 rate = 0.5 * math.pi * number * nu[i, k]
-                found[i, 0, k] = complex(0.0, rate * (_window(x) + _window(y)))
-                found[i, 1, k] = complex(rate * (_window(y) - _window(x)), 0.0)
+                filled[i, 0, k] = complex(0.0, rate * (_window(x) + _window(y)))
+                filled[i, 1, k] = complex(rate * (_window(y) - _window(x)), 0.0)
 
 
 @inlined
