@@ -146,7 +146,7 @@ class Bands(Mapping[str, Band]):
 
     def __init__(self, bands: Mapping[str, Band]) -> None:
         unknown = (math.nan, math.nan, math.nan)
-        self._bands = {one.name: bands.get(one.name, unknown) for one in BANDED}
+        self._bands = {quantity.name: bands.get(quantity.name, unknown) for quantity in BANDED}
 
     def __getitem__(self, name: str) -> Band:
         return self._bands[name]
@@ -203,15 +203,15 @@ class EnsembleResponse:
         share, low, high = (
             100.0 * getattr(self, f"share_overturned{end}") for end in ("", "_low", "_high")
         )
-        stated = {f"of {self.members} plausible structures": f"{self.overturned} overturn"}
-        stated["share that overturns, 90 % interval"] = f"{share:.0f} % ({low:.0f} to {high:.0f})"
+        rows = {f"of {self.members} plausible structures": f"{self.overturned} overturn"}
+        rows["share that overturns, 90 % interval"] = f"{share:.0f} % ({low:.0f} to {high:.0f})"
         for name in ("peak_rotation_ratio", "peak_u"):
             quantity, band = QUANTITIES[name], self.bands[name]
-            known = [quantity.text(one) for one in band if math.isfinite(one)]
+            finite = [quantity.text(bound) for bound in band if math.isfinite(bound)]
             unit = f" [{quantity.shown_unit}]" if quantity.shown_unit else ""
             label = f"{quantity.symbol}, 16 50 84 %{unit}"
-            stated[label] = " ".join([*known, *["overturns"] * (len(known) < len(band))])
-        return stated
+            rows[label] = " ".join([*finite, *["overturns"] * (len(finite) < len(band))])
+        return rows
 
     @property
     def share_overturned(self) -> float:

@@ -69,9 +69,9 @@ class Design:
     quantity: str = "peak_rotation_ratio"
 
     def __post_init__(self) -> None:
-        stated = {field.name: getattr(self, field.name) for field in fields(self)}
-        span = stated.pop("lowest"), stated.pop("highest")
-        DesignOptions(range=span, **stated)
+        options = {field.name: getattr(self, field.name) for field in fields(self)}
+        span = options.pop("lowest"), options.pop("highest")
+        DesignOptions(range=span, **options)
 
     @property
     def values(self) -> Float:

@@ -100,12 +100,12 @@ def with_parts(response: Response, parts: Sequence[Part]) -> Response:
     >>> [round(one.peak_rotation_ratio, 3) for one in done.parts]
     [0.651, 0.299]
     """
-    found = part_responses(response, parts)
-    for one in found:
-        if one.start_rotation_ratio > 0.0:
-            words = not_at_rest(response.frame.name, one.part, one.start_rotation_ratio)
+    each_part = part_responses(response, parts)
+    for part in each_part:
+        if part.start_rotation_ratio > 0.0:
+            words = not_at_rest(response.frame.name, part.part, part.start_rotation_ratio)
             warnings.warn(words, RockframeWarning, stacklevel=2)
-    return replace(response, parts=found)
+    return replace(response, parts=each_part)
 
 
 def not_at_rest(structure: str, part: Part, ratio: float) -> str:

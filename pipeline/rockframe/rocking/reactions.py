@@ -152,8 +152,8 @@ def model_end(response: Response) -> tuple[float, str]:
         "lift_exceeded_time": response.lift_exceeded_time,
         "tendon_yield_time": tied.tendon_yields if tied is not None and elastic else math.nan,
     }
-    known = ((time, MODEL_ENDS[name]) for name, time in times.items() if not math.isnan(time))
-    return min(known, default=(math.inf, ""))
+    reached = ((time, MODEL_ENDS[name]) for name, time in times.items() if not math.isnan(time))
+    return min(reached, default=(math.inf, ""))
 
 
 def until_model_ends(response: Response) -> Response:
@@ -376,16 +376,16 @@ def demands_at_rest(
     array([[0.102, 0.102]])
     """
     across, upwards = (part / GRAVITY for part in ground.at_nodes())
-    found = np.empty((len(frames), 2))
+    demands = np.empty((len(frames), 2))
     for k, (frame, scale) in enumerate(zip(frames, scales.tolist(), strict=True)):
         pressed = 1.0
         if frame.tendon is not None:
             pressed += frame.tendon.prestress / frame.weight
-        shear = found[k, 0] = abs(scale) * np.abs(across).max()
-        found[k, 1] = shear / pressed
+        shear = demands[k, 0] = abs(scale) * np.abs(across).max()
+        demands[k, 1] = shear / pressed
         if ground.vertical is not None:
-            found[k, 1] = np.max(np.abs(scale * across) / (pressed + scale * upwards))
-    return found
+            demands[k, 1] = np.max(np.abs(scale * across) / (pressed + scale * upwards))
+    return demands
 
 
 def _place(lever: Lever, side: Float, theta: Float) -> tuple[Float, Float]:
@@ -411,24 +411,24 @@ def _accelerations(
 
 def _tie_moment(response: Response) -> Float:
     """Return the moment of the ties at the nodes, over that of gravity."""
-    found, frame = response.restraint, response.frame
+    ties, frame = response.restraint, response.frame
     moment = np.zeros(response.time.size)
-    if found is None:
+    if ties is None:
         return moment
     if frame.tendon is not None:
-        moment = moment + frame.tie_moment(1.0, frame.tie_lever) * found.tendon_force
+        moment = moment + frame.tie_moment(1.0, frame.tie_lever) * ties.tendon_force
     if frame.dissipater is not None:
         per_force = frame.tie_moment(frame.joints, frame.dissipater.lever_arm)
-        moment = moment + per_force * found.dissipater_force
+        moment = moment + per_force * ties.dissipater_force
     return moment
 
 
-def _tie_forces(found: RestraintResponse, frame: RockingFrame) -> Float:
+def _tie_forces(ties: RestraintResponse, frame: RockingFrame) -> Float:
     """Return the forces of the ties across one joint, over the weight of a column."""
-    forces = np.zeros(found.tendon_force.size)
+    forces = np.zeros(ties.tendon_force.size)
     for tie, force in (
-        (frame.tendon, found.tendon_force),
-        (frame.dissipater, found.dissipater_force),
+        (frame.tendon, ties.tendon_force),
+        (frame.dissipater, ties.dissipater_force),
     ):
         if tie is not None:
             forces = forces + force / ((frame.column_mass or math.nan) * GRAVITY)

@@ -107,7 +107,7 @@ def ties_of(frame: RockingFrame) -> ties.Ties:
             *(0.0, highest, -highest, ties.PLASTIC),
         )
     for name, tie in (("tendon", tendon), ("dissipater", dissipater)):
-        moment = max(one for one in tie[:3] if math.isfinite(one))
+        moment = max(part for part in tie[:3] if math.isfinite(part))
         if moment > _STRONGEST:
             raise ParameterError(
                 f"Invalid {name} of frame {frame.name!r}: its stiffness or force has {moment:.3g} "
@@ -504,8 +504,8 @@ def as_ground(motion: Record | Pulse | GroundAcceleration) -> GroundAcceleration
     if isinstance(motion, Pulse):
         return GroundAcceleration.from_pulse(motion)
     if not isinstance(motion, GroundAcceleration):  # such as a list, where types are not checked
-        known = "a Record, Pulse or GroundAcceleration"  # type: ignore[unreachable]
-        raise ParameterError(f"Invalid motion of type {type(motion).__name__}. Must be {known}.")
+        allowed = "a Record, Pulse or GroundAcceleration"  # type: ignore[unreachable]
+        raise ParameterError(f"Invalid motion of type {type(motion).__name__}. Must be {allowed}.")
     return motion
 
 
@@ -517,9 +517,9 @@ def require_some(**named: Sequence[object]) -> None:
             raise ParameterError(f"Invalid {label} of type {kind}. Must be a sequence of {label}.")
         if len(things) == 0:
             raise ParameterError(f"Invalid number of {label}, 0. Must be one or more.")
-        for one in things if label == "frames" else ():
-            if not isinstance(one, RockingFrame):
-                kind = type(one).__name__
+        for item in things if label == "frames" else ():
+            if not isinstance(item, RockingFrame):
+                kind = type(item).__name__
                 raise ParameterError(f"Invalid frame of type {kind}. Must be a RockingFrame.")
 
 

@@ -196,9 +196,9 @@ class ScenarioPacker:
             slots[:, lanes.PIECES] = count
             if levers is not None:
                 slots[:, lanes.SWINGS] = levers[some]
-            for one in np.unique(constants[some, 1]).tolist() if self._results.kept else ():
-                slots[slots[:, lanes.P_HAT] == one, lanes.AHEAD] = pack.nodes - pack.length
-                pack.ahead.append(motion.ahead(count, one))
+            for p_hat in np.unique(constants[some, 1]).tolist() if self._results.kept else ():
+                slots[slots[:, lanes.P_HAT] == p_hat, lanes.AHEAD] = pack.nodes - pack.length
+                pack.ahead.append(motion.ahead(count, p_hat))
                 pack.nodes += len(pack.ahead[-1])
             pack.rows.append(rows)
             pack.bounds.append(bounds)
@@ -468,7 +468,7 @@ def respond_scenarios(
     still = np.flatnonzero(results.verdicts == NO_UPLIFT) if demands else np.arange(0)
     for k in np.unique(which[still]).tolist():
         chosen = still[which[still] == k]
-        resting = [frames[one] for one in whose[chosen]]
+        resting = [frames[index] for index in whose[chosen]]
         forces[chosen] = demands_at_rest(_ground_of(grounds[k]), resting, factors[chosen])
     return Scenarios(
         verdict=results.verdicts,
@@ -522,11 +522,11 @@ def respond_many(
     factors = scales_of(scales, motions=motions, frames=frames)
     shape = (len(motions), len(frames), factors.size)
     ground, frame, scale = (axis.ravel() for axis in np.indices(shape))
-    found = respond_scenarios(motions, frames, ground, frame, factors[scale])
-    return Peaks(*(getattr(found, field.name).reshape(shape) for field in fields(Peaks)))
+    scenarios = respond_scenarios(motions, frames, ground, frame, factors[scale])
+    return Peaks(*(getattr(scenarios, field.name).reshape(shape) for field in fields(Peaks)))
 
 
-def scales_of(scales: ArrayLike, **others: Sequence[object]) -> Float:
+def scales_of(scales: ArrayLike, **more: Sequence[object]) -> Float:
     """Return scales as an array, after checking them and the others with `require_some`.
 
     Raises
@@ -535,7 +535,7 @@ def scales_of(scales: ArrayLike, **others: Sequence[object]) -> Float:
         If a sequence is empty or none, or a scale is not finite.
     """
     factors = np.atleast_1d(np.asarray(scales, dtype=np.float64))
-    require_some(**others, scales=factors)  # type: ignore[arg-type]
+    require_some(**more, scales=factors)  # type: ignore[arg-type]
     if factors.ndim != 1 or not np.isfinite(factors).all():
         raise ParameterError(f"Invalid scales {factors}. Must be a row of finite numbers.")
     return factors

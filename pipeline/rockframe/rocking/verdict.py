@@ -283,19 +283,19 @@ class SpreadVerdict:
     @property
     def _end(self) -> str:
         """First event that ends the model, with its time or the share of members that reach it."""
-        known = [(time, name) for name, time in self.model_ends.items() if math.isfinite(time)]
-        time, name = min(known, default=(math.nan, ""))
+        reached = [(time, name) for name, time in self.model_ends.items() if math.isfinite(time)]
+        time, name = min(reached, default=(math.nan, ""))
         event = MODEL_ENDS.get(name, self.model_end.words or "model ends")
         if self.share_model_ends > 0.0:
             return f"; {event} in {100.0 * self.share_model_ends:.0f} %"
         nominally = "" if self.is_nominal else " nominally"
-        return f"; {event}{nominally} {time:.1f} s" if known else ""
+        return f"; {event}{nominally} {time:.1f} s" if reached else ""
 
 
 def _percent(share: float) -> str:
     """Return a share between the limits of the rule, which rounding must not move onto one."""
     whole = f"{100.0 * share:.0f}"
-    limits = {f"{100.0 * one:.0f}" for one in (STANDS_UP_TO, OVERTURNS_FROM)}
+    limits = {f"{100.0 * limit:.0f}" for limit in (STANDS_UP_TO, OVERTURNS_FROM)}
     return f"{100.0 * share:.1f} %" if whole in limits else f"{whole} %"
 
 
@@ -355,8 +355,8 @@ class Strip:
         [(None, 0.1, 10.0)]
         """
         end = min(max(self.largest_scale, low), high) if self.robust else low
-        reached = [one for one in self.robust if not math.isnan(one)]
-        ends = [min(max(one, low), end) for one in (low, *reached, end)]
+        reached = [scale for scale in self.robust if not math.isnan(scale)]
+        ends = [min(max(scale, low), end) for scale in (low, *reached, end)]
         parts: list[tuple[int | None, float, float]] = [
             (count, a, b) for count, (a, b) in enumerate(pairwise(ends)) if a < b
         ]
@@ -409,5 +409,5 @@ def strip_of(
         starts.append(end)
     known_to = starts.pop() if further else math.inf
     intervals = zip(starts, ends if further else [*ends, largest_scale], strict=True)
-    found = tuple((a, b) for a, b in intervals if a < largest_scale)
-    return Strip(found, largest_scale, robust, known_to)
+    below = tuple((a, b) for a, b in intervals if a < largest_scale)
+    return Strip(below, largest_scale, robust, known_to)

@@ -163,9 +163,9 @@ def margins_of(task: ScreeningTask) -> Arrays:
         for measure, prefix in (("scale", "s"), ("error", "error"))
     }
     return robust | {
-        "critical_scale": np.array([[margin.critical_scale for margin in row] for row in found]),
+        "critical_scale": np.array([[margin.critical_scale for margin in row] for row in rows]),
         "safe_islands": np.array(
-            [[margin.safe_islands for margin in row] for row in found], dtype=np.int32
+            [[margin.safe_islands for margin in row] for row in rows], dtype=np.int32
         ),
     }
 

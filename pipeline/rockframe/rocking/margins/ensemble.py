@@ -104,7 +104,7 @@ def ensemble_responses(
     overturned = (peaks.verdict == Verdict.OVERTURNS).sum(axis=2)
     ended = peaks.limits_reached.any(axis=0).sum(axis=2)
     each = peaks.limits_reached.sum(axis=3)
-    bands = {name: quantiles(found).tolist() for name, found in peaks.peaks.items()}
+    bands = {name: quantiles(values).tolist() for name, values in peaks.peaks.items()}
     limited = [_has_limit(frame) for frame in frames]
     return [
         [
@@ -113,7 +113,7 @@ def ensemble_responses(
                 int(uplifted[i, k]),
                 int(overturned[i, k]),
                 int(ended[i, k]) if limited[k] else None,
-                Bands({name: tuple(found[i][k]) for name, found in bands.items()}),
+                Bands({name: tuple(bounds[i][k]) for name, bounds in bands.items()}),
                 rank_correlations(
                     peaks.peaks["peak_rotation_ratio"][i, k],
                     chosen,
@@ -160,9 +160,12 @@ def with_ensemble(
     >>> response.verdict.label, response.spread_verdict.kind.label
     ('overturns', 'may overturn')
     """
-    frames = [one.frame for one in responses]
-    [found] = ensemble_responses([motion], frames, ensemble, [versions])
-    return [replace(one, ensemble=each) for one, each in zip(responses, found, strict=True)]
+    frames = [response.frame for response in responses]
+    [ensembles] = ensemble_responses([motion], frames, ensemble, [versions])
+    return [
+        replace(response, ensemble=each)
+        for response, each in zip(responses, ensembles, strict=True)
+    ]
 
 
 def with_envelope(
@@ -187,7 +190,7 @@ def with_envelope(
     chosen = ensemble or Ensemble()
     require_members(chosen)
     each = _member_responses(response.frame, motion, chosen, versions)
-    rotations = np.stack([_until_fallen(one.theta) for one, _ in each], axis=-1)
+    rotations = np.stack([_until_fallen(history.theta) for history, _ in each], axis=-1)
     low, _, high = np.moveaxis(quantiles(rotations), -1, 0)
     return replace(response, theta_low=low, theta_high=high)
 
@@ -242,8 +245,8 @@ def with_forces(
     if ensemble is None or not ensemble.members:
         return response
     each = [
-        astuple(joint_forces(one, ground))
-        for one, ground in _member_responses(response.frame, motion, ensemble, versions)
+        astuple(joint_forces(member, ground))
+        for member, ground in _member_responses(response.frame, motion, ensemble, versions)
     ]
     return replace(response, force_bands=_force_bands(np.array(each), response.frame))
 
@@ -259,8 +262,8 @@ def _force_bands(each: Float, frame: RockingFrame) -> JointForces[Band]:
     for name, forces in zip(names, each.T, strict=True):
         worse = -1.0 if name.endswith("_least") else 1.0
         there = frame.mass_ratio > 0.0 or not name.startswith("top")
-        found = worse * quantiles(np.where(fallen & there, math.inf, worse * forces))
-        bands[name] = tuple(sorted(found.tolist()))
+        bounds = worse * quantiles(np.where(fallen & there, math.inf, worse * forces))
+        bands[name] = tuple(sorted(bounds.tolist()))
     return JointForces(**bands)
 
 
@@ -290,8 +293,8 @@ def quantiles(peaks: Float) -> Float:
     low, high = ordered[..., below], ordered[..., np.ceil(place).astype(int)]
     with np.errstate(invalid="ignore"):
         between = np.where(share > 0.0, low + share * (high - low), low)
-    found: Float = np.where(np.isinf(low), low, between)
-    return found
+    quantile: Float = np.where(np.isinf(low), low, between)
+    return quantile
 
 
 def member_peaks(
@@ -321,19 +324,19 @@ def member_peaks(
     motion = np.tile(of_member, len(frames)).ravel()
     whose = np.tile(np.arange(len(family)), len(motions))
     scale = np.tile(draws(ensemble)[:, 3], len(motions) * len(frames))
-    found = respond_scenarios(
+    scenarios = respond_scenarios(
         [Prepared(ground) for ground in grounds], family, motion, whose, scale, demands=True
     )
-    shear, friction = found.base_shear.copy(), found.friction_demand.copy()
+    shear, friction = scenarios.base_shear.copy(), scenarios.friction_demand.copy()
     for k in np.flatnonzero(np.isnan(shear)).tolist():
         ground = grounds[motion[k]].scaled(float(scale[k]))
         shear[k], friction[k] = _demands_one_by_one(family[whose[k]], ground)
-    peaks = _peaks(found, ensemble, frames, shear.reshape(shape), friction.reshape(shape))
+    peaks = _peaks(scenarios, ensemble, frames, shear.reshape(shape), friction.reshape(shape))
     ended = peaks.limits_reached.any(axis=0) & (peaks.verdict != Verdict.OVERTURNS)
     for place in np.argwhere(ended).tolist():
-        one = int(np.ravel_multi_index(place, shape))
-        ground = grounds[motion[one]].scaled(float(scale[one]))
-        demands = _demands_one_by_one(family[whose[one]], ground)
+        row = int(np.ravel_multi_index(place, shape))
+        ground = grounds[motion[row]].scaled(float(scale[row]))
+        demands = _demands_one_by_one(family[whose[row]], ground)
         for name, demand in zip(("peak_base_shear", "friction_demand"), demands, strict=True):
             peaks.peaks[name][*place] = demand
     return peaks
@@ -349,9 +352,9 @@ def shaken(
     grounds: list[GroundAcceleration] = []
     of_member = np.empty((len(motions), ensemble.members), dtype=np.int64)
     for i, motion in enumerate(motions):
-        known = None if versions is None else versions[i]
-        of_member[i] = len(grounds) + (0 if known is None else known.of_member)
-        grounds += [as_ground(motion)] if known is None else known.grounds
+        own = None if versions is None else versions[i]
+        of_member[i] = len(grounds) + (0 if own is None else own.of_member)
+        grounds += [as_ground(motion)] if own is None else own.grounds
     return grounds, of_member
 
 
@@ -369,16 +372,16 @@ def _demands_one_by_one(frame: RockingFrame, ground: GroundAcceleration) -> tupl
 
 
 def _peaks(
-    found: Scenarios,
+    scenarios: Scenarios,
     ensemble: Ensemble,
     frames: Sequence[RockingFrame],
     shear: Float,
     friction: Float,
 ) -> MemberPeaks:
     """Return the peaks of members, in the shape of the shears."""
-    verdict = found.verdict.reshape(shear.shape)
-    rotation = found.peak_rotation.reshape(shear.shape)
-    speed = found.impact_velocity.reshape(shear.shape)
+    verdict = scenarios.verdict.reshape(shear.shape)
+    rotation = scenarios.peak_rotation.reshape(shear.shape)
+    speed = scenarios.impact_velocity.reshape(shear.shape)
     length, angle, impact = np.stack([_levers(ensemble, frame) for frame in frames], axis=1)
     beam = Lever(length, angle)
     u, v = beam.shift(rotation), beam.lift(np.minimum(rotation, angle))
@@ -394,8 +397,8 @@ def _peaks(
             valid = np.minimum(rotation[:, k], [member.abutment_rotation for member in family])
             tendon[:, k], dissipater[:, k] = _tie_forces(family, valid)
     fallen = verdict == Verdict.OVERTURNS
-    found_of = {
-        "peak_rotation_ratio": found.peak_rotation_ratio.reshape(shear.shape),
+    of_members = {
+        "peak_rotation_ratio": scenarios.peak_rotation_ratio.reshape(shear.shape),
         "peak_u": u,
         "peak_v": v,
         "peak_impact_velocity": speed,
@@ -404,7 +407,10 @@ def _peaks(
         "peak_tendon_force": tendon,
         "peak_dissipater_force": dissipater,
     }
-    peaks = {name: np.where(fallen & ~np.isnan(one), np.inf, one) for name, one in found_of.items()}
+    peaks = {
+        name: np.where(fallen & ~np.isnan(values), np.inf, values)
+        for name, values in of_members.items()
+    }
     return MemberPeaks(verdict=verdict, limits_reached=ended, peaks=peaks)
 
 
@@ -426,9 +432,9 @@ def _tie_forces(family: Sequence[RockingFrame], rotation: Float) -> tuple[Float,
     tendon, dissipater = np.full((2, *rotation.shape), math.nan)
     for k, frame in enumerate(family):
         if frame.tendon is not None:
-            tendon[:, k] = [frame.tension(one) for one in rotation[:, k].tolist()]
+            tendon[:, k] = [frame.tension(angle) for angle in rotation[:, k].tolist()]
         if frame.dissipater is not None:
-            dissipater[:, k] = [frame.bar_force(one) for one in rotation[:, k].tolist()]
+            dissipater[:, k] = [frame.bar_force(angle) for angle in rotation[:, k].tolist()]
     return tendon, dissipater
 
 

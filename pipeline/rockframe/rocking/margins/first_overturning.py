@@ -83,11 +83,11 @@ class _Samples:
 
     def and_(self, other: _Samples) -> _Samples:
         every = (self, other)
-        place = np.concatenate([one.place for one in every])
+        place = np.concatenate([samples.place for samples in every])
         return _Samples(
             place,
-            np.concatenate([one.fallen for one in every]),
-            np.concatenate([one.excursions for one in every]),
+            np.concatenate([samples.fallen for samples in every]),
+            np.concatenate([samples.excursions for samples in every]),
         ).take(np.unique(place, return_index=True)[1])
 
 
@@ -274,12 +274,12 @@ def _portions(places: Int) -> list[Int]:
 def _prevails(fallen: NDArray[np.bool_], lengths: Float) -> int | None:
     """Return the sample from which overturning prevails (see `FirstOverturning`), or None."""
     balance = np.where(fallen, lengths, -lengths)
-    worst, found = 0.0, None
+    worst, start = 0.0, None
     for k in range(balance.size - 1, -1, -1):
         worst = float(balance[k]) + min(0.0, worst)
         if fallen[k] and worst > 0.0:
-            found = k
-    return found
+            start = k
+    return start
 
 
 def _islands(scales: Float, fallen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
@@ -321,15 +321,15 @@ def first_overturnings(
     list of FirstOverturning
         The result of a line is the same, to the last bit, whichever other lines are computed.
     """
-    prepared = [Prepared(one) for one in grounds]
-    found: dict[int, FirstOverturning] = {}
+    prepared = [Prepared(each) for each in grounds]
+    results: dict[int, FirstOverturning] = {}
     searches = [
         SliverSearch(float(low), float(high), frames[k].effective_frequency_parameter).search()
         for low, high, k in zip(least, largest, frame.tolist(), strict=True)
     ]
     wanted: dict[int, Float] = {}
-    for line, one in enumerate(searches):
-        advance(one, None, line, wanted, found)
+    for line, search in enumerate(searches):
+        advance(search, None, line, wanted, results)
     while wanted:
         lines = np.repeat([*wanted], [scales.size for scales in wanted.values()])
         answers = respond_scenarios(
@@ -349,8 +349,8 @@ def first_overturnings(
                 answers.peak_rotation_ratio[part],
                 answers.excursions[part],
             )
-            advance(searches[line], answer, line, wanted, found)
-    return [found[line] for line in range(len(searches))]
+            advance(searches[line], answer, line, wanted, results)
+    return [results[line] for line in range(len(searches))]
 
 
 def advance(
@@ -358,14 +358,14 @@ def advance(
     answer: Outcomes | None,
     line: int,
     wanted: dict[int, Request],
-    found: dict[int, Result],
+    results: dict[int, Result],
 ) -> None:
-    """Send an answer to a search; store its next request in `wanted` or its result in `found`."""
+    """Send an answer to a search; store its next request in `wanted` or its result in `results`."""
     try:
         wanted[line] = next(search) if answer is None else search.send(answer)
     except StopIteration as end:
         wanted.pop(line, None)
-        found[line] = end.value
+        results[line] = end.value
 
 
 #: Largest multiple of the motion at which overturning is searched [1].

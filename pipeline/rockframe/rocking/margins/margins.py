@@ -118,8 +118,8 @@ def margins(
     one_frame = [frames] if isinstance(frames, RockingFrame) else None
     row: Sequence[Motion] = one_motion or motions  # type: ignore[assignment]
     column: Sequence[RockingFrame] = one_frame or frames  # type: ignore[assignment]
-    found = _margins(row, column, largest_scale, ensemble)
-    return found[0][0] if one_motion and one_frame else found
+    rows = _margins(row, column, largest_scale, ensemble)
+    return rows[0][0] if one_motion and one_frame else rows
 
 
 def _margins(
@@ -130,23 +130,23 @@ def _margins(
 ) -> list[list[Margin]]:
     require_some(motions=motions, frames=frames)
     grounds = [as_ground(motion) for motion in motions]
-    for one in grounds:
-        refuse_flight(one)
+    for each in grounds:
+        refuse_flight(each)
     ground, frame = np.indices((len(grounds), len(frames))).reshape(2, -1)
-    largest = np.array([largest_scale_of(one, largest_scale) for one in grounds])[ground]
+    largest = np.array([largest_scale_of(each, largest_scale) for each in grounds])[ground]
     least = np.array(
         [
             least_scale_of(grounds[i], frames[k])
             for i, k in zip(ground.tolist(), frame.tolist(), strict=True)
         ]
     )
-    found = first_overturnings(grounds, frames, ground, frame, least, largest)
-    robust: list[RobustMargin | None] = [None] * len(found)
+    overturnings = first_overturnings(grounds, frames, ground, frame, least, largest)
+    robust: list[RobustMargin | None] = [None] * len(overturnings)
     if ensemble is not None:
         robust = [*chain(*robust_margins(grounds, frames, ensemble, largest_scale=largest_scale))]
     every = [
-        Margin(first=one, largest_scale=float(end), robust=members)
-        for one, end, members in zip(found, largest, robust, strict=True)
+        Margin(first=first, largest_scale=float(end), robust=members)
+        for first, end, members in zip(overturnings, largest, robust, strict=True)
     ]
     width = len(frames)
     return [every[start : start + width] for start in range(0, len(every), width)]
@@ -183,7 +183,8 @@ def with_margins(
     >>> response.verdict.name, round(response.margin.critical_scale, 4)
     ('STANDS', 1.0001)
     """
-    found = margins([motion], [response.frame for response in responses], ensemble=ensemble)[0]
+    results = margins([motion], [response.frame for response in responses], ensemble=ensemble)[0]
     return [
-        replace(response, margin=margin) for response, margin in zip(responses, found, strict=True)
+        replace(response, margin=margin)
+        for response, margin in zip(responses, results, strict=True)
     ]

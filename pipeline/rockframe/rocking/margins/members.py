@@ -56,8 +56,8 @@ def powers_within(factor: float, drawn: Float) -> Float:
     [0.5, 1.0, 2.0]
     """
     share = 2.0 * drawn.astype(np.longdouble) - 1.0
-    found: Float = np.exp(share * np.log(np.longdouble(factor))).astype(np.float64)
-    return found
+    powers: Float = np.exp(share * np.log(np.longdouble(factor))).astype(np.float64)
+    return powers
 
 
 def hypercube(rng: np.random.Generator, members: int, columns: int) -> Float:
@@ -76,14 +76,14 @@ def members(ensemble: Ensemble, frame: RockingFrame) -> tuple[RockingFrame, ...]
     ParameterError
         If a member cannot rock; it names the spread and the value of the member.
     """
-    found = []
+    structures = []
     for number, row in enumerate(draws(ensemble)[:, :3].tolist(), 1):
         try:
-            found.append(_member(frame, *row))
-            ties_of(found[-1])
+            structures.append(_member(frame, *row))
+            ties_of(structures[-1])
         except ParameterError as error:
             raise _impossible(ensemble, frame, number, row, error) from None
-    return tuple(found)
+    return tuple(structures)
 
 
 def _member(frame: RockingFrame, height: float, width: float, loss: float) -> RockingFrame:
@@ -119,10 +119,10 @@ def _impossible(
         "impact_loss": f"a velocity ratio of impacts of {frame.restitution ** row[2]:.4g}",
     }
     spreads = " and ".join(f"{name} {getattr(ensemble, name):g}" for name in reasons)
-    stated = " and ".join(values[name] for name in reasons)
+    reasons_in_words = " and ".join(values[name] for name in reasons)
     return ParameterError(
         f"Invalid spread {spreads} of the ensemble of frame {frame.name!r}: member {number} has "
-        f"{stated}. {error} State a smaller spread."
+        f"{reasons_in_words}. {error} State a smaller spread."
     )
 
 

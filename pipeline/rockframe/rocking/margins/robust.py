@@ -128,25 +128,25 @@ def robust_margins(
     require_some(motions=motions, frames=frames)
     families = [members(chosen, frame) for frame in frames]
     amplitude = draws(chosen)[:, 3]
-    found = []
+    rows = []
     for motion in motions:
         ground = as_ground(motion)
         refuse_flight(ground)
         largest = largest_scale_of(ground, largest_scale)
-        weakest = [min(one, key=lambda frame: frame.uplift_acceleration) for one in families]
+        weakest = [min(family, key=lambda frame: frame.uplift_acceleration) for family in families]
         searches = [
             FamilySearch(amplitude, least_scale_of(ground, frame), largest, chosen.seed).search()
             for frame in weakest
         ]
         changes = changed_by_sampling([ground], frames, chosen)[0]
         row = _side_by_side(Prepared(ground), families, searches)
-        found.append(
+        rows.append(
             [
-                replace(one, sampling_changes=count)
-                for one, count in zip(row, changes.tolist(), strict=True)
+                replace(margin, sampling_changes=count)
+                for margin, count in zip(row, changes.tolist(), strict=True)
             ]
         )
-    return found
+    return rows
 
 
 #: A search yields members and scales, and is sent the verdicts and peaks of these scenarios.
@@ -161,10 +161,10 @@ def _side_by_side(
     """Run the searches under one ground motion in common batches."""
     frames = [*chain(*families)]
     count = len(families[0])
-    found: dict[int, RobustMargin] = {}
+    results: dict[int, RobustMargin] = {}
     wanted: dict[int, tuple[Int, Float]] = {}
     for line, search in enumerate(searches):
-        advance(search, None, line, wanted, found)
+        advance(search, None, line, wanted, results)
     while wanted:
         frame = np.concatenate([line * count + member for line, (member, _) in wanted.items()])
         scale = np.concatenate([scales for _, scales in wanted.values()])
@@ -174,8 +174,8 @@ def _side_by_side(
             part = slice(end, end := end + member.size)
             fallen = peaks.verdict[part] == Verdict.OVERTURNS
             answer = fallen, peaks.peak_rotation_ratio[part]
-            advance(searches[line], answer, line, wanted, found)
-    return [found[line] for line in range(len(searches))]
+            advance(searches[line], answer, line, wanted, results)
+    return [results[line] for line in range(len(searches))]
 
 
 @dataclass(eq=False)
@@ -267,9 +267,9 @@ class FamilySearch:
         for low in range(start, last + 1, together):
             power = np.arange(low, min(low + together, last + 1), step)
             falls, peaks = yield from self._tried(power, (some + power[:, None]) % count)
-            found = (falls | (peaks > peak)).any(axis=1)
-            if found.any():
-                return int(power[found.argmax()])
+            reached = (falls | (peaks > peak)).any(axis=1)
+            if reached.any():
+                return int(power[reached.argmax()])
         return None
 
     def _margin(self, lowest: int, falls: Bool) -> RobustMargin:
@@ -287,8 +287,8 @@ class FamilySearch:
             error = self._scale(0.5 * float(high - low)) - 1.0
             reached = not math.isnan(crossing[0])
             scale = self._scale(lowest + float(crossing[0])) if reached else math.nan
-            found.append((scale, error if reached else math.nan))
-        (s10, error10), (s25, error25), (s50, error50) = found
+            margins.append((scale, error if reached else math.nan))
+        (s10, error10), (s25, error25), (s50, error50) = margins
         return RobustMargin(s10, s25, s50, error10, error25, error50, self.responses)
 
     def _averaged(self, values: Float | Int) -> Float:
@@ -347,7 +347,7 @@ def changed_by_sampling(
     scale = np.tile(draws(ensemble)[:, 3], len(grounds) * len(frames))
     given, finer = (
         respond_scenarios(sampled, family, motion, whose, scale).verdict == Verdict.OVERTURNS
-        for sampled in (grounds, [resampled(one) for one in grounds])
+        for sampled in (grounds, [resampled(original) for original in grounds])
     )
     return np.asarray((given != finer).reshape(shape).sum(axis=2))
 

@@ -124,9 +124,9 @@ def overturning_spectrum(
     # last
     shape = (len(pulses), frequency_ratio.size, slenderness.size, mass_ratio.size)
     order = np.arange(math.prod(shape)).reshape(shape).transpose(0, 2, 3, 1).ravel()
-    found = _together(parts).ordered(order)
+    scan = _together(parts).ordered(order)
     return OverturningSpectrum(
-        tuple(pulses), slenderness, mass_ratio, frequency_ratio, amplitude, found
+        tuple(pulses), slenderness, mass_ratio, frequency_ratio, amplitude, scan
     )
 
 
@@ -242,7 +242,7 @@ def _scans(task: _Task) -> Scan:
     """Scan a task; each thread computes neighbouring grounds."""
     number, count = len(task.grounds), min(threads(), len(task.grounds))
     ends = [number * k // count for k in range(count + 1)]
-    parts = [replace(task, grounds=task.grounds[one:end]) for one, end in pairwise(ends)]
+    parts = [replace(task, grounds=task.grounds[start:end]) for start, end in pairwise(ends)]
     return _together(on_threads(_scan, parts))
 
 
@@ -260,7 +260,7 @@ def _scan(task: _Task) -> Scan:
         frame,
         task.amplitude,
         tolerance=task.tolerance,
-        unit=np.array([one.uplift_acceleration for one in task.frames])[frame],
+        unit=np.array([each.uplift_acceleration for each in task.frames])[frame],
     )
 
 

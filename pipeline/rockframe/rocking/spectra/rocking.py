@@ -127,14 +127,14 @@ def rocking_spectrum(
         for row in (slendernesses, mass_ratios, column_periods)
     )
     tasks = [(motion, frames) for motion in motions]
-    found = list(map_tasks(_respond, tasks, engine=OneProcess() if engine is None else engine))
+    peaks = list(map_tasks(_respond, tasks, engine=OneProcess() if engine is None else engine))
     shape = (len(motions), slenderness.size, mass_ratio.size, period.size)
     return RockingSpectrum(
         slenderness,
         mass_ratio,
         period,
         *(
-            np.stack([getattr(of_motion, name) for of_motion in found]).reshape(shape)
+            np.stack([getattr(of_motion, name) for of_motion in peaks]).reshape(shape)
             for name in ("verdict", "peak_rotation_ratio", "peak_velocity")
         ),
     )

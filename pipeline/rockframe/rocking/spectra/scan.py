@@ -52,18 +52,20 @@ class Lines:
 
     def at(self, line: Int, amplitude: Float) -> Points:
         """Return the outcome of lines at amplitudes."""
-        found = respond_scenarios(
+        scenarios = respond_scenarios(
             self.grounds,
             self.frames,
             self.ground[line],
             self.frame[line],
             self.unit[line] * amplitude,
         )
-        fallen = found.verdict == Verdict.OVERTURNS
-        fall = np.where(np.isnan(found.overturning_time), np.inf, found.overturning_time)
-        lean = np.where(found.peak_rotation_ratio >= _NEAR, found.peak_rotation_ratio, -np.inf)
+        fallen = scenarios.verdict == Verdict.OVERTURNS
+        fall = np.where(np.isnan(scenarios.overturning_time), np.inf, scenarios.overturning_time)
+        lean = np.where(
+            scenarios.peak_rotation_ratio >= _NEAR, scenarios.peak_rotation_ratio, -np.inf
+        )
         nearness = np.where(fallen, fall, lean)
-        return Points(line, amplitude, found.verdict, fallen, nearness, found.impacts)
+        return Points(line, amplitude, scenarios.verdict, fallen, nearness, scenarios.impacts)
 
     def within(self, three: Sequence[Points]) -> list[Points]:
         """Return the outcomes at three points of each line and between them, in order."""
@@ -73,8 +75,8 @@ class Lines:
             for a, b in pairwise(three)
             for share in shares
         ]
-        found = self.at(np.tile(three[0].line, len(tried)), np.concatenate(tried))
-        new = [found.take(part) for part in np.split(np.arange(found.line.size), len(tried))]
+        points = self.at(np.tile(three[0].line, len(tried)), np.concatenate(tried))
+        new = [points.take(part) for part in np.split(np.arange(points.line.size), len(tried))]
         return [three[0], *new[: shares.size], three[1], *new[shares.size :], three[2]]
 
 
@@ -116,13 +118,13 @@ class Flips:
     impacts: NDArray[np.int32]
 
     @classmethod
-    def between(cls, one: Points, other: Points) -> Flips:
+    def between(cls, points: Points, other: Points) -> Flips:
         """Return the flips between points of the same lines with opposite outcomes."""
         return cls(
-            one.line,
-            np.where(one.fallen, one.amplitude, other.amplitude),
-            np.where(one.fallen, other.amplitude, one.amplitude),
-            np.where(one.fallen, one.impacts, other.impacts),
+            points.line,
+            np.where(points.fallen, points.amplitude, other.amplitude),
+            np.where(points.fallen, other.amplitude, points.amplitude),
+            np.where(points.fallen, points.impacts, other.impacts),
         )
 
 
@@ -158,19 +160,19 @@ def slivers(lines: Lines, points: Points) -> list[Flips]:
     highest = (nearness[1:-1] >= nearness[:-2]) & (nearness[1:-1] > nearness[2:])
     left = np.flatnonzero(alike & highest)
     three = [points.take(left + k) for k in range(3)]
-    found: list[Flips] = []
+    flips: list[Flips] = []
     for _ in range(_ROUNDS if left.size else 0):
         nine = lines.within(three)
-        for one, next_one in pairwise(nine):
-            hit = np.flatnonzero(one.fallen != next_one.fallen)
-            found.append(Flips.between(one.take(hit), next_one.take(hit)))
+        for before, after in pairwise(nine):
+            hit = np.flatnonzero(before.fallen != after.fallen)
+            flips.append(Flips.between(before.take(hit), after.take(hit)))
         other = [point.fallen != three[1].fallen for point in nine]
         rest = np.flatnonzero(~np.any(other, axis=0))
         if rest.size == 0:
             break
         centre = np.argmax([point.nearness[rest] for point in nine[1:-1]], axis=0)
         three = [_chosen(nine[k : len(nine) - 2 + k], centre, rest) for k in range(3)]
-    return found
+    return flips
 
 
 def _chosen(points: list[Points], which: Int, rest: Int) -> Points:
