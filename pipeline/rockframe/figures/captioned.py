@@ -240,10 +240,10 @@ def time_limits(
 
     The axis is that of the whole record if `seen` is never true.
     """
-    found = np.flatnonzero(seen)
-    if not found.size:
+    shown = np.flatnonzero(seen)
+    if not shown.size:
         return float(time[0]), float(time[-1])
-    first, last = time[found[0]] - margin, time[found[-1]] + margin
+    first, last = time[shown[0]] - margin, time[shown[-1]] + margin
     return max(float(time[0]), first), min(float(time[-1]), last)
 
 

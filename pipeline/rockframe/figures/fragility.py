@@ -39,14 +39,14 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
         As returned by `read_screening`, for one structure.
     """
     screening = with_its_limits(screening)
-    known = [
+    measures = [
         measure_of(str(name))
         for name in screening["measure"].values
         if int(screening["fragility_outcome"].sel(measure=name)[0]) != Outcome.UNKNOWN
     ]
     states = equal_states(screening)
-    across = max(1, min(len(known), _ACROSS if len(states) > 1 else 2))
-    down = max(1, -(-len(known) // across))
+    across = max(1, min(len(measures), _ACROSS if len(states) > 1 else 2))
+    down = max(1, -(-len(measures) // across))
     structure = str(screening["structure"].item())
     with styled():
         height = 0.8 + len(states) * (0.25 + (1.65 if across > 2 else 2.3) * down)
@@ -55,9 +55,9 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
             states, figure.subfigures(len(states), 1, squeeze=False)[:, 0], strict=True
         ):
             panels = part.subplots(down, across, squeeze=False, sharey=True)
-            for axes in panels.ravel()[len(known) :]:
+            for axes in panels.ravel()[len(measures) :]:
                 axes.set_visible(False)
-            for axes, measure in zip(panels.ravel(), known, strict=False):
+            for axes, measure in zip(panels.ravel(), measures, strict=False):
                 fits = screening.sel(measure=measure.name)
                 if state[0] is not states[0][0]:
                     fit = fits.sel(limit_state=states[0][0].name)
@@ -75,7 +75,7 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
             fontsize=7,
         )
     limits = [limit for state in states for limit in state]
-    told = [part for limit in limits for part in _results_in_words(screening, limit, known)]
+    told = [part for limit in limits for part in _results_in_words(screening, limit, measures)]
     title = (
         f"Overturning fragility of {structure}" if len(limits) == 1 else f"Fragility of {structure}"
     )
@@ -156,9 +156,11 @@ def _set_axes(axes: Axes, fit: xr.Dataset, measure: Measure, *, width: float) ->
 _WIDE: Final = 0.95
 
 
-def _results_in_words(screening: xr.Dataset, limit: LimitState, known: list[Measure]) -> list[str]:
+def _results_in_words(
+    screening: xr.Dataset, limit: LimitState, measures: list[Measure]
+) -> list[str]:
     told, logistic = [], fragility_curve(screening) == "logistic"
-    for measure in known:
+    for measure in measures:
         fit = screening.sel(measure=measure.name, limit_state=limit.name)
         outcome = Outcome(int(fit["fragility_outcome"]))
         words = limit.words if limit.quantity else ""

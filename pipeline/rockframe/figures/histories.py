@@ -74,7 +74,7 @@ def draw_response_history(
     matplotlib.figure.Figure
         Panels over one time axis; if several structures lift off, each has a panel of its uplift.
     """
-    lifting = [one for one in histories if np.nanmax(one["v"].values, initial=0.0) > 0.0]
+    lifting = [each for each in histories if np.nanmax(each["v"].values, initial=0.0) > 0.0]
     apart = len(lifting) > 1
     small = max(_SMALL, _LIFTS / max(len(lifting), 1)) if apart else 1.2
     heights = [1.4, 1.6, *[small] * (len(lifting) if apart else 1), 1.3]
@@ -86,7 +86,7 @@ def draw_response_history(
         ground, rotation, *uplift, drift = panels
         time = histories[0]["time"].values
         _draw_ground(ground, time, acceleration, match, tested)
-        own = dict(zip([str(one["structure"].item()) for one in lifting], uplift, strict=False))
+        own = dict(zip([str(each["structure"].item()) for each in lifting], uplift, strict=False))
         for k, history in enumerate(histories):
             panel = own.get(str(history["structure"].item())) if apart else uplift[0]
             _draw_structure((rotation, panel, drift), history, k)
@@ -216,16 +216,16 @@ def _draw_envelope(panel: Axes, history: xr.Dataset, colour: Any) -> None:
 def _verdict_in(history: xr.Dataset) -> SpreadVerdict:
     """Return the verdict of a dataset of one record and structure."""
 
-    def known(name: str) -> float | None:
+    def number(name: str) -> float | None:
         return float(history[name]) if name in history else None
 
     shares: dict[str, Any] = {name: float(history[name]) for name in _SHARES if name in history}
     return SpreadVerdict(
         Verdict(int(history["verdict"])),
         overturning_time=float(history["overturning_time"]),
-        robust_scale=known("robust_scale_10"),
-        critical_scale=known("critical_scale"),
-        largest_scale=known("largest_scale") or math.nan,
+        robust_scale=number("robust_scale_10"),
+        critical_scale=number("critical_scale"),
+        largest_scale=number("largest_scale") or math.nan,
         **shares,
         model_ends={name: float(history[name]) for name in MODEL_ENDS if name in history},
         model_end=ModelEnd(int(history.get("model_end", 0))),
@@ -398,21 +398,21 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
         window = _comparison_window(histories)
         reach = _largest_drift(histories)
         for k, model in enumerate(models):
-            one = histories.isel(model=k)
-            drawn = np.nan_to_num(np.abs(one["u"].values), nan=np.inf) <= _FALLING * reach
+            history = histories.isel(model=k)
+            drawn = np.nan_to_num(np.abs(history["u"].values), nan=np.inf) <= _FALLING * reach
             last = time.size if drawn.all() else int(np.argmin(drawn))
             dashes: Literal["--", "-"] = "--" if model in _OSCILLATORS else "-"
             for panel, (name, factor, _) in zip(panels, _PANELS, strict=False):
                 panel.plot(
-                    time[:last], factor * one[name].values[:last], color=f"C{k}", linewidth=0.8,
+                    time[:last], factor * history[name].values[:last], color=f"C{k}", linewidth=0.8,
                     linestyle=dashes,
                 )  # fmt: skip
-            _draw_shear(panels[2 + k], time[:last], one["base_shear"].values[:last], window, k)
-            ended = Validity(int(one["validity"]))
-            when = float(one["valid_until"])
+            _draw_shear(panels[2 + k], time[:last], history["base_shear"].values[:last], window, k)
+            ended = Validity(int(history["validity"]))
+            when = float(history["valid_until"])
             if np.isfinite(when) and when <= time[-1]:
                 at = min(int(np.searchsorted(time, when)), max(last - 1, 0))
-                panels[0].plot(time[at], 100.0 * one["u"].values[at], "x", color=f"C{k}")
+                panels[0].plot(time[at], 100.0 * history["u"].values[at], "x", color=f"C{k}")
             at_time = f" at {when:.1f} s" if np.isfinite(when) else ""
             end = ended.name.lower().replace("_", " ")
             words = f"{model}: {end}{at_time}" if ended else model
@@ -447,7 +447,7 @@ def _draw_shear(
     starts = np.unique(np.searchsorted(time, ends))
     starts = starts[starts < time.size]
     if starts.size:
-        low, high = (np.append(one := part.reduceat(shear, starts), one[-1])
+        low, high = (np.append(lowest := part.reduceat(shear, starts), lowest[-1])
                      for part in (np.fmin, np.fmax))  # fmt: skip
         at = np.append(time[starts], time[-1])
         panel.fill_between(at, low, high, step="post", color=f"C{number}", linewidth=0.4)

@@ -168,18 +168,18 @@ def _draw_vertical(panel: Axes, response: Response, base: Float, beam: Float | N
     The forces are given over the weight of a column.
     """
     time, weight, frame = response.time, response.frame.weight, response.frame
-    known = not math.isnan(weight)
+    weighed = not math.isnan(weight)
     at_rest = static_vertical(frame)
-    unit = kilonewtons(1.0, weight / (1.0 + frame.mass_ratio)) if known else 1.0 / at_rest[0]
-    static, share = unit * at_rest[0], unit if known else 1.0 / (at_rest[1] or math.nan)
-    label = "base joint, mean of all" if known else "all base joints"
+    unit = kilonewtons(1.0, weight / (1.0 + frame.mass_ratio)) if weighed else 1.0 / at_rest[0]
+    static, share = unit * at_rest[0], unit if weighed else 1.0 / (at_rest[1] or math.nan)
+    label = "base joint, mean of all" if weighed else "all base joints"
     panel.plot(time, unit * base, linewidth=0.8, label=label)
     if beam is not None:
         # fmax and fmin ignore NaN, after a fall
         for values, word in ((np.fmax(*beam), "more"), (np.fmin(*beam), "less")):
             panel.plot(time, share * values, linewidth=0.7, label=f"{word} loaded column")
     panel.axhline(0.0, color="black", linestyle="--", linewidth=0.9, label="lift-off")
-    panel.set_ylabel("vertical force [kN]" if known else "vertical force / static")
+    panel.set_ylabel("vertical force [kN]" if weighed else "vertical force / static")
     drawn = [line.get_ydata() for line in panel.get_lines()]
     highest = _largest(np.array([_largest(np.asarray(values)) for values in drawn]))
     panel.set_ylim(-0.1 * static, 1.1 * max(highest, static))
@@ -227,11 +227,11 @@ def _sliding(
         demands["each impact"] = impact_friction_demand(frame)
     if response.verdict is not Verdict.NO_UPLIFT:
         demands[_at_uplift(frame)] = uplift_friction_demand(frame)
-    known = {name: demand for name, demand in demands.items() if not math.isnan(demand)}
-    stated = ", ".join(f"{name} {demand:.3f}" for name, demand in known.items())
-    slides = max(known.values()) > friction
+    needed = {name: demand for name, demand in demands.items() if not math.isnan(demand)}
+    listed = ", ".join(f"{name} {demand:.3f}" for name, demand in needed.items())
+    slides = max(needed.values()) > friction
     return (
-        f"Friction needed at most, at the samples of the record: {stated}; with a "
+        f"Friction needed at most, at the samples of the record: {listed}; with a "
         f"coefficient of {friction:g}, {source}, the assumption of "
         f"no sliding {'does not hold' if slides else 'holds'}."
     )
@@ -243,12 +243,12 @@ def _lift_off(frame: RockingFrame, base: Float, beam: Float | None, bent: str) -
     least = {"all base joints together": _least(base) / at_rest[0]}
     if beam is not None:
         least["the beam on one column"] = _least(beam) / at_rest[1]
-    known = {name: force for name, force in least.items() if not math.isnan(force)}
-    stated = ", ".join(f"{name} {force:.3f}" for name, force in known.items())
-    holds = min(known.values()) > 0.0
+    forces = {name: force for name, force in least.items() if not math.isnan(force)}
+    listed = ", ".join(f"{name} {force:.3f}" for name, force in forces.items())
+    holds = min(forces.values()) > 0.0
     pressed = "" if frame.tendon is None else ", with the prestress of tendons"
     return (
-        f"Least vertical force over the static one{pressed}: {stated}{bent}; the assumption of no "
+        f"Least vertical force over the static one{pressed}: {listed}{bent}; the assumption of no "
         f"lift-off "
         f"{'holds' if holds else 'does not hold'}."
     )
@@ -266,7 +266,7 @@ def _in_kilonewtons(frame: RockingFrame, forces: Reactions, each: ColumnForces |
     if each is not None:
         largest["base joint of one of the two columns"] = (each.base_shear, each.base_vertical)
         largest["joint under the beam of one"] = (each.top_shear, each.top_vertical)
-    stated = (
+    listed = (
         f"{name} {kilonewtons(_largest(np.abs(across)), column):.0f} and "
         f"{kilonewtons(_largest(down), column):.0f}"
         for name, (across, down) in largest.items()
@@ -274,7 +274,7 @@ def _in_kilonewtons(frame: RockingFrame, forces: Reactions, each: ColumnForces |
     return (
         f"A column with its share of the beam weighs {frame.weight / 1000.0:.0f} kN; largest "
         f"horizontal and vertical force of one column, the mean of all columns unless one is "
-        f"named [kN]: {', '.join(stated)}. "
+        f"named [kN]: {', '.join(listed)}. "
     )
 
 
@@ -431,12 +431,12 @@ def draw_forces(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned:
         figure = Figure(figsize=size, layout="constrained")
         grid = figure.subplots(len(structures), len(_PANELS), squeeze=False)
         for name, panels in zip(structures, grid, strict=True):
-            found = {row["force"]: row for row in rows if row["structure"] == name}
-            for axes, (what, labels) in zip(panels, _PANELS.items(), strict=True):
-                shown = {label: found[key] for key, label in labels.items() if key in found}
+            row_of = {row["force"]: row for row in rows if row["structure"] == name}
+            for axes, (quantity, labels) in zip(panels, _PANELS.items(), strict=True):
+                shown = {label: row_of[key] for key, label in labels.items() if key in row_of}
                 _draw_ranges(axes, shown)
                 unit = next((row["unit"] for row in shown.values()), "")
-                axes.set_xlabel(f"{what} [{unit}]")
+                axes.set_xlabel(f"{quantity} [{unit}]")
             panels[0].set_title(label_of(name), loc="left", fontsize=8)
         figure.suptitle(label_of(title), fontsize=9)
     return Captioned(
@@ -450,9 +450,9 @@ def draw_forces(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned:
 
 def _draw_ranges(axes: Axes, shown: Mapping[str, Mapping[str, Any]]) -> None:
     """Draw a bar from the 16 to the 84 % quantile of each force, its median and nominal value."""
-    known = [one for row in shown.values() for key, one in row.items()
-             if key.startswith("value") and math.isfinite(one)]  # fmt: skip
-    low, high = min([0.0, *known]), 1.08 * max([*known, 1e-12])
+    values = [value for row in shown.values() for key, value in row.items()
+             if key.startswith("value") and math.isfinite(value)]  # fmt: skip
+    low, high = min([0.0, *values]), 1.08 * max([*values, 1e-12])
     for place, row in enumerate(shown.values()):
         ends = [float(np.clip(row[f"value_{end}"], low, high)) for end in (16, 84)]
         if not math.isnan(ends[0]):

@@ -59,7 +59,7 @@ def draw_margin_strips(strips: Mapping[str, Strip], title: str) -> Captioned:
     """
     largest = max(strip.largest_scale for strip in strips.values())
     critical = [strip.overturning[0][0] for strip in strips.values() if strip.overturning]
-    least = min([_LEAST, *(0.8 * one for one in critical)])
+    least = min([_LEAST, *(0.8 * scale for scale in critical)])
     with styled():
         figure = Figure(figsize=(PAGE_WIDTH, 1.25 + 0.4 * len(strips)), layout="constrained")
         axes = figure.subplots()
@@ -111,7 +111,7 @@ def _draw_strip(axes: Axes, row: int, strip: Strip, ends: tuple[float, float]) -
         linewidth=0.4,
     )
     critical = strip.in_words(strip.overturning[0][0] if strip.overturning else math.nan)
-    shares = [strip.in_words(one) for one in strip.robust]
+    shares = [strip.in_words(share) for share in strip.robust]
     _beside(axes, row, "   ".join(shares), critical)
 
 
@@ -307,10 +307,10 @@ def _draw_scaled_peaks(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         np.array([row.get(f"peak_rotation_ratio_{part}", math.nan) for row in rows])
         for part in (16, 50, 84)
     ]
-    known = np.concatenate([peak[~fallen], *bands])
-    known = known[np.isfinite(known)]
-    top = 1.15 * max(float(known.max()), 0.01) if known.size else DRAWN_TO
-    low, median, high = (np.minimum(one, top) for one in bands)
+    ratios = np.concatenate([peak[~fallen], *bands])
+    ratios = ratios[np.isfinite(ratios)]
+    top = 1.15 * max(float(ratios.max()), 0.01) if ratios.size else DRAWN_TO
+    low, median, high = (np.minimum(ratio, top) for ratio in bands)
     axes.fill_between(scale, low, high, color=_STANDS, alpha=0.7, linewidth=0.0)
     axes.plot(scale, median, color="C0", linestyle="--", linewidth=0.9)
     axes.plot(scale, np.where(fallen, np.nan, peak), color="black", marker="o", markersize=2.5,

@@ -48,11 +48,11 @@ def draw_restitution() -> Captioned:
         axes.set_xlabel("slenderness  α  [degrees]")
         axes.set_ylabel(r"largest restitution  $\sqrt{r}$")
         axes.legend(loc="lower left")
-    stated = ", ".join(f"{gamma:g}" for gamma in gammas).replace("inf", "∞")
+    listed = ", ".join(f"{gamma:g}" for gamma in gammas).replace("inf", "∞")
     caption = (
         "Largest coefficient of restitution √r, the angular velocity after an impact over that "
         "before, of frames of rectangular columns: eq (43), over the slenderness α, for mass "
-        f"ratios γ = {stated}. It vanishes at {ends[0]:.2f} degrees for γ = {gammas[0]:g} and at "
+        f"ratios γ = {listed}. It vanishes at {ends[0]:.2f} degrees for γ = {gammas[0]:g} and at "
         f"{ends[-1]:.2f} degrees for γ = {gammas[-1]:g}".replace("inf", "∞")
         + "; stockier frames do not rock. No record is used."
     )

@@ -159,8 +159,8 @@ def _picture(record: Record, wavelet: str, periods: Float) -> tuple[Float, Float
     return record.time[starts], np.maximum.reduceat(picture, starts, axis=1)
 
 
-def _tested(found: Likeness) -> str:
-    return pulse_words(found.verdict, found.p_value)
+def _tested(likeness: Likeness) -> str:
+    return pulse_words(likeness.verdict, likeness.p_value)
 
 
 #: Time that is drawn before and after the pulse: as a multiple of its reach [1], and at least [s].
@@ -210,7 +210,7 @@ def draw_record_and_pulse(
     return Captioned(figure, title, caption.rstrip())
 
 
-def _draw(panel: Axes, record: Record, match: PulseMatch, found: Likeness) -> None:
+def _draw(panel: Axes, record: Record, match: PulseMatch, likeness: Likeness) -> None:
     time, pulse = record.time, match.pulse
     reach = pulse.mother.reach * pulse.T_p
     half = max(_LEAST, _AROUND * reach)
@@ -222,7 +222,7 @@ def _draw(panel: Axes, record: Record, match: PulseMatch, found: Likeness) -> No
         pulse.acceleration(time)[near] / GRAVITY,
         color="black",
         linewidth=1.6,
-        label=_tested(found),
+        label=_tested(likeness),
     )
     low, high = panel.get_ylim()
     panel.set_ylim(low, high + _FOR_LEGEND * (high - low))
@@ -232,10 +232,10 @@ def _draw(panel: Axes, record: Record, match: PulseMatch, found: Likeness) -> No
     panel.set_ylabel("ground  [g]")
 
 
-def _words(record: Record, match: PulseMatch, found: Likeness) -> str:
+def _words(record: Record, match: PulseMatch, likeness: Likeness) -> str:
     pulse = match.pulse
     return (
         f"{record.record_id}: {wavelet_words(pulse.wavelet)}, a_p = {pulse.a_p / GRAVITY:.3f} g, "
-        f"T_p = {pulse.T_p:.3f} s, match index {match.match_index:.3f}, {_tested(found)}, "
+        f"T_p = {pulse.T_p:.3f} s, match index {match.match_index:.3f}, {_tested(likeness)}, "
         f"{printed_pga(record)}."
     )

@@ -54,12 +54,12 @@ def draw_sensitivity(rows: Sequence[Mapping[str, Any]], title: str) -> Captioned
 
 
 def _draw_bars(axes: Axes, row: Mapping[str, Any], names: Sequence[str]) -> None:
-    known = [name for name in names if math.isfinite(row[name])]
+    measured = [name for name in names if math.isfinite(row[name])]
     axes.barh(
-        [names.index(name) for name in known],
-        [row[name] for name in known],
+        [names.index(name) for name in measured],
+        [row[name] for name in measured],
         height=0.7,
-        color=[_MOST if name == row["matters_most"] else _OTHER for name in known],
+        color=[_MOST if name == row["matters_most"] else _OTHER for name in measured],
     )
     for chance in (-row["by_chance"], row["by_chance"]):
         axes.axvline(chance, color="black", linewidth=0.7, linestyle=":")

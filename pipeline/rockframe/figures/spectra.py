@@ -73,7 +73,7 @@ def draw_figure_9(*, grid: int = 400) -> Captioned:
     grid : int
         Points along each side of a map.
     """
-    found = overturning_spectrum(
+    spectrum = overturning_spectrum(
         [Pulse(wavelet=name, a_p=1.0, T_p=1.0) for name in RICKERS],
         np.radians(_SLENDERNESSES),
         _MASS_RATIOS,
@@ -81,7 +81,7 @@ def draw_figure_9(*, grid: int = 400) -> Captioned:
         np.linspace(*_AMPLITUDES, grid),
         tolerance=_TOLERANCE,
     )
-    return draw_overturning_spectra(spectrum_dataset(found))
+    return draw_overturning_spectra(spectrum_dataset(spectrum))
 
 
 def draw_overturning_spectra(dataset: xr.Dataset) -> Captioned:
@@ -148,10 +148,10 @@ def _extended_to_top(
     ratio: NDArray[np.float64], least: NDArray[np.float64], top: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Extend a curve to the top of the panel, between its last point and the next."""
-    known = np.flatnonzero(np.isfinite(least))
-    if not known.size or known[-1] + 1 >= ratio.size:
+    finite = np.flatnonzero(np.isfinite(least))
+    if not finite.size or finite[-1] + 1 >= ratio.size:
         return ratio, least
-    end = known[-1] + 1
+    end = finite[-1] + 1
     leaves = 0.5 * (ratio[end - 1] + ratio[end])
     return np.append(ratio[:end], leaves), np.append(least[:end], top)
 
@@ -225,10 +225,10 @@ def draw_record_spectrum(
         If the frame has tendons or dissipaters.
     """
     _require_free(frame, "Rocking spectra")
-    others = [one for one in np.radians(_ROCKING) if abs(one - frame.slenderness) > _APART]
-    alphas, periods = sorted([frame.slenderness, *others]), np.linspace(*_PERIODS)
-    found = rocking_spectrum([motion or record], alphas, [frame.mass_ratio], periods)
-    shown = rocking_spectrum_dataset([record.record_id], found)
+    beside = [angle for angle in np.radians(_ROCKING) if abs(angle - frame.slenderness) > _APART]
+    alphas, periods = sorted([frame.slenderness, *beside]), np.linspace(*_PERIODS)
+    spectra = rocking_spectrum([motion or record], alphas, [frame.mass_ratio], periods)
+    shown = rocking_spectrum_dataset([record.record_id], spectra)
     vertical = motion is not None and motion.vertical is not None
     return draw_rocking_spectrum(shown, frame, vertical=vertical)
 
@@ -271,15 +271,15 @@ def draw_rocking_spectrum(
     vertical : bool
         True if the vertical motion shakes the columns, too.
     """
-    one = dataset.squeeze(("record", "mass_ratio"))
-    period = one["column_period"].values
+    spectra = dataset.squeeze(("record", "mass_ratio"))
+    period = spectra["column_period"].values
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 3.8), layout="constrained")
         panels = figure.subplots(2, 1, sharex=True)
         for panel, name in zip(panels, ("peak_rotation_ratio", "peak_velocity"), strict=True):
-            _draw_rocking(panel, one, name, frame)
+            _draw_rocking(panel, spectra, name, frame)
         panels[0].axhline(1.0, color="0.6", linewidth=0.8, linestyle=":")
-        panels[0].set_title(label_of(str(one["record_id"].item())), fontsize=8)
+        panels[0].set_title(label_of(str(spectra["record_id"].item())), fontsize=8)
         panels[0].set_ylabel("largest |θ|/α")
         panels[1].set_ylabel(r"largest $|\dot\theta|$ [rad s$^{-1}$]")
         panels[1].set_xlabel(r"$2\pi/p$ of a column [s]")
@@ -291,11 +291,11 @@ def draw_rocking_spectrum(
         figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=7)
     caption = (
         f"Largest rotation over the slenderness, and largest rate, under record "
-        f"{one['record_id'].item()}, {'with' if vertical else 'without'} its vertical motion, free "
-        "rocking after its end included, over 2π/p of the columns "
+        f"{spectra['record_id'].item()}, {'with' if vertical else 'without'} its vertical "
+        "motion, free rocking after its end included, over 2π/p of the columns "
         f"from {period[0]:g} to {period[-1]:g} s ({period.size} values), for the slendernesses α "
-        f"named and mass ratio γ = {float(one['mass_ratio']):g}; rectangular columns, restitution "
-        "by eq (43). A curve has gaps where the frame overturns; where it is jagged, "
+        f"named and mass ratio γ = {float(spectra['mass_ratio']):g}; rectangular columns, "
+        "restitution by eq (43). A curve has gaps where the frame overturns; where it is jagged, "
         "the peak depends on which impacts come first, and more periods would show more teeth."
     )
     if frame is not None:
@@ -306,17 +306,17 @@ def draw_rocking_spectrum(
     return Captioned(figure, "Rocking spectra", caption)
 
 
-def _draw_rocking(panel: Axes, one: xr.Dataset, name: str, frame: RockingFrame | None) -> None:
-    stands = one["verdict"] != Verdict.OVERTURNS
+def _draw_rocking(panel: Axes, spectra: xr.Dataset, name: str, frame: RockingFrame | None) -> None:
+    stands = spectra["verdict"] != Verdict.OVERTURNS
     if frame is not None:
         period = 2.0 * math.pi / frame.frequency_parameter
         panel.axvline(period, color="black", linewidth=0.6)
-    for i, alpha in enumerate(one["slenderness"].values):
+    for i, alpha in enumerate(spectra["slenderness"].values):
         own = frame is not None and alpha == frame.slenderness
-        peaks = np.where(stands.isel(slenderness=i), one[name].isel(slenderness=i), np.nan)
+        peaks = np.where(stands.isel(slenderness=i), spectra[name].isel(slenderness=i), np.nan)
         panel.plot(
             # a thin line, because a heavy one fills the teeth of irregular responses
-            one["column_period"],
+            spectra["column_period"],
             peaks,
             label=f"α = {math.degrees(alpha):.3g}°"
             + (f", {label_of(frame.name)}" if own and frame else ""),
@@ -361,9 +361,11 @@ def draw_drift_by_size(
         If the frame has tendons or dissipaters.
     """
     _require_free(frame, "Drifts over the size")
-    vertical = motions is not None and all(one.vertical is not None for one in motions)
+    vertical = motions is not None and all(ground.vertical is not None for ground in motions)
     alphas = [frame.slenderness]
-    alphas += [one for one in np.radians(_BESIDE).tolist() if abs(one - frame.slenderness) > _APART]
+    alphas += [
+        angle for angle in np.radians(_BESIDE).tolist() if abs(angle - frame.slenderness) > _APART
+    ]
     told = []
     with styled():
         figure = Figure(figsize=(PRINT_WIDTH, 4.0), layout="constrained")
@@ -417,7 +419,8 @@ def _drifts(
     fell = peaks.verdict == Verdict.OVERTURNS
     rotations = peaks.peak_rotation.swapaxes(0, 1)
     drift = [
-        frame.horizontal_displacement(one) for frame, one in zip(frames, rotations, strict=True)
+        frame.horizontal_displacement(rotation)
+        for frame, rotation in zip(frames, rotations, strict=True)
     ]
     median = np.median(np.where(fell.swapaxes(0, 1), np.inf, drift), axis=(1, 2))
     return median, fell.mean(axis=(0, 2))
