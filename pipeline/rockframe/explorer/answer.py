@@ -70,12 +70,12 @@ class Settings:
     window: tuple[float, float]
 
 
-def read_settings(stated: Mapping[str, str]) -> Settings:
+def read_settings(given: Mapping[str, str]) -> Settings:
     """Return the settings that a request states.
 
     Parameters
     ----------
-    stated : mapping of str to str
+    given : mapping of str to str
         ``record``; ``height`` and ``width`` of a column [m]; ``mass_ratio``,
         ``restitution_factor``, ``scale`` [1]; ``section``: rectangular, circular, or an inertia
         ratio [1]; ``vertical`` and ``pulse``: 0 or 1; ``from`` and ``to`` [s].
@@ -97,26 +97,26 @@ def read_settings(stated: Mapping[str, str]) -> Settings:
     rockframe.errors.ParameterError: Invalid scale 'nought'. Must be a finite number.
     """
     for name in _NAMES:
-        if name not in stated:
+        if name not in given:
             raise ParameterError(
                 f"Invalid settings without {name!r}. Must state each setting once."
             )
-    for name in stated:
+    for name in given:
         require_known("setting", name, _NAMES)
-    numbers = {name: _number(name, stated[name]) for name in _NUMBERS}
+    numbers = {name: _number(name, given[name]) for name in _NUMBERS}
     scale = numbers["scale"]
     if not 0.0 < scale <= _LARGEST_SCALE:
         raise ParameterError(
             f"Invalid scale {scale!r}. Must be above 0 and at most {_LARGEST_SCALE:g}."
         )
     for name in _SWITCHES:
-        if stated[name] not in ("0", "1"):
-            raise ParameterError(f"Invalid {name} {stated[name]!r}. Must be 0 or 1.")
-    height, width, section = numbers["height"], numbers["width"], stated["section"]
+        if given[name] not in ("0", "1"):
+            raise ParameterError(f"Invalid {name} {given[name]!r}. Must be 0 or 1.")
+    height, width, section = numbers["height"], numbers["width"], given["section"]
     # The dimensions are checked before an inertia is computed from them.
     frame = RockingFrame(height=height, width=width, name="own")
-    known = section[:1].isdigit()
-    ratio = _number("section", section) if known else inertia_ratio_of(section, height, width)
+    is_number = section[:1].isdigit()
+    ratio = _number("section", section) if is_number else inertia_ratio_of(section, height, width)
     return Settings(
         frame=replace(
             frame,
@@ -124,10 +124,10 @@ def read_settings(stated: Mapping[str, str]) -> Settings:
             inertia_ratio=ratio,
             restitution_factor=numbers["restitution_factor"],
         ),
-        record=stated["record"],
+        record=given["record"],
         scale=scale,
-        vertical=stated["vertical"] == "1",
-        pulse=stated["pulse"] == "1",
+        vertical=given["vertical"] == "1",
+        pulse=given["pulse"] == "1",
         window=(numbers["from"], numbers["to"]),
     )
 
@@ -200,11 +200,11 @@ class Answer:
     def facts(self) -> dict[str, Any]:
         """Return verdict, peaks and parameters as JSON values in SI units; None if undefined."""
         response, frame = self.response, self.response.frame
-        stated = response.spread_verdict
+        verdict = response.spread_verdict
         numbers = {
             name: getattr(response, name)
             for name in (
-                *(one.name for one in PEAKS),
+                *(quantity.name for quantity in PEAKS),
                 *("uplift_time", "overturning_time", "impacts"),
             )
         } | {
@@ -215,14 +215,14 @@ class Answer:
                 *("restitution", "uplift_acceleration"),
             )
         }
-        known = {name: value if np.isfinite(value) else None for name, value in numbers.items()}
+        finite = {name: value if np.isfinite(value) else None for name, value in numbers.items()}
         return {
             "verdict": response.verdict.name.lower(),
-            "tone": tone(stated),
-            "words": f"nominally {stated.words}",
+            "tone": tone(verdict),
+            "words": f"nominally {verdict.words}",
             "unusual": unusual(frame.height, frame.mass_ratio, frame.slenderness),
-            **known,
-            "peaks": [[f"nominal {one.symbol}", self._peak(one)] for one in PEAKS],
+            **finite,
+            "peaks": [[f"nominal {quantity.symbol}", self._peak(quantity)] for quantity in PEAKS],
             "pulse_words": None if self.pulse is None else _words(self.pulse),
             "pga": float(np.abs(self.ground.acceleration()).max()),
             "step": self.ground.time_step,
@@ -370,8 +370,8 @@ def _pulse_of(motion: Motion) -> Pulse:
             f"Invalid pulse '1' of record {motion.record.record_id!r}. Must be 0: it has no usable "
             "periods in which a pulse could be found."
         )
-    found = find_pulses(motion.record, options=motion.search)
-    return found.matches[found.used].pulse
+    pulses = find_pulses(motion.record, options=motion.search)
+    return pulses.matches[pulses.used].pulse
 
 
 def _words(pulse: Pulse) -> str:

@@ -69,17 +69,17 @@ def application(
     searching, computing = asyncio.Lock(), asyncio.Semaphore(_MOST_COMPUTED)
     by_record = {motion.record.record_id: motion for motion in motions}
 
-    def known(request: Request) -> bool:
+    def has_token(request: Request) -> bool:
         return secrets.compare_digest(request.path_params["token"].encode(), token.encode())
 
     async def show(request: Request) -> Response:
-        if not known(request):
+        if not has_token(request):
             return _not_found()
         headers = {"Content-Security-Policy": rules}
         return Response(page, media_type="text/html", headers=headers)
 
     async def compute(request: Request) -> Response:
-        if not known(request) or request.path_params["form"] not in _FORMS:
+        if not has_token(request) or request.path_params["form"] not in _FORMS:
             return _not_found()
         form = request.path_params["form"]
         try:
@@ -106,10 +106,10 @@ def _computed(form: str, motions: Mapping[str, Motion], settings: Settings) -> R
     """
     if form == "margin":
         return JSONResponse(margin(motions, settings))
-    found = answer(motions, settings)
+    computed = answer(motions, settings)
     if form == "history.csv":
-        return Response(found.table(), media_type="text/csv")
-    return Response(found.packed(), media_type="application/octet-stream")
+        return Response(computed.table(), media_type="text/csv")
+    return Response(computed.packed(), media_type="application/octet-stream")
 
 
 def configured(app: ASGIApp) -> uvicorn.Config:
@@ -226,8 +226,8 @@ def _not_found() -> Response:
     return PlainTextResponse("not found\n", status_code=404)
 
 
-def _refused(what: str) -> Response:
-    return PlainTextResponse(f"Invalid {what}.\n", status_code=403)
+def _refused(quantity: str) -> Response:
+    return PlainTextResponse(f"Invalid {quantity}.\n", status_code=403)
 
 
 def render(motions: Sequence[Motion], frames: Sequence[RockingFrame]) -> tuple[str, str]:
