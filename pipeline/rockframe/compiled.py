@@ -142,15 +142,15 @@ class _Compiled:
         update_wrapper(self, function)
 
     def __call__(self, *arguments: Any) -> Any:
-        return (self._dispatcher or self.made())(*arguments)
+        return (self._dispatcher or self.dispatcher())(*arguments)
 
     def __getattr__(self, name: str) -> Any:
         """Return a public attribute of the function that numba made, such as `py_func`."""
         if name.startswith("_"):
             raise AttributeError(name)
-        return getattr(self.made(), name)
+        return getattr(self.dispatcher(), name)
 
-    def made(self) -> Any:
+    def dispatcher(self) -> Any:
         """Return the function that Python calls, with its cache."""
         with _MAKING:  # threads may call a function at once, and it would be compiled twice
             if self._dispatcher is None:
@@ -158,21 +158,21 @@ class _Compiled:
                 if not has_internals():
                     self._dispatcher = _plain(self._function, cached=True)
                     return self._dispatcher
-                made = numba.njit(**self._options)(self._function)
+                dispatcher = numba.njit(**self._options)(self._function)
                 if not numba.config.DISABLE_JIT:  # numba then returns the function as it is
-                    made.compile = _without_collection(made.compile)
+                    dispatcher.compile = _without_collection(dispatcher.compile)
                     try:
-                        made._cache = kept = _Cache(self._function)  # noqa: SLF001  numba's own
-                        made.compile = kept.one_process_at_a_time(made.compile)
+                        dispatcher._cache = kept = _Cache(self._function)  # noqa: SLF001  numba's own
+                        dispatcher.compile = kept.one_process_at_a_time(dispatcher.compile)
                     except RuntimeError:  # no folder to cache in: read-only installation
                         tell_of_compiling()
-                self._dispatcher = made
+                self._dispatcher = dispatcher
             return self._dispatcher
 
     def cached(self) -> bool:
         """Return True if the cache has code of this function, or if there is no cache."""
-        kept = getattr(self.made(), "_cache", None)
-        return not isinstance(kept, _Cache) or kept.known()
+        kept = getattr(self.dispatcher(), "_cache", None)
+        return not isinstance(kept, _Cache) or kept.has_code()
 
     def part(self) -> Any:
         """Return the function that compiled functions call."""
@@ -182,9 +182,9 @@ class _Compiled:
                 if not has_internals():
                     self._part = _plain(self._function, cached=False)
                     return self._part
-                made = numba.njit(**self._options, no_cpython_wrapper=True)(self._function)
-                made.get_call_template = _of_any_value(made.get_call_template)
-                self._part = made
+                compiled = numba.njit(**self._options, no_cpython_wrapper=True)(self._function)
+                compiled.get_call_template = _of_any_value(compiled.get_call_template)
+                self._part = compiled
             return self._part
 
 
@@ -211,7 +211,7 @@ def _of_any_value(template: Callable[[Any, Any], Any]) -> Callable[[Any, Any], A
     from numba.core.types import unliteral
 
     def general(arguments: Any, named: Any) -> Any:
-        types = tuple(unliteral(one) for one in arguments)  # type: ignore[no-untyped-call]
+        types = tuple(unliteral(argument) for argument in arguments)  # type: ignore[no-untyped-call]
         return template(types, named)
 
     return general
@@ -261,11 +261,11 @@ def _allow_wide_vectors() -> None:
     """
     from numba.core import codegen, config
 
-    stated: Any = config
-    if stated.CPU_NAME is None and stated.CPU_FEATURES is None:
+    settings: Any = config
+    if settings.CPU_NAME is None and settings.CPU_FEATURES is None:
         features = codegen.get_host_cpu_features()  # type: ignore[no-untyped-call]
         if "+avx512vbmi2" in features.split(","):
-            stated.CPU_FEATURES = f"{features},-{_NARROW}"
+            settings.CPU_FEATURES = f"{features},-{_NARROW}"
 
 
 def _of_any_width(key_of: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
@@ -298,7 +298,7 @@ class _Cache:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._files, name)
 
-    def known(self) -> bool:
+    def has_code(self) -> bool:
         """Return True if there is code, for whatever types of arguments."""
         return any(Path(self._files.cache_path).glob(f"*.{self._name}-*.nbi"))
 

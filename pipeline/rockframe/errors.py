@@ -43,13 +43,13 @@ def invalid(quantity: str, value: object, owner: str, allowed: str) -> Parameter
     Traceback (most recent call last):
     rockframe.errors.ParameterError: Invalid gap -0.1 of an abutment. Must be positive.
     """
-    stated = f"Missing {quantity}" if value is None else f"Invalid {quantity} {value!r}"
-    error = ParameterError(f"{stated} of {owner}. Must be {allowed}.")
+    opening = f"Missing {quantity}" if value is None else f"Invalid {quantity} {value!r}"
+    error = ParameterError(f"{opening} of {owner}. Must be {allowed}.")
     error.quantity, error.value, error.allowed = quantity, value, allowed
     return error
 
 
-def require_known(what: str, asked: object, known: Iterable[object]) -> None:
+def require_known(quantity: str, asked: object, allowed: Iterable[object]) -> None:
     """Raise an error if a value is not among the known values.
 
     Raises
@@ -63,13 +63,13 @@ def require_known(what: str, asked: object, known: Iterable[object]) -> None:
     Traceback (most recent call last):
     rockframe.errors.ParameterError: Invalid section 'oval'. Must be one of: circular, rectangular.
     """
-    names = list(known)
+    names = list(allowed)
     if asked not in names:
         must_be = f"Must be one of: {', '.join(map(str, names))}."
-        raise ParameterError(f"Invalid {what} {asked!r}. {must_be}")
+        raise ParameterError(f"Invalid {quantity} {asked!r}. {must_be}")
 
 
-def meant(word: str, known: Iterable[str]) -> str:
+def meant(word: str, names: Iterable[str]) -> str:
     """Return a question with the known name that is most similar to a word; "" if none is.
 
     Examples
@@ -79,7 +79,7 @@ def meant(word: str, known: Iterable[str]) -> str:
     """
     from difflib import get_close_matches  # only needed for errors
 
-    return "".join(f" Did you mean {name}?" for name in get_close_matches(word, [*known], 1, 0.7))
+    return "".join(f" Did you mean {name}?" for name in get_close_matches(word, [*names], 1, 0.7))
 
 
 class InputError(RockframeError):
@@ -302,5 +302,5 @@ def require_words(words: Collection[str]) -> None:
     """
     for word in words:
         if word not in TRUSTED:
-            known = ", ".join(TRUSTED)
-            raise ParameterError(f"Invalid trust {word!r}. Must be one or more of: {known}.")
+            allowed = ", ".join(TRUSTED)
+            raise ParameterError(f"Invalid trust {word!r}. Must be one or more of: {allowed}.")

@@ -76,11 +76,11 @@ def sha256_of(path: Path) -> str:
         if not (path.is_file() or path.is_dir()) and path.exists():  # reading a pipe would hang
             raise InputError(path, "is not a regular file.")
         with path.open("rb") as stream:  # a network file system states present times when it opens
-            found = os.fstat(stream.fileno())
-        times = found.st_mtime_ns, found.st_ctime_ns
+            status = os.fstat(stream.fileno())
+        times = status.st_mtime_ns, status.st_ctime_ns
         settled = time.time_ns() - max(times) > _SETTLED
         digest = _digest if settled else _digest.__wrapped__
-        return digest(path, found.st_dev, found.st_ino, found.st_size, *times)
+        return digest(path, status.st_dev, status.st_ino, status.st_size, *times)
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
 
@@ -427,7 +427,7 @@ def refuse_obstacles(files: Iterable[Path]) -> None:
     for path in files:
         try:
             is_folder = path.is_dir()
-            above = next((one for one in path.parents if one.exists()), path.parent)
+            above = next((parent for parent in path.parents if parent.exists()), path.parent)
         except OSError as error:  # such as a name that is too long
             raise InputError(path, f"cannot be written: {error.strerror}.") from None
         if is_folder:
@@ -678,8 +678,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     """
     path = folder / MANIFEST
     if not folder.is_dir():
-        what = "is a file" if folder.exists() else "no such folder"
-        raise InputError(folder, f"{what}. Must be the folder of a run.")
+        problem = "is a file" if folder.exists() else "no such folder"
+        raise InputError(folder, f"{problem}. Must be the folder of a run.")
     if not path.is_file():
         raise InputError(
             path, "missing: the run is not complete. State the folder of a complete run."
@@ -689,13 +689,15 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         content = read_json(text)
     except (OSError, ValueError) as error:
         raise InputError(path, f"cannot be read: {error}. Must be JSON.") from None
-    stated: dict[str, Any] = content if isinstance(content, dict) else {}
-    wrong = next((p for p, kind in _PARTS.items() if not isinstance(stated.get(p), kind)), "")
+    manifest: dict[str, Any] = content if isinstance(content, dict) else {}
+    wrong = next((p for p, kind in _PARTS.items() if not isinstance(manifest.get(p), kind)), "")
     if wrong:
-        what = "another" if wrong in stated else "no"
-        raise InputError(path, f"contains {what} {wrong!r}. Restore the file as the run wrote it.")
-    if not all(map(is_within, stated["outputs"])):
+        problem = "another" if wrong in manifest else "no"
+        raise InputError(
+            path, f"contains {problem} {wrong!r}. Restore the file as the run wrote it."
+        )
+    if not all(map(is_within, manifest["outputs"])):
         raise InputError(path, "names outputs outside its folder. Must be names within it.")
     if not is_sealed(text):  # its hashes cannot be trusted
         raise InputError(path, f"{DAMAGED}. Repeat the command that made the run.")
-    return dict(stated)
+    return dict(manifest)
