@@ -69,12 +69,12 @@ class Event:
                 )
 
 
-def known(values: dict[str, Any]) -> dict[str, Any]:
+def without_nan(values: dict[str, Any]) -> dict[str, Any]:
     """Return the values with None in place of NaN.
 
     Examples
     --------
-    >>> known({"magnitude": math.nan, "name": "Ridgecrest"})
+    >>> without_nan({"magnitude": math.nan, "name": "Ridgecrest"})
     {'magnitude': None, 'name': 'Ridgecrest'}
     """
     return {

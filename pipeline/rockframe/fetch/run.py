@@ -21,11 +21,11 @@ from rockframe.fetch.coverage import Coverage, Fetched, measure, read_whole
 from rockframe.fetch.metadata import (
     Channel,
     Event,
-    known,
     list_channels,
     read_event,
     read_stations,
     unlisted,
+    without_nan,
     without_response,
 )
 from rockframe.fetch.service import Kind, Service, ServiceReply, Sleep, open_service
@@ -280,8 +280,8 @@ Must begin with http:// or https://, or be a short name that obspy knows (as SCE
         address = services["dataselect"].address
         raise ServiceError(address, f"no waveform was received: {rows[0].what}: {rows[0].reason}")
     ledger.write(
-        event=None if event is None else known(asdict(event)),
-        coverage=[known(asdict(row)) | {"verdict": row.verdict} for row in rows],
+        event=None if event is None else without_nan(asdict(event)),
+        coverage=[without_nan(asdict(row)) | {"verdict": row.verdict} for row in rows],
     )
     return Fetched(event, tuple(c for c in listed if c.name in received), tuple(rows))
 

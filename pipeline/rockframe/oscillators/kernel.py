@@ -187,21 +187,21 @@ def _turns(work: Float, row: int, order: int, top: int, h: float) -> int:
     count = 1
     work[_MARKS, 0] = h
     for d in range(top, 0, -1):
-        found = 0
+        turns = 0
         left = 0.0
         at_left = work[row + d, 0]
         for k in range(count):
             right = work[_MARKS, k]
             at_right = _value(work, row + d, order - d, right)
             if at_left != 0.0 and (at_right == 0.0 or (at_left > 0.0) != (at_right > 0.0)):
-                work[_MARKS, found] = _root(
+                work[_MARKS, turns] = _root(
                     work, row + d, order - d, 0.0, left, right, at_left, at_right
                 )
-                found += 1
+                turns += 1
             left = right
             at_left = at_right
-        work[_MARKS, found] = h
-        count = found + 1
+        work[_MARKS, turns] = h
+        count = turns + 1
     return count
 
 

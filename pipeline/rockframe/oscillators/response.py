@@ -369,10 +369,10 @@ def respond_oscillators(
         kernel.integrate_many(*_prepared(as_ground(motion)), every_scale, constants, out)
         return out
 
-    found = np.stack(on_threads(answer, motions))
+    peaks = np.stack(on_threads(answer, motions))
     yielding = np.array([model.yield_displacement for model in models])[:, None]
     shape = (len(motions), len(models), factors.size, kernel.SUMMARY_SIZE)
-    return _peaks(found.reshape(shape), yielding)
+    return _peaks(peaks.reshape(shape), yielding)
 
 
 def respond_pairs(

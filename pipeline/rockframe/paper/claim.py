@@ -98,11 +98,11 @@ class Check:
     values: Mapping[str, Any]
 
 
-def check(found: bool | Finding, /, **values: Any) -> Check:
+def check(finding: bool | Finding, /, **values: Any) -> Check:
     """Return the result of checking a claim; True agrees, False differs."""
-    return Check(found if isinstance(found, Finding) else judged(found), values)
+    return Check(finding if isinstance(finding, Finding) else judged(finding), values)
 
 
-def number(ours: float, /, **others: float) -> Check:
+def number(ours: float, /, **further: float) -> Check:
     """Return our value of a printed number, and other values in the texts of its claim."""
-    return Check(None, {"ours": ours, **others})
+    return Check(None, {"ours": ours, **further})

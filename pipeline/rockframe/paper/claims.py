@@ -51,22 +51,22 @@ def _texts() -> dict[str, Any]:
     return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
-def _claim(name: str, text: Mapping[str, str], found: Check) -> Claim:
+def _claim(name: str, text: Mapping[str, str], checked: Check) -> Claim:
     """Return a claim with our values in its texts; a number gets two digits more than printed."""
-    printed, ours, finding = text["printed"], text.get("ours", ""), found.finding
+    printed, ours, finding = text["printed"], text.get("ours", ""), checked.finding
     if finding is None:
         decimals = len(printed.partition(".")[2])
-        ours = f"{found.values['ours']:.{decimals + 2}f}"
-        finding = agrees_to_last_digit(printed, found.values["ours"])
+        ours = f"{checked.values['ours']:.{decimals + 2}f}"
+        finding = agrees_to_last_digit(printed, checked.values["ours"])
     unit = f" {text['unit']}" if "unit" in text else ""
     return Claim(
         name=name,
         where=text["where"],
         says=text["says"],
-        printed=printed.format_map(found.values) + unit,
-        ours=ours.format_map(found.values) + unit,
+        printed=printed.format_map(checked.values) + unit,
+        ours=ours.format_map(checked.values) + unit,
         finding=finding,
-        remark=text.get("remark", "").format_map(found.values),
+        remark=text.get("remark", "").format_map(checked.values),
         command=text.get("command", ""),
     )
 

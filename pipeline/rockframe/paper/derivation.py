@@ -44,15 +44,15 @@ def derivation_checks() -> dict[str, Check]:
     difference = _work(_THETA + 0.5 * _TURN) - _work(_THETA - 0.5 * _TURN)
     of_bodies = _work_of_bodies(_THETA + 0.5 * _TURN) - _work_of_bodies(_THETA - 0.5 * _TURN)
     turning = 0.5 * _COLUMNS * _INERTIA * _OMEGA**2
-    stated = turning + 0.5 * _BEAM * _OMEGA**2 * (across**2 + upwards**2)  # (16)
+    energy = turning + 0.5 * _BEAM * _OMEGA**2 * (across**2 + upwards**2)  # (16)
     reduced = np.full(_THETA.shape, _kinetic() * _OMEGA**2)  # (17)
     force, inertia = _lagrange()
     return {
         "eq-13": _equal(inertia, force, 1e-5),
         "eq-14": check(bool((np.sign(force) == np.sign(inertia)).all()), nodes=force.size),
         "eq-15": _equal(printed * _TURN, of_bodies, 1e-8),
-        "eq-16": _equal(stated, _energy_of_bodies(), 1e-12),
-        "eq-17": _equal(reduced, stated, 1e-12),
+        "eq-16": _equal(energy, _energy_of_bodies(), 1e-12),
+        "eq-17": _equal(reduced, energy, 1e-12),
         "eq-18": _equal(difference, of_bodies, 1e-8),
         "eq-19": _equal(slope * _TURN, difference, 1e-8),
         "eq-20": _equal(slope, difference / _TURN, 1e-8),

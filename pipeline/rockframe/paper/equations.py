@@ -92,8 +92,8 @@ def _size_forms() -> float:
     for gamma in _MASS_RATIOS:
         frame = RockingFrame(height=9.6, width=1.6, mass_ratio=gamma)
         size = (frame.frequency_parameter / frame.effective_frequency_parameter) ** 2
-        one, other = (1.0 + 3.0 * gamma) / (1.0 + 2.0 * gamma), 1.0 + gamma / (1.0 + 2.0 * gamma)
-        worst = max(worst, abs(one - size), abs(other - size))
+        ratio, other = (1.0 + 3.0 * gamma) / (1.0 + 2.0 * gamma), 1.0 + gamma / (1.0 + 2.0 * gamma)
+        worst = max(worst, abs(ratio - size), abs(other - size))
     return worst
 
 
@@ -189,10 +189,10 @@ def stability_checks() -> dict[str, Check]:
 def _no_overturning(mass_ratio: float, frequency_ratio: float, bound: float) -> Check:
     """Check that no pulse up to a bound overturns the temple (section 7), by a scan to 60."""
     least = _least((14.0,), (mass_ratio,), (frequency_ratio,), 60.0)[:, 0, 0, 0]
-    found = f"{least[0]:.4f} (symmetric), {least[1]:.4f} (antisymmetric)"
+    least_amplitudes = f"{least[0]:.4f} (symmetric), {least[1]:.4f} (antisymmetric)"
     if np.isnan(least).all():
-        found = "no pulse up to 60 g tan α overturns"
-    return check(not (least <= bound).any(), found=found, step=_STEP)
+        least_amplitudes = "no pulse up to 60 g tan α overturns"
+    return check(not (least <= bound).any(), found=least_amplitudes, step=_STEP)
 
 
 def _marginal(least: Float) -> Check:
@@ -259,7 +259,7 @@ def scale_checks() -> dict[str, Check]:
     By eq (47) a similar block of another size under one pulse, and one block under a pulse of
     another duration, differ in omega_p / p alone.
     """
-    found = overturning_spectrum(
+    spectrum = overturning_spectrum(
         [Pulse(wavelet=name, a_p=1.0, T_p=1.0) for name in RICKERS],
         np.radians(_SLENDERNESSES),
         (0.0,),
@@ -267,10 +267,10 @@ def scale_checks() -> dict[str, Check]:
         np.arange(1.0, _LARGEST + 0.5 * _STEP, _STEP),
         tolerance=1e-6,
     )
-    least = np.nan_to_num(found.minimum_overturning_amplitude[:, :, 0], nan=np.inf)
-    maps = (*least.shape, found.amplitude.size)  # by pulse, slenderness, ratio, amplitude
-    falls = found.found.verdict.reshape(maps) == Verdict.OVERTURNS
-    at_once = falls & (found.found.impacts.reshape(maps) == 0)
+    least = np.nan_to_num(spectrum.minimum_overturning_amplitude[:, :, 0], nan=np.inf)
+    maps = (*least.shape, spectrum.amplitude.size)  # by pulse, slenderness, ratio, amplitude
+    falls = spectrum.found.verdict.reshape(maps) == Verdict.OVERTURNS
+    at_once = falls & (spectrum.found.impacts.reshape(maps) == 0)
     both_stand = np.isinf(least[..., 1:]) & np.isinf(least[..., :-1])
     drops = int(((least[..., 1:] < least[..., :-1]) & ~both_stand).sum())
     steps = int((~both_stand).sum())
@@ -282,7 +282,7 @@ def scale_checks() -> dict[str, Check]:
         "larger-block": check(drops == 0, **effect),
         "longer-pulse": check(drops == 0, **effect),
         "scale-every-amplitude": check(not shorter_alone.any(), share=100.0 * share),
-        "safe-region": _safe_region(falls, at_once, found.amplitude > least[..., None] + _STEP),
+        "safe-region": _safe_region(falls, at_once, spectrum.amplitude > least[..., None] + _STEP),
         "temple-gamma": check(Finding.OPEN, volume=_NO_FRIEZE * column, column=column),
     }
 
@@ -316,7 +316,7 @@ def _least(
     largest: float,
 ) -> Float:
     """Return smallest overturning amplitudes by pulse, slenderness, mass and frequency ratio."""
-    found = overturning_spectrum(
+    spectrum = overturning_spectrum(
         [Pulse(wavelet=name, a_p=1.0, T_p=1.0) for name in RICKERS],
         np.radians(degrees),
         mass_ratios,
@@ -324,7 +324,7 @@ def _least(
         np.arange(1.0, largest + 0.5 * _STEP, _STEP),
         tolerance=1e-6,
     )
-    return found.minimum_overturning_amplitude
+    return spectrum.minimum_overturning_amplitude
 
 
 def _span(gains: Float) -> str:
@@ -388,7 +388,7 @@ def _kinematic_residual() -> float:
             BRIDGE.horizontal_displacement, BRIDGE.vertical_displacement,
         ))  # fmt: skip
         printed = _printed_rates(side)
-        worst = max(worst, *(abs(one / other - 1.0) for one, other in
+        worst = max(worst, *(abs(rate / other - 1.0) for rate, other in
                              zip((*u, v[0]), printed[:3], strict=True)))  # fmt: skip
     return worst
 
@@ -468,12 +468,12 @@ def _uplift_check() -> Check:
     return _misprint(printed, math.tan(beam), math.tan(beam))
 
 
-def _misprint(printed: float, right: float, meant: float, **others: float) -> Check:
+def _misprint(printed: float, right: float, meant: float, **further: float) -> Check:
     """Return MISPRINT if the printed value is wrong and the intended value is right."""
     near = math.isclose(meant, right, rel_tol=1e-6)
     wrong = near and not math.isclose(printed, right, rel_tol=1e-3)
-    found = Finding.MISPRINT if wrong else judged(near)
-    return check(found, printed=printed, right=right, meant=meant, **others)
+    finding = Finding.MISPRINT if wrong else judged(near)
+    return check(finding, printed=printed, right=right, meant=meant, **further)
 
 
 def _work(theta: float) -> float:

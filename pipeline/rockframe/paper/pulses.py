@@ -130,15 +130,15 @@ def paper_comparisons(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] =
         the relative difference of each quantity. a_p and T_p depend on the mother wavelet (T_p by
         up to a third): ``wavelet`` is ours; the paper does not state its own for each record.
     """
-    others = {pulse["record_id"]: pulse for pulse in pulses if pulse["wavelet"] == _OF_SECTION_6}
+    section_6 = {pulse["record_id"]: pulse for pulse in pulses if pulse["wavelet"] == _OF_SECTION_6}
     comparisons: list[Row] = []
     for row in {row["record_id"]: row for row in rows}.values():
         paper = find_paper_record(row["source_file"])
         if paper is None:
             continue
         comparisons += _compared(paper, row, row)
-        if row["record_id"] in others and row["wavelet"] != _OF_SECTION_6:
-            comparisons += _compared(paper, row, others[row["record_id"]])
+        if row["record_id"] in section_6 and row["wavelet"] != _OF_SECTION_6:
+            comparisons += _compared(paper, row, section_6[row["record_id"]])
     return comparisons
 
 
@@ -147,8 +147,8 @@ def _compared(paper: PaperRecord, row: Row, values: Mapping[str, Any]) -> Iterat
     for quantity in QUANTITIES:
         if quantity not in values:
             continue
-        ours, stated = float(values[quantity]), float(getattr(paper, quantity))
-        difference = ours / stated - 1.0
+        ours, printed = float(values[quantity]), float(getattr(paper, quantity))
+        difference = ours / printed - 1.0
         other = abs(difference) > _SAME.get(quantity, math.inf)
         yield {
             "record_id": row["record_id"],
@@ -156,7 +156,7 @@ def _compared(paper: PaperRecord, row: Row, values: Mapping[str, Any]) -> Iterat
             "quantity": quantity,
             "wavelet": values["wavelet"] if quantity in ("a_p_g", "T_p_s") else "",
             "printed": paper.printed[quantity],
-            "paper": stated,
+            "paper": printed,
             "ours": ours,
             "relative_difference": difference,
             "remark": "not the paper's record or processing" if other else "",
@@ -220,13 +220,13 @@ def _spectrum_check() -> Check:
     ratio = np.linspace(0.8, 1.2, 401)
     time = _TIME[::10]
     waves = np.exp(-1j * np.outer(math.tau / _PERIOD * ratio, time))
-    found = []
+    periods = []
     for name in RICKERS:
         samples = Pulse(wavelet=name, a_p=1.0, T_p=_PERIOD).acceleration(time)
         spectrum = np.abs(waves @ samples)
-        found.append(float(1.0 / ratio[int(np.argmax(spectrum))]))
-    near = all(abs(period - 1.0) < 1.5e-3 for period in found)
-    return check(near, symmetric=found[0], antisymmetric=found[1])
+        periods.append(float(1.0 / ratio[int(np.argmax(spectrum))]))
+    near = all(abs(period - 1.0) < 1.5e-3 for period in periods)
+    return check(near, symmetric=periods[0], antisymmetric=periods[1])
 
 
 _COMMAND: Final = "rockframe table1 --records FOLDER"
@@ -243,15 +243,15 @@ def record_claims(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ())
         As returned by `pulse_rows` for these records; see `paper_comparisons`.
     """
     comparisons = paper_comparisons(rows, pulses)
-    others = {one["record_id"]: one["remark"] for one in comparisons if one["remark"]}
+    remarks = {row["record_id"]: row["remark"] for row in comparisons if row["remark"]}
     names: set[str] = set()
     claims = []
-    for found in comparisons:
-        name = f"{found['record_id']}-{found['quantity']}"
+    for row in comparisons:
+        name = f"{row['record_id']}-{row['quantity']}"
         if name in names:  # with another wavelet than the selected one
-            name = f"{name}-{found['wavelet']}"
+            name = f"{name}-{row['wavelet']}"
         names.add(name)
-        claims.append(_of_table(name, found, others.get(found["record_id"], "")))
+        claims.append(_of_table(name, row, remarks.get(row["record_id"], "")))
     own = bridge_rows(rows)
     return claims + _of_events(rows) + (_of_bridge(own) if own else [])
 
@@ -333,7 +333,7 @@ def _of_bridge(own: Sequence[Row]) -> list[Claim]:
     of = f"{len(own)} of the paper's {len(paper_records())} records are here with its PGA and PGV"
     ratio, lift = turned["peak_rotation_ratio"], 100.0 * lifted["peak_v_m"]
     least, most = drifts[0], drifts[-1]
-    found = (
+    texts = (
         ("rotation", "θ/α of the bridge under all six records", "< 0.33",
          f"at most {ratio:.3f} ({turned['record']})", ratio < 0.33),
         ("drift", "its largest drifts", "20 to 50 cm",
@@ -352,7 +352,7 @@ def _of_bridge(own: Sequence[Row]) -> list[Claim]:
             remark=of,
             command=_COMMAND,
         )
-        for name, says, printed, ours, holds in found
+        for name, says, printed, ours, holds in texts
     ]
 
 
@@ -374,13 +374,13 @@ def paper_pulses(
         The paper's values and ours for each record, weighting and wavelet; ``distance`` is the root
         mean square of ln(ours / paper) of a_p and T_p [1].
     """
-    found: list[dict[str, Any]] = []
+    pulses: list[dict[str, Any]] = []
     for record, options in records:
         printed = find_paper_record(record.source_file)
         if printed is not None:
             for weighting in weightings:
-                found += _matched(record, printed, options.replaced(weighting=weighting))
-    return found
+                pulses += _matched(record, printed, options.replaced(weighting=weighting))
+    return pulses
 
 
 def _matched(
@@ -416,7 +416,7 @@ def overall_distances(pulses: Sequence[Mapping[str, Any]]) -> list[dict[str, Any
     for pulse in pulses:
         ways.setdefault((pulse["wavelet"], pulse["weighting"]), []).append(pulse["distance"] ** 2)
     rows: list[dict[str, Any]] = [
-        {"wavelet": one, "weighting": other, "distance": math.sqrt(sum(squares) / len(squares))}
-        for (one, other), squares in ways.items()
+        {"wavelet": wavelet, "weighting": other, "distance": math.sqrt(sum(squares) / len(squares))}
+        for (wavelet, other), squares in ways.items()
     ]
     return sorted(rows, key=lambda way: float(way["distance"]))

@@ -101,7 +101,10 @@ def _perform_there(work: Work) -> int:
         raise InputError(log, f"cannot be written: {error.strerror}.") from None
     try:
         rejections = _rejections(do(work))
-        lines = [f"rockframe: rejected: {one.file}: {one.reason}\n" for one in rejections]
+        lines = [
+            f"rockframe: rejected: {rejection.file}: {rejection.reason}\n"
+            for rejection in rejections
+        ]
         log.write_text("".join(lines) or "done\n", encoding="utf-8")
     except RockframeError as error:
         # if the disk is full, only the terminal shows the error
@@ -359,12 +362,12 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
                 continue
             step = steps[stage.name]
             try:
-                what, found = _recomputed(stage, step, folder.resolve(), elsewhere, sample)
+                summary, differing = _recomputed(stage, step, folder.resolve(), elsewhere, sample)
             except RockframeError as error:  # an input is missing
                 faults.append(f"{folder}: {stage.name} cannot be recomputed: {error}")
                 continue
-            done.append(what)
-            faults += found
+            done.append(summary)
+            faults += differing
     if not done:
         faults.append(f"{folder}: contains nothing that can be recomputed.")
     return done, faults
@@ -383,12 +386,12 @@ def _recomputed(
         batch = ((count + 1) // 2, count)
     outputs = (whole.name, *step.outputs[1:])
     do(Work(replace(step, batch=batch, outputs=outputs, workers=True), folder, into=elsewhere))
-    records, apart, found = differences(elsewhere / whole.name, whole, kind)
-    what = f"{stage.name}: {records} records" if stage.batches else stage.name
+    records, apart, differing = differences(elsewhere / whole.name, whole, kind)
+    summary = f"{stage.name}: {records} records" if stage.batches else stage.name
     how = f"within {apart:.1g} of the largest of each variable" if apart else "to the last bit"
-    faults = [f"{whole}: {name}: differs when recomputed." for name in found]
+    faults = [f"{whole}: {name}: differs when recomputed." for name in differing]
     faults += _differing_tables(step, folder, elsewhere)
-    return (what if faults else f"{what}, equal {how}"), faults
+    return (summary if faults else f"{summary}, equal {how}"), faults
 
 
 def _differing_tables(step: Step, folder: Path, elsewhere: Path) -> Iterator[str]:

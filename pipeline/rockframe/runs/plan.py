@@ -83,12 +83,12 @@ class Step:
     memory: int = 1000
     minutes: int = 60
 
-    def origin(self, known: Mapping[str, str], outside: Mapping[str, str]) -> dict[str, Any]:
+    def origin(self, keys: Mapping[str, str], outside: Mapping[str, str]) -> dict[str, Any]:
         """Return everything that the outputs depend on; locations of files do not matter.
 
         Parameters
         ----------
-        known : mapping of str to str
+        keys : mapping of str to str
             For each input, the key of the step that writes it, or the hash of the file.
         outside : mapping of str to str
             Hashes of whatever else the step depends on, by what it is.
@@ -99,7 +99,7 @@ class Step:
             "stage": self.stage,
             "options": _without_folders(self.options),
             "batch": list(self.batch),
-            "inputs": {name: known[name] for name in self.inputs},
+            "inputs": {name: keys[name] for name in self.inputs},
             "outside": dict(outside),
         }
 
@@ -174,8 +174,8 @@ def steps_of(study: Study, files: int) -> list[Step]:
     options = {name: study.options(name) for name in ("records", "filters", *STAGES)}
     steps = computing_steps(options, study.records, batches)
     if study.records:
-        made = ("records.nc", "pulses.nc", "response.nc")
-        steps.append(Step("table", "table", made, ("table.csv", "summary.csv")))
+        inputs = ("records.nc", "pulses.nc", "response.nc")
+        steps.append(Step("table", "table", inputs, ("table.csv", "summary.csv")))
     steps += _figures(study, steps)
     return [*steps, *_last(study, steps)]
 
@@ -253,10 +253,10 @@ def _steps(stage: Stage, options: dict[str, Any], batches: int) -> list[Step]:
 def _figures(study: Study, steps: list[Step]) -> list[Step]:
     """Return the step that draws the results, if the study asks for figures."""
     most = study.tables.figures.most
-    made = [name for step in steps for name in step.outputs]
+    outputs = [name for step in steps for name in step.outputs]
     of_records = study.records and study.tables.respond.histories != "none"
     files = ["records.nc", "pulses.nc", "response.nc"] if of_records else []
-    files += [one.file for one in STAGES.values() if one.figures and one.file in made]
+    files += [stage.file for stage in STAGES.values() if stage.figures and stage.file in outputs]
     if not files or not most:
         return []
     step = Step("draw", "draw", tuple(files), ("figures/",), _json(study.tables.figures))
@@ -270,8 +270,8 @@ def _last(study: Study, steps: list[Step]) -> list[Step]:
     if study.records:
         options = _json(study.tables.report)
         last.append(Step("report", "report", (MANIFEST,), (PAGE,), options))
-    made = tuple(name for step in last for name in step.outputs)
-    return [*last, Step("verify", "verify", made, (), may_reject=False)]
+    outputs = tuple(name for step in last for name in step.outputs)
+    return [*last, Step("verify", "verify", outputs, (), may_reject=False)]
 
 
 #: Hidden folder of a run for its internal files: plan, stamps, lock.
@@ -371,7 +371,7 @@ def make_plan(study: Study, folder: Path) -> Plan:
     files = {INPUTS: _listed(inputs)}
     if study.records:
         files[STRUCTURES] = structures_text(study)
-    known = {name: _digest(text) for name, text in files.items()}
+    keys = {name: _digest(text) for name, text in files.items()}
     origins: dict[str, dict[str, Any]] = {}
     places = {str(file.path): place for place, file in enumerate(inputs)}
     for step in steps:
@@ -381,8 +381,8 @@ def make_plan(study: Study, folder: Path) -> Plan:
             outside = {"study": _digest(json.dumps(study.parameters(), sort_keys=True))}
         if step.stage == "report":
             outside = {"templates, style or scripts of the page": page_source_hash()}
-        origins[step.name] = _unbatched(step, steps).origin(known, outside)
-        known |= dict.fromkeys(step.outputs, key_of_step(origins[step.name]))
+        origins[step.name] = _unbatched(step, steps).origin(keys, outside)
+        keys |= dict.fromkeys(step.outputs, key_of_step(origins[step.name]))
     own = (study.path, study.structures)  # one file, if the study has structures of its own
     hashes = {path: sha256_of(path) for path in dict.fromkeys(own)}
     study_files = tuple(Input(path.name, path, hashes[path]) for path in own)
@@ -408,7 +408,9 @@ def _external_inputs(step: Step, inputs: Sequence[Input], places: Mapping[str, i
     if step.stage == "ingest":
         return list(inputs)
     values = {value for value in step.options.values() if isinstance(value, str)}
-    return [inputs[place] for place in sorted(places[one] for one in values & places.keys())]
+    return [
+        inputs[place] for place in sorted(places[location] for location in values & places.keys())
+    ]
 
 
 def _unbatched(step: Step, steps: Sequence[Step]) -> Step:
@@ -483,14 +485,14 @@ def _inputs(study: Study, folder: Path) -> Iterator[Input]:
 
 
 def _named(study: Study, folder: Path) -> Iterator[tuple[str, Path]]:
-    for stated, called in zip(study.records, folder_names(study.records), strict=True):
-        if stated.is_dir():
-            if folder.resolve().is_relative_to(stated.resolve()):
+    for source, called in zip(study.records, folder_names(study.records), strict=True):
+        if source.is_dir():
+            if folder.resolve().is_relative_to(source.resolve()):
                 raise InputError(folder, "lies among the records. Choose another folder.")
-            yield from _files_within(stated, called)
+            yield from _files_within(source, called)
         else:
-            yield stated.name, stated
-            metadata = sorted(stated.parent.glob("*.xml"))  # of a miniSEED file
+            yield source.name, source
+            metadata = sorted(source.parent.glob("*.xml"))  # of a miniSEED file
             yield from ((path.name, path) for path in metadata if path.is_file())
     for where, path in study.files().items():
         if where == ("screen", "hazard"):

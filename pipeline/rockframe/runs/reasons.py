@@ -72,7 +72,9 @@ def _changed_options(before: Mapping[str, Any], now: Mapping[str, Any]) -> Itera
     old, new = dict(_leaves(before)), dict(_leaves(now))
     for name in {**new, **old}:
         if old.get(name, _NONE) != new.get(name, _NONE):
-            values = [json.dumps(one[name]) if name in one else "none" for one in (old, new)]
+            values = [
+                json.dumps(options[name]) if name in options else "none" for options in (old, new)
+            ]
             shown = max(map(len, values)) <= _SHORT
             yield f"option {name} changed" + (" from {} to {}".format(*values) if shown else "")
 
@@ -107,6 +109,6 @@ def _changed_inputs(
     yield from (f"{name} changed" for name in changed if name in plan.files and name != INPUTS)
     if INPUTS in changed and not listed:
         yield f"{INPUTS} changed"
-    writers = [one.name for one in plan.steps if set(one.outputs).intersection(changed)]
+    writers = [step.name for step in plan.steps if set(step.outputs).intersection(changed)]
     if writers:
         yield f"follows from {_few(writers)}"

@@ -159,7 +159,7 @@ def _corrupted(plan: Plan, former: Plan | None, folder: Path) -> dict[Path, str]
     before = former.files if former is not None else {}
     corrupted = damaged(folder, {name: text for name, text in before.items() if name in plan.files})
     now = damaged(folder, plan.files)
-    return {path: what for path, what in corrupted.items() if path in now}
+    return {path: fault for path, fault in corrupted.items() if path in now}
 
 
 def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> Plan | None:
@@ -174,14 +174,14 @@ def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> 
             if gone in former.outputs:
                 on_fault(f"{folder / gone}: no longer an output of the study; removed.")
         return former
-    found = f"the run of the study {former.study!r}" if former else _foreign_file(plan, folder)
-    if not found:
+    content = f"the run of the study {former.study!r}" if former else _foreign_file(plan, folder)
+    if not content:
         return None
     if former is None and _has_own_manifest(plan, folder):
         on_fault(f"{damage or folder / KEPT / 'plan.json: missing'}; made again.")
         return None
     if not replace:
-        holds = f"holds {found}{f', and {damage}' if damage else ''}"
+        holds = f"holds {content}{f', and {damage}' if damage else ''}"
         raise InputError(folder, f"{holds}. Use another folder, or --replace.")
     if former is not None:
         remove_partials(former, folder)

@@ -96,29 +96,31 @@ def states_of(plan: Plan, folder: Path) -> list[StepState]:
         if not state.is_done:
             readers |= dict.fromkeys(step.inputs, state)
         states[step.name] = state
-    waiting, found = "", []
+    waiting, in_order = "", []
     for step in plan.steps:
         state = states[step.name]
         if step.stage in _OF_ALL and state.state in {"done", "damaged"} and waiting:
             kind = "to do" if state.is_done else state.state
             state = StepState(step, kind, state.fault, f"follows from {waiting}")
         waiting = waiting or ("" if state.is_done else step.name)
-        found.append(state)
-    return found
+        in_order.append(state)
+    return in_order
 
 
 def _state(plan: Plan, step: Step, stamp: Stamp | None, folder: Path) -> StepState:
     if stamp is None:
-        made = next((f"no stamp for {n}" for n in step.outputs if (folder / n).exists()), NOT_YET)
-        return StepState(step, "to do", reason=made)
+        reason = next((f"no stamp for {n}" for n in step.outputs if (folder / n).exists()), NOT_YET)
+        return StepState(step, "to do", reason=reason)
     if stamp.key != plan.keys[step.name]:
         return StepState(step, "outdated", reason=changes(stamp.origin, plan, step))
     if any(name not in stamp.outputs for name in step.outputs if not name.endswith("/")):
         return StepState(step, "to do", reason="its stamp is corrupted")
-    for path, what in stamp.faults(folder):
-        gone, name = what == MISSING, path.relative_to(folder).as_posix()
+    for path, fault in stamp.faults(folder):
+        gone, name = fault == MISSING, path.relative_to(folder).as_posix()
         kind = "to do" if gone and step.temporary else "damaged"
-        return StepState(step, kind, f"{path}: {what}", f"{name} {'is missing' if gone else what}")
+        return StepState(
+            step, kind, f"{path}: {fault}", f"{name} {'is missing' if gone else fault}"
+        )
     return StepState(step, "done")
 
 
@@ -137,21 +139,21 @@ def damaged(folder: Path, files: Mapping[str, str]) -> dict[Path, str]:
     dict of Path to str
         For each faulty file, a message that it is missing or corrupted.
     """
-    found: dict[Path, str] = {}
+    corrupted: dict[Path, str] = {}
     for path, text in ((folder / name, text) for name, text in files.items()):
         if not path.is_file():
-            found[path] = MISSING
+            corrupted[path] = MISSING
         elif _content(path) != text.encode():
-            found[path] = DAMAGED
+            corrupted[path] = DAMAGED
     for path in (*sorted((folder / _STAMPS).glob("[!.]*.json")), folder / MANIFEST):
         if path.is_file() and not is_sealed(_content(path)):
-            found[path] = DAMAGED
-    return found
+            corrupted[path] = DAMAGED
+    return corrupted
 
 
 def faults_of(corrupted: Mapping[Path, str], states: Sequence[StepState]) -> list[str]:
     """Return a message for each corrupted or missing file of a run."""
-    files = [f"{path}: {what}" for path, what in corrupted.items()]
+    files = [f"{path}: {fault}" for path, fault in corrupted.items()]
     return list(dict.fromkeys([*files, *(state.fault for state in states if state.fault)]))
 
 
@@ -174,8 +176,8 @@ def stamp(step: Step, origin: Mapping[str, Any], folder: Path) -> None:
     InputError
         If an output is missing, or the stamp cannot be written.
     """
-    made = Stamp.of(key_of_step(origin), files_of(step.outputs, folder), folder)
-    _write(folder, step.name, replace(made, origin=origin))
+    written = Stamp.of(key_of_step(origin), files_of(step.outputs, folder), folder)
+    _write(folder, step.name, replace(written, origin=origin))
 
 
 def files_of(outputs: Sequence[str], folder: Path) -> list[str]:
@@ -183,9 +185,9 @@ def files_of(outputs: Sequence[str], folder: Path) -> list[str]:
     files: list[str] = []
     for name in outputs:
         if name.endswith("/"):
-            found = sorted(path for path in (folder / name).rglob("*") if path.is_file())
+            inside = sorted(path for path in (folder / name).rglob("*") if path.is_file())
             # Snakemake hides files there
-            visible = (path for path in found if not path.name.startswith("."))
+            visible = (path for path in inside if not path.name.startswith("."))
             files += [path.relative_to(folder).as_posix() for path in visible]
         else:
             files.append(name)
@@ -196,9 +198,9 @@ def take_back_manifest(plan: Plan, folder: Path) -> None:
     """Remove the manifest, after writing its data on steps as stamps."""
     listed = _of_manifest(plan, folder)
     for step in plan.steps:
-        known = listed.get(step.name)
-        if known is not None and _read(folder, step.name) is None:
-            _write(folder, step.name, known)
+        recorded = listed.get(step.name)
+        if recorded is not None and _read(folder, step.name) is None:
+            _write(folder, step.name, recorded)
     remove_file(folder / MANIFEST)
 
 
@@ -237,8 +239,8 @@ def remove_output(plan: Plan, folder: Path, name: str) -> None:
         return
     listed = _of_manifest(plan, folder)
     for step in plan.steps:
-        known = _read(folder, step.name) or listed.get(step.name)
-        for file in known.outputs if known is not None and name in step.outputs else ():
+        recorded = _read(folder, step.name) or listed.get(step.name)
+        for file in recorded.outputs if recorded is not None and name in step.outputs else ():
             if file.startswith(name) and is_within(file):
                 remove_file(folder / file)
     for hidden in (_MARK, DRAWN):
@@ -289,13 +291,13 @@ def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
         stamps = {}
         for step in plan.steps:
             folders = tuple(name for name in step.outputs if name.endswith("/"))
-            found = {
+            outputs = {
                 name: sha256
                 for name, sha256 in hashes.items()
                 if name in step.outputs or name.startswith(folders)
             }
-            if step.name in keys and found:
-                stamps[step.name] = Stamp(keys[step.name], found)
+            if step.name in keys and outputs:
+                stamps[step.name] = Stamp(keys[step.name], outputs)
     except (OSError, ValueError, KeyError, TypeError, InputError):
         return {}
     return stamps
@@ -524,8 +526,8 @@ def finish(folder: Path) -> int:
     changed, read = changed_inputs(plan.inputs), _read_by_ingest(folder)
     if not changed:
         inputs = _members(plan, set(read.values()) - set(inputs.values())) | inputs
-        known = set(inputs.values())
-        changed = [(name, "changed") for name, sha256 in read.items() if sha256 not in known]
+        hashes = set(inputs.values())
+        changed = [(name, "changed") for name, sha256 in read.items() if sha256 not in hashes]
     for name, reason in changed:
         raise InputError(
             name,
@@ -585,7 +587,7 @@ def _members(plan: Plan, wanted: Collection[str]) -> dict[str, str]:
     """
     from rockframe.ingest import ARCHIVE_HEAD, contents, is_archive, load, printable
 
-    found: dict[str, str] = {}
+    names: dict[str, str] = {}
     for path, called in ((file.path, file.name) for file in plan.inputs if wanted):
         with path.open("rb") as stream:
             if not is_archive(stream.read(ARCHIVE_HEAD)):
@@ -594,7 +596,7 @@ def _members(plan: Plan, wanted: Collection[str]) -> dict[str, str]:
             for member in contents(path, load(path)):
                 sha256 = hashlib.sha256(member.data).hexdigest()
                 if sha256 in wanted:
-                    found[called + member.name.removeprefix(printable(path.name))] = sha256
+                    names[called + member.name.removeprefix(printable(path.name))] = sha256
         except InputError:
             continue  # ingest has rejected this archive
-    return found
+    return names
