@@ -27,8 +27,8 @@ def test_sentences_are_plain() -> None:
     pages = [*REPOSITORY.glob("*.md"), *REPOSITORY.glob("docs/**/*.md")]
     code = [*REPOSITORY.glob("pipeline/**/*.py"), *REPOSITORY.glob("tests/**/*.py")]
     for path in sorted({*pages, *code} - {Path(__file__)}):
-        found = PUZZLING.search(path.read_text(encoding="utf-8"))
-        assert not found, f"{path}: {found[0]}"
+        match = PUZZLING.search(path.read_text(encoding="utf-8"))
+        assert not match, f"{path}: {match[0]}"
     for path in code:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
@@ -47,8 +47,8 @@ def test_each_run_draws_the_same_numbers() -> None:
     """A failure must be seen again: numbers come from stated seeds, and examples from a profile."""
     tests = REPOSITORY / "tests"
     for path in sorted({*tests.rglob("test_*.py"), *tests.glob("*/conftest.py")}):
-        found = CHANGING.search(path.read_text(encoding="utf-8"))
-        assert not found, f"{path}: {found[0]}"
+        match = CHANGING.search(path.read_text(encoding="utf-8"))
+        assert not match, f"{path}: {match[0]}"
 
 
 def test_a_property_is_tried_with_the_same_examples_in_each_run(tmp_path: Path) -> None:
@@ -99,8 +99,8 @@ def test_two_processes_collect_the_same_tests() -> None:
     """Names must not depend on time or string hashes: pytest-xdist needs equal names everywhere."""
     first = collected()
     time.sleep(2.0)
-    one, other = [process.communicate()[0] for process in (first, collected())]
-    names = [line for line in one.splitlines() if "::" in line]
+    names_of_first, other = [process.communicate()[0] for process in (first, collected())]
+    names = [line for line in names_of_first.splitlines() if "::" in line]
     assert len(names) == len(set(names)) > 1000
     assert names == [line for line in other.splitlines() if "::" in line]
 
@@ -158,7 +158,10 @@ def body_lines(function: ast.FunctionDef) -> int:
 def argument_count(function: ast.FunctionDef) -> int:
     """Return the number of arguments of a function besides `self` and `cls`."""
     arguments = function.args
-    names = [one.arg for one in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+    names = [
+        argument.arg
+        for argument in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)
+    ]
     return len(names) - (names[:1] in (["self"], ["cls"]))
 
 

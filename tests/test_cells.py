@@ -96,13 +96,13 @@ def test_what_only_python_or_nobody_takes_for_a_number_is_refused(text: str) -> 
 
 @given(WRITTEN.map(str.strip), WRITTEN.map(str.strip))
 def test_a_catalogue_comes_back(
-    tmp_path_factory: pytest.TempPathFactory, one: str, two: str
+    tmp_path_factory: pytest.TempPathFactory, event: str, two: str
 ) -> None:
     path = tmp_path_factory.mktemp("catalogue") / "catalogue.csv"
-    entry = CatalogueEntry(file="=a.csv", event=one, station=two, magnitude=6.5)
+    entry = CatalogueEntry(file="=a.csv", event=event, station=two, magnitude=6.5)
     write_catalogue(path, [entry])
     read = read_catalogue(path)["=a.csv"]
-    assert (read.file, read.event, read.station, read.magnitude) == ("=a.csv", one, two, 6.5)
+    assert (read.file, read.event, read.station, read.magnitude) == ("=a.csv", event, two, 6.5)
 
 
 def test_a_file_named_like_a_formula_is_one_in_no_list(tmp_path: Path) -> None:

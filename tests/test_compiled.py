@@ -195,8 +195,8 @@ def test_arrays_have_one_memory_layout(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def watched(self: Any, *arguments: Any) -> Any:
         called.add(self.__name__)
-        arrays = [one for one in arguments if isinstance(one, np.ndarray)]
-        assert all(one.flags.c_contiguous for one in arrays), self.__name__
+        arrays = [argument for argument in arguments if isinstance(argument, np.ndarray)]
+        assert all(array.flags.c_contiguous for array in arrays), self.__name__
         return call(self, *arguments)
 
     monkeypatch.setattr(kind, "__call__", watched)
@@ -210,7 +210,7 @@ def test_arrays_have_one_memory_layout(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("stated", "has", "used"),
+    ("features", "has", "used"),
     [
         (None, "+avx2,+avx512vbmi2", "+avx2,+avx512vbmi2,-prefer-256-bit"),
         (None, "+avx512f,-avx512vbmi2", None),  # its clock slows under wide vectors
@@ -218,10 +218,10 @@ def test_arrays_have_one_memory_layout(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_wide_vectors_are_used_where_they_are_fast(
-    monkeypatch: pytest.MonkeyPatch, stated: str | None, has: str, used: str | None
+    monkeypatch: pytest.MonkeyPatch, features: str | None, has: str, used: str | None
 ) -> None:
     monkeypatch.setattr(numba.config, "CPU_NAME", None)
-    monkeypatch.setattr(numba.config, "CPU_FEATURES", stated)
+    monkeypatch.setattr(numba.config, "CPU_FEATURES", features)
     monkeypatch.setattr(codegen, "get_host_cpu_features", lambda: has)
     _allow_wide_vectors()
     assert used == cast("Any", numba.config).CPU_FEATURES

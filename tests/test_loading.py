@@ -30,8 +30,11 @@ def imported(*commands: Sequence[object]) -> list[tuple[set[str], list[str]]]:
     given = json.dumps([[str(word) for word in words] for words in commands])
     command = [sys.executable, "-c", SCRIPT, given]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    found = [set(x.split()) for x in done.stdout.splitlines() if x.startswith("imported ")]
-    return [(one, sorted(m for m in one if m.split(".")[0] == "rockframe")) for one in found]
+    loaded = [set(x.split()) for x in done.stdout.splitlines() if x.startswith("imported ")]
+    return [
+        (modules, sorted(m for m in modules if m.split(".")[0] == "rockframe"))
+        for modules in loaded
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -45,10 +48,10 @@ def test_ingest_imports_no_computation_and_no_package_of_filters(home: Path) -> 
     """The package's own loop filters a file that is uncorrected."""
     samples = np.random.default_rng(1).normal(0.0, 0.1, 2000)
     np.savetxt(home / "raw.csv", samples * np.hanning(2000))
-    stated = ("--units", "g", "--time-step-s", "0.01", "--output", home / "records.nc")
+    options = ("--units", "g", "--time-step-s", "0.01", "--output", home / "records.nc")
     (modules, own), (filtering, _) = imported(
-        ("ingest", home / "motions", *stated),
-        ("ingest", home / "raw.csv", "--uncorrected", *stated),
+        ("ingest", home / "motions", *options),
+        ("ingest", home / "raw.csv", "--uncorrected", *options),
     )
     assert not modules & OTHERS
     assert not [name for name in own if name.split(".")[1:2] in (["rocking"], ["matching"])]

@@ -72,7 +72,7 @@ def test_axes_are_taken_and_given_back(things: dict[str, Shown]) -> None:
 
 def test_a_margin_marks_the_motion_itself(things: dict[str, Shown]) -> None:
     axes = things["margin"].plot(Figure().subplots())
-    (line,) = (one for one in axes.get_lines() if one.get_label() == "the motion itself")
+    (line,) = (drawn for drawn in axes.get_lines() if drawn.get_label() == "the motion itself")
     assert_array_equal(line.get_xdata(), [1.0, 1.0])
     assert axes.get_xlim()[0] == 0.0
     labels = axes.get_legend_handles_labels()[1]
@@ -126,9 +126,9 @@ def test_a_record_has_its_peak_and_can_be_scaled() -> None:
 
 def test_a_record_alone_is_searched_for_pulses() -> None:
     options = PulseOptions(surrogates=0, wavelet=("symmetric_ricker",))
-    found = rockframe.find_pulses(RECORD, options=options)
+    pulses = rockframe.find_pulses(RECORD, options=options)
     again = rockframe.find_pulses(RECORD.acceleration, 0.01, options)
-    assert found.matches["symmetric_ricker"].pulse == again.matches["symmetric_ricker"].pulse
+    assert pulses.matches["symmetric_ricker"].pulse == again.matches["symmetric_ricker"].pulse
     for arguments in ((RECORD, 0.01), (RECORD.acceleration,)):
         with pytest.raises(ParameterError, match="Must be stated for an array, not for a Record"):
             rockframe.find_pulses(*arguments)
@@ -152,7 +152,7 @@ def test_fragility_of_verdicts_without_scales() -> None:
     fell = [False, True, False, True]
     short = rockframe.fit_fragility([1.0, 2.0, 3.0, 4.0], fell)
     assert short.median == rockframe.fit_fragility([1.0, 2.0, 3.0, 4.0], overturned=fell).median
-    long = rockframe.fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], [[one] for one in fell])
+    long = rockframe.fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], [[outcome] for outcome in fell])
     assert short.median == long.median
 
 

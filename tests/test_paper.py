@@ -132,8 +132,8 @@ def test_a_frame_is_one_column_but_for_its_losses(claims: dict[str, Claim]) -> N
 
 def test_what_differs_is_known(claims: dict[str, Claim]) -> None:
     differing = {n for n, c in claims.items() if c.finding is Finding.DIFFERS}
-    known = {"marginal", "every-amplitude", "drift-and-lift", "one-column"}
-    assert differing == known | {"scale-every-amplitude"}
+    expected = {"marginal", "every-amplitude", "drift-and-lift", "one-column"}
+    assert differing == expected | {"scale-every-amplitude"}
 
 
 def test_each_of_equations_13_to_21_holds(claims: dict[str, Claim]) -> None:
@@ -145,8 +145,10 @@ def test_each_of_equations_13_to_21_holds(claims: dict[str, Claim]) -> None:
 def test_an_equation_with_a_wrong_factor_would_differ(monkeypatch: pytest.MonkeyPatch) -> None:
     """The factor of (23) as printed, N m_c instead of N m_c / 2, in place of that of (18)."""
     monkeypatch.setattr(derivation, "_factor", lambda: 4.0 * 3.0 + 3.0)
-    found = {name for name, one in derivation_checks().items() if one.finding is Finding.DIFFERS}
-    assert found == {"eq-13", "eq-15", "eq-18"}
+    differing = {
+        name for name, checked in derivation_checks().items() if checked.finding is Finding.DIFFERS
+    }
+    assert differing == {"eq-13", "eq-15", "eq-18"}
 
 
 def test_scale_effects_hold_for_the_least_amplitude_only(claims: dict[str, Claim]) -> None:
@@ -163,11 +165,11 @@ def test_gamma_of_the_temple_needs_an_epistyle_of_its_size(claims: dict[str, Cla
 
 def test_magnitudes_and_distances_that_records_state_are_judged() -> None:
     """The paper prints 0.1 km for Parkfield, which is no epicentral distance of some 30 km."""
-    stated = row(0, magnitude=6.19, epicentral_distance_km=31.0, facts_source="catalogue.csv")
-    found = {claim.name: claim for claim in record_claims([stated])}
-    assert found["r0-magnitude"].finding is Finding.AGREES
-    assert found["r0-epicentral_distance_km"].finding is Finding.DIFFERS
-    assert found["r0-epicentral_distance_km"].printed == "0.1 km"
+    complete = row(0, magnitude=6.19, epicentral_distance_km=31.0, facts_source="catalogue.csv")
+    claims = {claim.name: claim for claim in record_claims([complete])}
+    assert claims["r0-magnitude"].finding is Finding.AGREES
+    assert claims["r0-epicentral_distance_km"].finding is Finding.DIFFERS
+    assert claims["r0-epicentral_distance_km"].printed == "0.1 km"
     borrowed = record_claims([row(0)])
     assert not any("magnitude" in claim.name for claim in borrowed)
 
@@ -179,10 +181,10 @@ def test_names_are_unique(listed: list[Claim], claims: dict[str, Claim]) -> None
 @pytest.mark.parametrize(("ours", "finding"), [(1.279, Finding.AGREES), (1.282, Finding.DIFFERS)])
 def test_a_unit_of_the_last_digit_is_forgiven(ours: float, finding: Finding) -> None:
     """The paper prints 1.27 s as T_p of the second record, and four numbers for each record."""
-    found = {claim.name: claim for claim in record_claims([row(1, T_p_s=ours)])}
-    assert sum(name.startswith("r1-") for name in found) == 4
-    assert found["r1-T_p_s"].printed == "1.27 s"
-    assert found["r1-T_p_s"].finding is finding
+    claims = {claim.name: claim for claim in record_claims([row(1, T_p_s=ours)])}
+    assert sum(name.startswith("r1-") for name in claims) == 4
+    assert claims["r1-T_p_s"].printed == "1.27 s"
+    assert claims["r1-T_p_s"].finding is finding
 
 
 @pytest.mark.parametrize("number", range(len(paper_records())))
@@ -200,22 +202,22 @@ def test_only_what_a_record_lacks_is_taken_from_table_1(number: int) -> None:
 
 
 def test_a_record_of_another_processing_is_not_judged() -> None:
-    found = record_claims([row(2, pga_g=0.421, pgv_m_s=0.62)])
-    assert {claim.finding for claim in found} == {Finding.OPEN}
+    claims = record_claims([row(2, pga_g=0.421, pgv_m_s=0.62)])
+    assert {claim.finding for claim in claims} == {Finding.OPEN}
 
 
 def test_pgv_tells_another_processing_too() -> None:
     """Erzincan has the paper's PGA but a PGV 22 % higher, so it was processed differently."""
-    found = record_claims([row(3, pgv_m_s=0.782, a_p_g=0.522, T_p_s=0.374)])
-    assert len(found) == 4  # no claim about the bridge
-    assert {claim.finding for claim in found} == {Finding.OPEN}
+    claims = record_claims([row(3, pgv_m_s=0.782, a_p_g=0.522, T_p_s=0.374)])
+    assert len(claims) == 4  # no claim about the bridge
+    assert {claim.finding for claim in claims} == {Finding.OPEN}
 
 
 def test_the_last_printed_digit_counts_if_it_is_zero() -> None:
     """The paper prints Kobe's a_p as 0.50; 0.536 would agree with a printed 0.5."""
-    found = {claim.name: claim for claim in record_claims([row(5, a_p_g=0.536)])}
-    assert found["r5-a_p_g"].printed == "0.50 g"
-    assert found["r5-a_p_g"].finding is Finding.DIFFERS
+    claims = {claim.name: claim for claim in record_claims([row(5, a_p_g=0.536)])}
+    assert claims["r5-a_p_g"].printed == "0.50 g"
+    assert claims["r5-a_p_g"].finding is Finding.DIFFERS
 
 
 def test_the_wavelet_of_mavroeidis_and_papageorgiou_is_compared_too() -> None:
@@ -228,19 +230,19 @@ def test_the_wavelet_of_mavroeidis_and_papageorgiou_is_compared_too() -> None:
     }
     other = pulse | {"wavelet": "ricker_any_phase", "a_p_g": 9.0}
     claims = record_claims([row(5, a_p_g=0.536, T_p_s=0.806)], [pulse, other])
-    found = {claim.name: claim.finding for claim in claims}
-    assert len(found) == len(claims) == 9
-    assert found["r5-a_p_g"] is found["r5-T_p_s"] is Finding.DIFFERS
-    assert found["r5-a_p_g-mavroeidis_papageorgiou"] is Finding.AGREES
-    assert found["r5-T_p_s-mavroeidis_papageorgiou"] is Finding.AGREES
+    findings = {claim.name: claim.finding for claim in claims}
+    assert len(findings) == len(claims) == 9
+    assert findings["r5-a_p_g"] is findings["r5-T_p_s"] is Finding.DIFFERS
+    assert findings["r5-a_p_g-mavroeidis_papageorgiou"] is Finding.AGREES
+    assert findings["r5-T_p_s-mavroeidis_papageorgiou"] is Finding.AGREES
 
 
 def test_a_bridge_that_turns_further_differs() -> None:
-    found = {c.name: c for c in record_claims([row(4, peak_rotation_ratio=0.366, peak_v_m=0.079)])}
-    assert found["bridge-rotation"].finding is Finding.DIFFERS
-    assert "0.366" in found["bridge-rotation"].ours
-    assert found["bridge-lift"].finding is Finding.DIFFERS
-    assert found["bridge-drift"].finding is Finding.AGREES
+    claims = {c.name: c for c in record_claims([row(4, peak_rotation_ratio=0.366, peak_v_m=0.079)])}
+    assert claims["bridge-rotation"].finding is Finding.DIFFERS
+    assert "0.366" in claims["bridge-rotation"].ours
+    assert claims["bridge-lift"].finding is Finding.DIFFERS
+    assert claims["bridge-drift"].finding is Finding.AGREES
 
 
 def test_other_records_claim_nothing() -> None:

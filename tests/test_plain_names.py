@@ -74,8 +74,10 @@ def test_a_plain_text_has_nothing_that_acts_and_keeps_all_else(name: str) -> Non
     assert not ACTS.search(shown)
     assert len(shown) == len(name)
     assert plain(shown) == shown
-    kept = [one for one, other in zip(name, shown, strict=True) if one == other]
-    assert kept == [one for one in name if not ACTS.match(one) and one not in "\ufdd0\ufdef"]
+    kept = [first for first, other in zip(name, shown, strict=True) if first == other]
+    assert kept == [
+        letter for letter in name if not ACTS.match(letter) and letter not in "\ufdd0\ufdef"
+    ]
     shown.encode()  # UTF-8 can write it
 
 

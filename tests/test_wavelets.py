@@ -163,17 +163,17 @@ def test_a_pulse_is_centred_at_its_time(name: str) -> None:
 
 
 @pytest.fixture
-def known(expected: Expected) -> dict[str, Any]:
+def pulses(expected: Expected) -> dict[str, Any]:
     values: dict[str, Any] = expected("pulses")
     return values
 
 
-def test_antisymmetric_normalisation(known: dict[str, Any]) -> None:
-    assert_allclose(BETA, float(known["antisymmetric"]["beta"]), rtol=1e-15)
+def test_antisymmetric_normalisation(pulses: dict[str, Any]) -> None:
+    assert_allclose(BETA, float(pulses["antisymmetric"]["beta"]), rtol=1e-15)
 
 
-def test_extremes_of_the_symmetric_pulse(known: dict[str, Any]) -> None:
-    mother, values = RICKERS["symmetric_ricker"], known["symmetric"]
+def test_extremes_of_the_symmetric_pulse(pulses: dict[str, Any]) -> None:
+    mother, values = RICKERS["symmetric_ricker"], pulses["symmetric"]
     trough = np.asarray(float(values["t_min_over_Tp"]))
     assert mother.acceleration(np.zeros(1))[0] == 1.0
     assert_allclose(mother.acceleration(trough), float(values["min_over_ap"]), rtol=1e-14)
@@ -181,8 +181,8 @@ def test_extremes_of_the_symmetric_pulse(known: dict[str, Any]) -> None:
     assert_allclose(zero, 0.0, atol=1e-15)
 
 
-def test_extremes_of_the_antisymmetric_pulse(known: dict[str, Any]) -> None:
-    mother, values = RICKERS["antisymmetric_ricker"], known["antisymmetric"]
+def test_extremes_of_the_antisymmetric_pulse(pulses: dict[str, Any]) -> None:
+    mother, values = RICKERS["antisymmetric_ricker"], pulses["antisymmetric"]
     first = np.asarray(float(values["t_peak_over_Tp"]))
     second = np.asarray(float(values["t_second_peak_over_Tp"]))
     # printed polarity: positive before the centre, negative after it
@@ -194,8 +194,8 @@ def test_extremes_of_the_antisymmetric_pulse(known: dict[str, Any]) -> None:
 
 
 @both
-def test_peak_velocity_displacement_and_energy(name: str, known: dict[str, Any]) -> None:
-    mother, values = RICKERS[name], known[name.removesuffix("_ricker")]
+def test_peak_velocity_displacement_and_energy(name: str, pulses: dict[str, Any]) -> None:
+    mother, values = RICKERS[name], pulses[name.removesuffix("_ricker")]
     tau = np.linspace(-1.0, 1.0, 200_001)
     velocity = np.abs(mother.velocity(tau)).max()
     displacement = np.abs(mother.displacement(tau)).max()
@@ -205,8 +205,8 @@ def test_peak_velocity_displacement_and_energy(name: str, known: dict[str, Any])
 
 
 @both
-def test_spectral_peak(name: str, known: dict[str, Any]) -> None:
-    value = float(known[name.removesuffix("_ricker")]["abs_FT_at_2pi_over_Tp_over_apTp"])
+def test_spectral_peak(name: str, pulses: dict[str, Any]) -> None:
+    value = float(pulses[name.removesuffix("_ricker")]["abs_FT_at_2pi_over_Tp_over_apTp"])
     assert_allclose(moment(RICKERS[name], 2.0 * math.pi), value, rtol=1e-12)
 
 
@@ -351,8 +351,8 @@ def test_mavroeidis_papageorgiou_is_the_published_velocity(half_cycles: float) -
 def test_any_phase_holds_both_rickers() -> None:
     t = np.linspace(-3.0, 3.0, 601)
     for phase, name in ((0.0, "symmetric_ricker"), (0.5 * math.pi, "antisymmetric_ricker")):
-        one = shaped("ricker_any_phase", phase, None).acceleration(t)
-        assert_allclose(one, shaped(name, 0.0, None).acceleration(t), rtol=0, atol=2e-10)
+        shape = shaped("ricker_any_phase", phase, None).acceleration(t)
+        assert_allclose(shape, shaped(name, 0.0, None).acceleration(t), rtol=0, atol=2e-10)
 
 
 @pytest.mark.parametrize("name", WAVELETS)
@@ -362,8 +362,8 @@ def test_parts_are_even_and_odd(name: str) -> None:
     parts = WAVELETS[name].parts(1.7)
     assert len(parts) == (2 if WAVELETS[name].free_phase else 1)
     if len(parts) == 2:
-        one, other = (part.acceleration(tau) for part in parts)
-        assert abs(one @ other) < 1e-12 * math.sqrt((one @ one) * (other @ other))
+        first, other = (part.acceleration(tau) for part in parts)
+        assert abs(first @ other) < 1e-12 * math.sqrt((first @ first) * (other @ other))
 
 
 @pytest.mark.parametrize(

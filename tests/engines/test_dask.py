@@ -102,11 +102,11 @@ def test_a_busy_machine_does_not_keep_a_cluster_from_starting(
 ) -> None:
     """Dask warns that a folder took more than a second; here, warnings are errors."""
     core = importlib.import_module("distributed.core")
-    made = core.WorkSpace
+    workspace = core.WorkSpace
 
     def slowly(folder: str) -> object:
         time.sleep(1.1)
-        return made(folder)
+        return workspace(folder)
 
     monkeypatch.setattr(core, "WorkSpace", slowly)
     with local_cluster(1) as cluster, distributed.Client(cluster) as client:

@@ -17,12 +17,12 @@ def test_results_come_in_the_order_of_the_parts(monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize(
-    ("stated", "number"), [("3", 3), ("2,4", 2), ("", cores()), ("many", cores()), ("0", cores())]
+    ("setting", "number"), [("3", 3), ("2,4", 2), ("", cores()), ("many", cores()), ("0", cores())]
 )
 def test_number_is_the_one_that_is_stated_or_that_of_the_cores(
-    monkeypatch: pytest.MonkeyPatch, stated: str, number: int
+    monkeypatch: pytest.MonkeyPatch, setting: str, number: int
 ) -> None:
-    monkeypatch.setenv("OMP_NUM_THREADS", stated)
+    monkeypatch.setenv("OMP_NUM_THREADS", setting)
     assert threads() == number
 
 
@@ -44,9 +44,9 @@ def test_responses_have_the_same_bits_on_any_number_of_threads(
     frames = [RockingFrame(height=9.6, width=1.6, mass_ratio=mass) for mass in (0.0, 4.0)]
     pulses = [Pulse(wavelet="symmetric_ricker", a_p=9.81, T_p=period) for period in (0.5, 1.5)]
     number = np.arange(1500)
-    found = []
+    counts = []
     for count in ("1", "2", "3"):
         monkeypatch.setenv("OMP_NUM_THREADS", count)
         answer = respond_scenarios(pulses, frames, number % 2, number // 2 % 2, number / 1000.0)
-        found.append([values.tobytes() for values in vars(answer).values()])
-    assert found[0] == found[1] == found[2]
+        counts.append([values.tobytes() for values in vars(answer).values()])
+    assert counts[0] == counts[1] == counts[2]

@@ -46,12 +46,12 @@ def unpacked(content: bytes) -> tuple[dict[str, Any], NDArray[np.float32]]:
 
 
 def test_the_answer_is_that_of_respond(bundled: list[Motion]) -> None:
-    found = asked(bundled, scale="1.5")
+    reply = asked(bundled, scale="1.5")
     record = bundled[0].record
     frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     ground = GroundAcceleration.from_samples(record.acceleration, record.time_step)
     expected = respond(frame, ground.scaled(1.5))
-    facts, (time, acceleration, theta, u, v) = unpacked(found.packed())
+    facts, (time, acceleration, theta, u, v) = unpacked(reply.packed())
     assert facts["verdict"] == expected.verdict.name.lower()
     assert facts["peak_rotation_ratio"] == expected.peak_rotation_ratio
     np.testing.assert_allclose(theta, expected.theta, rtol=1e-6, atol=1e-12)
@@ -76,17 +76,17 @@ def test_members_are_shaken_by_the_versions_of_an_uncorrected_record(
     record = replace(strong, acceleration=correct(strong.acceleration, strong.time_step, band)[0])
     uncertain = Uncertain(record, AsRead(strong.acceleration, band))
     motion = Motion(record, as_ground(record), uncertain=uncertain)
-    found = margin({record.record_id: motion}, settings_of(record, scale=scale))
+    reply = margin({record.record_id: motion}, settings_of(record, scale=scale))
     frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     ground = as_ground(record).scaled(float(scale))
     versions = uncertain.versions(Ensemble(), record).scaled(float(scale))
     [[varied]] = ensemble_responses([ground], [frame], None, [versions])
     [[unvaried]] = ensemble_responses([ground], [frame])
-    assert found["bands"] == varied.facts() != unvaried.facts()
+    assert reply["bands"] == varied.facts() != unvaried.facts()
     drawn = with_envelope(respond(frame, ground), ground, None, versions)
-    assert len(found["envelope"]["high"]) == -(-ground.at_nodes()[0].size // 2)
+    assert len(reply["envelope"]["high"]) == -(-ground.at_nodes()[0].size // 2)
     highest = float(np.asarray(drawn.theta_high).max())
-    assert max(found["envelope"]["high"]) == pytest.approx(highest, abs=1e-6)
+    assert max(reply["envelope"]["high"]) == pytest.approx(highest, abs=1e-6)
 
 
 def settings_of(record: Record, **other: str) -> Settings:
@@ -95,17 +95,17 @@ def settings_of(record: Record, **other: str) -> Settings:
 
 def test_the_margin_is_that_of_margins(bundled: list[Motion], strong: Record) -> None:
     column = RockingFrame(height=2.0, width=0.2)
-    stated = {"height": "2", "width": "0.2", "mass_ratio": "0", "scale": "1"}
+    settings = {"height": "2", "width": "0.2", "mass_ratio": "0", "scale": "1"}
     held = {motion.record.record_id: motion for motion in bundled}
     held[strong.record_id] = Motion(strong, as_ground(strong))
-    found = margin(held, settings_of(strong, **stated))
+    reply = margin(held, settings_of(strong, **settings))
     [[expected]] = margins([strong], [column], ensemble=Ensemble())
-    assert f"<title>{expected.strip.words}</title>" in found["strip"]
-    assert found["strip"].count("strip-falls") == len(expected.strip.overturning)
+    assert f"<title>{expected.strip.words}</title>" in reply["strip"]
+    assert reply["strip"].count("strip-falls") == len(expected.strip.overturning)
     [[share]] = ensemble_responses([strong], [column])
-    assert found["bands"] == share.facts()
+    assert reply["bands"] == share.facts()
     assert expected.robust is not None
-    assert found["words"].endswith(f"10 % overturn at {expected.robust.s10:.2f}")
+    assert reply["words"].endswith(f"10 % overturn at {expected.robust.s10:.2f}")
 
 
 def test_the_envelope_on_the_page_contains_that_of_all_samples(bundled: list[Motion]) -> None:
@@ -133,12 +133,12 @@ def test_vertical_motion_counts_where_there_is_one(bundled: list[Motion]) -> Non
 
 def test_the_pulse_alone_is_that_of_the_record(bundled: list[Motion]) -> None:
     """The pulse is sampled like the record, so the responses differ only by interpolation."""
-    found = asked(bundled, pulse="1", scale="2")
+    reply = asked(bundled, pulse="1", scale="2")
     best = find_pulses(bundled[0].record, options=PulseOptions(surrogates=0))
     pulse = best.matches[best.used].pulse
-    expected = respond(found.response.frame, GroundAcceleration.from_pulse(pulse).scaled(2.0))
-    assert found.response.peak_rotation == pytest.approx(expected.peak_rotation, rel=1e-3)
-    assert found.facts()["pulse_words"].endswith(f"T_p {pulse.T_p:.3g} s")
+    expected = respond(reply.response.frame, GroundAcceleration.from_pulse(pulse).scaled(2.0))
+    assert reply.response.peak_rotation == pytest.approx(expected.peak_rotation, rel=1e-3)
+    assert reply.facts()["pulse_words"].endswith(f"T_p {pulse.T_p:.3g} s")
     assert asked(bundled).facts()["pulse_words"] is None
 
 
@@ -157,13 +157,13 @@ def test_the_section_counts(bundled: list[Motion]) -> None:
 
 
 def test_a_long_record_keeps_its_extremes(long: Motion) -> None:
-    found = asked([long], scale="0.6")
-    assert found.response.verdict.name == "STANDS"
-    places, response = found.places, found.response
+    reply = asked([long], scale="0.6")
+    assert reply.response.verdict.name == "STANDS"
+    places, response = reply.places, reply.response
     assert response.theta.size == 60_000
     assert places.size <= 12_000
     assert np.all(np.diff(places) > 0)
-    for series in (response.theta, response.v, found.ground.acceleration()):
+    for series in (response.theta, response.v, reply.ground.acceleration()):
         for part in np.array_split(np.arange(60_000), 100):
             kept = series[np.intersect1d(part, places)]
             assert kept.max() == series[part].max()
@@ -177,30 +177,30 @@ def test_what_is_zoomed_into_is_drawn_in_full(long: Motion) -> None:
 
 
 def test_a_long_fall_ends_where_it_falls(long: Motion) -> None:
-    found = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
-    theta = found.response.theta
+    reply = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
+    theta = reply.response.theta
     standing = int(np.isfinite(theta).sum())
-    assert found.response.verdict.name == "OVERTURNS"
-    assert {standing - 1, standing} <= set(found.places)
+    assert reply.response.verdict.name == "OVERTURNS"
+    assert {standing - 1, standing} <= set(reply.places)
 
 
 def test_a_fall_that_ends_between_extremes_is_drawn_to_its_end(long: Motion) -> None:
     """The curve ends at the last sample before the fall, whatever happens around it."""
-    found = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
+    reply = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
     theta = np.full(60_000, np.nan)
     theta[:30_000] = 0.01 * np.sin(0.05 * np.arange(30_000))
     theta[29_900:30_000] = np.linspace(-0.02, 0.02, 100)[np.arange(100) * 37 % 100]
     theta[29_950], theta[29_999] = 0.0, 0.001
-    places = _places(replace(found.response, theta=theta), found.ground, (100.0, 110.0))
+    places = _places(replace(reply.response, theta=theta), reply.ground, (100.0, 110.0))
     assert {29_999, 30_000} <= set(places)
 
 
 def test_the_table_holds_every_sample(long: Motion) -> None:
-    found = asked([long])
-    lines = found.table().splitlines()
+    reply = asked([long])
+    lines = reply.table().splitlines()
     assert lines[0] == "time_s,acceleration_m_s2,theta_rad,u_m,v_m"
     assert len(lines) == 60_001
-    assert float(lines[20_001].split(",")[2]) == pytest.approx(found.response.theta[20_000], 1e-8)
+    assert float(lines[20_001].split(",")[2]) == pytest.approx(reply.response.theta[20_000], 1e-8)
 
 
 @pytest.mark.parametrize(

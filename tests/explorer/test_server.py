@@ -109,10 +109,10 @@ def test_the_page_is_served_while_responses_are_computed_of_which_few_at_once(
             assert begun.acquire(timeout=60.0)
             assert ask(explorer, f"/{explorer.token}/")[0] == 200  # the event loop is free
             assert len(at_once) <= 2
-            assert not any(one.done() for one in asked)
+            assert not any(future.done() for future in asked)
         finally:
             release.set()
-        assert [one.result()[0] for one in asked] == [200] * 6
+        assert [future.result()[0] for future in asked] == [200] * 6
 
 
 def test_a_client_that_does_not_read_is_disconnected_and_one_that_does_is_not(
@@ -189,8 +189,8 @@ def test_whoever_answers_the_headers_are_the_same(
 ) -> None:
     """Starlette makes some of these answers by itself; they need the same headers."""
     page = ask(explorer, f"/{explorer.token}/")[1]
-    found, headers, _ = ask(explorer, path.format(token=explorer.token), method=method)
-    assert found == status
+    returned, headers, _ = ask(explorer, path.format(token=explorer.token), method=method)
+    assert returned == status
     assert headers["Content-Security-Policy"] == "default-src 'none'"
     for name in (
         *("Cache-Control", "Cross-Origin-Resource-Policy", "Referrer-Policy"),
@@ -305,7 +305,7 @@ def test_a_port_in_use_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
 def test_without_the_extra_the_command_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], package: str
 ) -> None:
-    for name in [one for one in sys.modules if one.split(".")[0] == package]:
+    for name in [module for module in sys.modules if module.split(".")[0] == package]:
         monkeypatch.delitem(sys.modules, name)
 
     def lack(name: str, *_: object) -> None:

@@ -76,7 +76,7 @@ def stationxml(stations: dict[str, tuple[float, float]], channels: tuple[str, ..
     from obspy.core.inventory.response import InstrumentSensitivity
 
     sensitivity = InstrumentSensitivity(213500.0, 1.0, "M/S**2", "COUNTS")
-    made = [
+    rows = [
         Station(
             code,
             *place,
@@ -98,7 +98,7 @@ def stationxml(stations: dict[str, tuple[float, float]], channels: tuple[str, ..
         for code, place in stations.items()
     ]
     buffer = BytesIO()
-    Inventory([Network("XX", stations=made)], source="made up", created=UTCDateTime(ORIGIN)).write(
+    Inventory([Network("XX", stations=rows)], source="made up", created=UTCDateTime(ORIGIN)).write(
         buffer, format="STATIONXML"
     )
     return buffer.getvalue()
@@ -172,8 +172,8 @@ class DataCentre:
             return self.responses[0]
         if service == "station":
             asked = query["station"].split(",")
-            known = {k: v for k, v in self.stations.items() if k in asked or "*" in asked}
-            return Reply(body=stationxml(known, CHANNELS)) if known else Reply(204)
+            requested = {k: v for k, v in self.stations.items() if k in asked or "*" in asked}
+            return Reply(body=stationxml(requested, CHANNELS)) if requested else Reply(204)
         replies = self.waveforms.get((query["station"], query["channel"]))
         if replies:
             return replies.pop(0) if len(replies) > 1 else replies[0]
@@ -191,12 +191,12 @@ def serving() -> Iterator[DataCentre]:
     server = _Centre(("127.0.0.1", 0), _Handler)
     server.asked = []
     server.hush = threading.Event()
-    made = DataCentre(f"http://127.0.0.1:{server.server_port}", server.asked)
-    server.script = made.answer
+    centre = DataCentre(f"http://127.0.0.1:{server.server_port}", server.asked)
+    server.script = centre.answer
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
     thread.start()
     try:
-        yield made
+        yield centre
     finally:
         server.hush.set()
         server.shutdown()

@@ -18,8 +18,8 @@ from .centre import EPICENTRE, ORIGIN, DataCentre, serving
 def centre(monkeypatch: pytest.MonkeyPatch) -> Iterator[DataCentre]:
     """A data centre on loopback."""
     monkeypatch.setenv("no_proxy", "127.0.0.1")
-    with serving() as made:
-        yield made
+    with serving() as server:
+        yield server
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def request_of(centre: DataCentre) -> Callable[..., FetchOptions]:
     """Return a function that makes a request, by default for one minute at station CLC."""
 
     def make(**changes: Any) -> FetchOptions:
-        stated: dict[str, Any] = {
+        settings: dict[str, Any] = {
             "url": centre.url,
             "station": "CLC",
             "before": 10.0,
@@ -35,9 +35,9 @@ def request_of(centre: DataCentre) -> Callable[..., FetchOptions]:
         }
         if "event" not in changes:
             latitude, longitude = EPICENTRE
-            stated |= {"origin": ORIGIN, "latitude": latitude, "longitude": longitude}
-            stated |= {"magnitude": 7.1, "event_name": "M"}
-        return FetchOptions(**(stated | changes))
+            settings |= {"origin": ORIGIN, "latitude": latitude, "longitude": longitude}
+            settings |= {"magnitude": 7.1, "event_name": "M"}
+        return FetchOptions(**(settings | changes))
 
     return make
 

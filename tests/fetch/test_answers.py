@@ -178,7 +178,7 @@ def test_an_answer_that_drips_ends(centre: DataCentre, run: Run) -> None:
 
 
 @pytest.mark.parametrize(
-    ("answer", "what", "words"),
+    ("answer", "problem", "words"),
     [
         (reply(204), "XX.CLC", "no StationXML: answered 204: no data."),
         (Reply(body=b"<html/>"), "XX.CLC", "no StationXML: answer of 7 bytes is no StationXML."),
@@ -186,12 +186,12 @@ def test_an_answer_that_drips_ends(centre: DataCentre, run: Run) -> None:
     ],
 )
 def test_waveforms_without_stationxml_are_said(
-    centre: DataCentre, run: Run, answer: Reply, what: str, words: str
+    centre: DataCentre, run: Run, answer: Reply, problem: str, words: str
 ) -> None:
     centre.responses = [answer]
     fetched, _ = run()
     assert len(fetched.channels) == 3
-    assert fetched.coverage[-1].what == what
+    assert fetched.coverage[-1].what == problem
     assert words in fetched.coverage[-1].verdict
     assert not fetched.complete
 

@@ -24,10 +24,10 @@ COMMON = ("--station", "CLC", "--before", "10", "--after", "50")
 
 
 def ledger(folder: Path) -> dict[str, dict[str, dict[str, object]]]:
-    found: dict[str, dict[str, dict[str, object]]] = json.loads(
+    content: dict[str, dict[str, dict[str, object]]] = json.loads(
         (folder / "request.json").read_text()
     )
-    return found
+    return content
 
 
 def test_all_of_one_station(centre: DataCentre, request_of: Make, output: Path) -> None:
@@ -53,9 +53,9 @@ def test_bytes_are_kept_as_received(centre: DataCentre, request_of: Make, output
     fetch(request_of(), output)
     assert (output / "XX.CLC.--.HNE.mseed").read_bytes() == sent
     document = ledger(output)
-    stated = document["files"]["XX.CLC.--.HNE.mseed"]
-    assert stated["sha256"] == sha256(sent).hexdigest()
-    assert "channel=HNE" in str(stated["url"])
+    entry = document["files"]["XX.CLC.--.HNE.mseed"]
+    assert entry["sha256"] == sha256(sent).hexdigest()
+    assert "channel=HNE" in str(entry["url"])
     assert document["services"]["dataselect"] == {"url": centre.url, "version": "1.1.2"}
     assert set(document["received_at"]) == set(document["files"])
 

@@ -222,10 +222,10 @@ def test_a_frame_at_rest_needs_the_friction_of_neither_uplift_nor_impacts() -> N
 
 
 def test_joints_say_where_the_friction_is_from() -> None:
-    stated = replace(BENT, friction_coefficient=0.4)
+    rough = replace(BENT, friction_coefficient=0.4)
     said = "coefficient of 0.4, stated by the structure, the assumption"
-    assert said in draw_joints(shake(), stated).caption
-    assert "coefficient of 0.3, assumed, the" in draw_joints(shake(), stated, friction=0.3).caption
+    assert said in draw_joints(shake(), rough).caption
+    assert "coefficient of 0.3, assumed, the" in draw_joints(shake(), rough, friction=0.3).caption
     assert "coefficient of 0.5, assumed and not measured" in draw_joints(shake(), BENT).caption
 
 
@@ -315,7 +315,7 @@ def test_numbers_do_not_reach_the_labels_of_their_axes(size: float) -> None:
     lefts = [panel.yaxis.label.get_window_extent().x1 for panel in figure.axes]
     assert max(lefts) == pytest.approx(min(lefts), abs=0.5)  # the labels are aligned
     for panel, left in zip(figure.axes, lefts, strict=True):
-        assert left < min(one.get_window_extent().x0 for one in panel.get_yticklabels())
+        assert left < min(label.get_window_extent().x0 for label in panel.get_yticklabels())
 
 
 @pytest.mark.parametrize("a_p", [0.1, 9.0])

@@ -99,8 +99,10 @@ def test_scalogram_is_darkest_where_the_cross_is(
     assert y == pytest.approx(cell[..., 1].mean(), rel=0.03)
     match = matches["antisymmetric_ricker"]
     assert picture.max() == pytest.approx(match.match_index, rel=0.01)
-    found = likeness(record.acceleration, record.time_step, matches, OPTIONS, record.record_id)
-    tested = found["antisymmetric_ricker"]
+    likeness_of_record = likeness(
+        record.acceleration, record.time_step, matches, OPTIONS, record.record_id
+    )
+    tested = likeness_of_record["antisymmetric_ricker"]
     assert f"{pulse_words(tested.verdict, tested.p_value)}, match index" in drawn.caption
 
 

@@ -47,16 +47,16 @@ def axes_of(drawn: Captioned) -> list[Axes]:
 
 
 def test_curve_is_the_lognormal_one_of_the_caption(screening: xr.Dataset) -> None:
-    one = screening.sel(structure="slender")
-    panel = axes_of(draw_fragility(one))[0]
+    selected = screening.sel(structure="slender")
+    panel = axes_of(draw_fragility(selected))[0]
     assert panel.get_xlabel() == "PGA  [g]"
-    fit = one.sel(measure="pga", limit_state="overturning")
+    fit = selected.sel(measure="pga", limit_state="overturning")
     assert int(fit["fragility_outcome"]) == 0
     (curve,) = (line for line in panel.get_lines() if line.get_linestyle() == "-")
     x, y = (np.asarray(values, dtype=np.float64) for values in curve.get_data())
     median = float(fit["fragility_median"]) / GRAVITY
     assert_allclose(y, norm.cdf(np.log(x / median) / float(fit["fragility_lognormal_beta"])))
-    caption = draw_fragility(one).caption
+    caption = draw_fragility(selected).caption
     assert "lognormal in the intensity" in caption
     assert "logistic" not in caption
 
@@ -92,13 +92,13 @@ def test_without_a_curve_the_panel_says_so(screening: xr.Dataset) -> None:
 
 
 def test_distribution_ends_at_the_share_that_stands(screening: xr.Dataset) -> None:
-    one = screening.sel(structure="slender")
-    drawn = draw_peak_distribution(one)
+    selected = screening.sel(structure="slender")
+    drawn = draw_peak_distribution(selected)
     (axes,) = axes_of(drawn)
     share = np.asarray(axes.get_lines()[0].get_ydata(), dtype=np.float64)
     at = int(np.argmin(np.abs(np.log(screening["scale"].values))))
-    verdict = one["verdict"].isel(scale=at).values
-    ratio = one["peak_rotation_ratio"].isel(scale=at).values
+    verdict = selected["verdict"].isel(scale=at).values
+    ratio = selected["peak_rotation_ratio"].isel(scale=at).values
     assert_allclose(share[-1], ((verdict != 2) & (ratio <= 1.5)).mean())
     assert "12 motions of 12 recordings" in drawn.caption
 
@@ -116,13 +116,15 @@ def test_the_same_screening_gives_the_same_picture(
 @pytest.fixture(scope="module")
 def states(screening: xr.Dataset) -> xr.Dataset:
     """The slender structure with limit states that equal, and that precede, overturning."""
-    one = screening.sel(structure="slender")
-    weaker = one.assign_coords(limit_state=["peak_u_0.1m"])
+    selected = screening.sel(structure="slender")
+    weaker = selected.assign_coords(limit_state=["peak_u_0.1m"])
     for name in ("fragility_median", "fragility_intensity"):
-        weaker[name] = one[name] if name.endswith("intensity") else 0.5 * one[name]
-    weaker["fragility"] = 0.5 + 0.5 * one["fragility"].assign_coords(limit_state=["peak_u_0.1m"])
-    same = one.assign_coords(limit_state=["peak_u_0.2m"])
-    return xr.concat([one, weaker, same], dim="limit_state", data_vars="minimal")
+        weaker[name] = selected[name] if name.endswith("intensity") else 0.5 * selected[name]
+    weaker["fragility"] = 0.5 + 0.5 * selected["fragility"].assign_coords(
+        limit_state=["peak_u_0.1m"]
+    )
+    same = selected.assign_coords(limit_state=["peak_u_0.2m"])
+    return xr.concat([selected, weaker, same], dim="limit_state", data_vars="minimal")
 
 
 def curves_of(axes: Axes) -> dict[object, list[float]]:
@@ -149,9 +151,9 @@ def test_limit_states_with_the_same_curves_share_a_row_that_says_so(states: xr.D
 
 
 def test_panels_name_the_median_in_the_unit_of_the_axis(screening: xr.Dataset) -> None:
-    one = screening.sel(structure="slender")
-    panel = axes_of(draw_fragility(one))[0]
-    fit = one.sel(measure="pga", limit_state="overturning")
+    selected = screening.sel(structure="slender")
+    panel = axes_of(draw_fragility(selected))[0]
+    fit = selected.sel(measure="pga", limit_state="overturning")
     assert panel.get_title("left") == f"median {float(fit['fragility_median']) / GRAVITY:.3g} g"
 
 
@@ -174,12 +176,12 @@ def test_texts_of_a_fragility_do_not_overlap(
     states: xr.Dataset, limits: int, measures: int
 ) -> None:
     """Seven measures have two rows of panels for each limit state, over three decades."""
-    one = states.isel(limit_state=[0])
-    one["fragility_intensity"] = one["fragility_intensity"] ** 2.5
-    more = [one.assign_coords(limit_state=[f"u_{k}m"]) for k in range(1, limits)]
+    selected = states.isel(limit_state=[0])
+    selected["fragility_intensity"] = selected["fragility_intensity"] ** 2.5
+    more = [selected.assign_coords(limit_state=[f"u_{k}m"]) for k in range(1, limits)]
     for k, other in enumerate(more):
         other["fragility"] = other["fragility"] * 0.9 ** (1 + k)
-    several = xr.concat([one, *more], dim="limit_state", data_vars="minimal")
+    several = xr.concat([selected, *more], dim="limit_state", data_vars="minimal")
     wide = xr.concat(
         [several.sel(measure=["pga"]).assign_coords(measure=[f"sa_{k}s"]) for k in range(measures)],
         dim="measure",

@@ -132,13 +132,13 @@ def shaking() -> Record:
 
 
 def test_rocking_spectra_have_gaps_where_the_frame_overturns() -> None:
-    found = rocking_spectrum([shaking()], [0.1, 0.2], [0.0], np.linspace(1.0, 12.0, 12))
-    drawn = draw_rocking_spectrum(rocking_spectrum_dataset(["shaking"], found))
-    fallen = found.verdict[0, :, 0] == Verdict.OVERTURNS
+    spectra = rocking_spectrum([shaking()], [0.1, 0.2], [0.0], np.linspace(1.0, 12.0, 12))
+    drawn = draw_rocking_spectrum(rocking_spectrum_dataset(["shaking"], spectra))
+    fallen = spectra.verdict[0, :, 0] == Verdict.OVERTURNS
     assert fallen.any()
     assert not fallen.all()
     for axes, peaks in zip(
-        drawn.figure.axes, (found.peak_rotation_ratio, found.peak_velocity), strict=True
+        drawn.figure.axes, (spectra.peak_rotation_ratio, spectra.peak_velocity), strict=True
     ):
         for k in range(2):
             values = np.asarray(axes.get_lines()[k].get_ydata(), dtype=np.float64)
@@ -175,11 +175,13 @@ def test_the_stability_map_of_round_columns_is_that_of_stated_ones() -> None:
                           section="circular", tendon=tendon)  # fmt: skip
     drawn = draw_stability_map(shaking(), column, grid=8)
     (mesh,) = (c for c in drawn.figure.axes[0].collections if isinstance(c, QuadMesh))
-    stated = replace(column, height=38.4, width=6.4, column_mass=64.0 * 48e3,
+    equivalent = replace(column, height=38.4, width=6.4, column_mass=64.0 * 48e3,
                      tendon=replace(tendon, length=38.4))  # fmt: skip
     for scale, verdict in zip((2.0, 4.0), np.asarray(mesh.get_array())[:, -1], strict=True):
         samples = scale * shaking().acceleration
-        assert verdict == respond(stated, GroundAcceleration.from_samples(samples, 0.02)).verdict
+        assert (
+            verdict == respond(equivalent, GroundAcceleration.from_samples(samples, 0.02)).verdict
+        )
     assert "tendons and dissipaters keep their sections and forces" in drawn.caption
 
 
@@ -222,8 +224,8 @@ def test_a_rocking_spectrum_has_the_slenderness_of_the_structure() -> None:
     panel = drawn.figure.axes[0]
     (curve,) = (line for line in panel.get_lines() if str(line.get_label()).endswith(", post"))
     assert curve.get_label() == f"α = {np.degrees(np.arctan(0.15)):.3g}°, post"
-    found = rocking_spectrum([shaking()], [frame.slenderness], [1.0], np.linspace(2.0, 15.0, 261))
-    peaks = rocking_spectrum_dataset(["shaking"], found)["peak_rotation_ratio"].squeeze()
+    spectra = rocking_spectrum([shaking()], [frame.slenderness], [1.0], np.linspace(2.0, 15.0, 261))
+    peaks = rocking_spectrum_dataset(["shaking"], spectra)["peak_rotation_ratio"].squeeze()
     heights = np.asarray(curve.get_ydata(), dtype=np.float64)
     stands = np.isfinite(heights)
     assert stands.sum() > 10
@@ -267,11 +269,13 @@ def test_drift_by_size_is_the_median_over_records_and_scales(
     assert labels[:4] == ["α = 8°", "α = 9.46°, bent", "α = 11°", "α = 14°"]
     for k, height in enumerate((2.5, 80.0)):
         frame = RockingFrame(height=height, width=height * 1.6 / 9.6, mass_ratio=4.0)
-        found = [
+        responses = [
             respond(frame, record.scaled(scale)) for record in records for scale in (0.8, 1.0, 1.25)
         ]
-        fell = [one.verdict is Verdict.OVERTURNS for one in found]
-        drifts = [np.inf if f else one.peak_u for f, one in zip(fell, found, strict=True)]
+        fell = [response.verdict is Verdict.OVERTURNS for response in responses]
+        drifts = [
+            np.inf if f else response.peak_u for f, response in zip(fell, responses, strict=True)
+        ]
         expected = np.median(drifts) if np.isfinite(np.median(drifts)) else np.nan
         assert_allclose(np.asarray(above.get_lines()[1].get_ydata())[k], expected)
         assert_allclose(np.asarray(below.get_lines()[1].get_ydata())[k], np.mean(fell))

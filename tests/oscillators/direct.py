@@ -73,20 +73,20 @@ def direct(model: IsolatedDeck | FixedFrame, motion: GroundAcceleration) -> Dire
     branch = Branch(model.constants, motion.coefficients[0], nodes[0])
     branch = replace(branch, held=math.isinf(model.constants[1]))
     states = np.zeros((2, nodes.size))
-    found = Direct(*states)
+    solution = Direct(*states)
     for i, row in enumerate(motion.coefficients):
         now = nodes[i]
         branch = replace(branch, row=row, start=now)
         while now < nodes[i + 1]:
             step = _stuck if branch.held else _moving
-            now, y, branch = step(branch, y, now, nodes[i + 1], found)
+            now, y, branch = step(branch, y, now, nodes[i + 1], solution)
         states[:, i + 1] = y[:2]
-    found.dissipated = y[2]
-    return found
+    solution.dissipated = y[2]
+    return solution
 
 
 def _stuck(
-    branch: Branch, y: Float, now: float, end: float, found: Direct
+    branch: Branch, y: Float, now: float, end: float, solution: Direct
 ) -> tuple[float, Float, Branch]:
     times = np.linspace(now, end, 201)
     beyond = np.flatnonzero([branch.pull(t) > 0.0 for t in times])
@@ -95,13 +95,13 @@ def _stuck(
     n = beyond[0]
     now = times[0] if n == 0 else brentq(branch.pull, times[n - 1], times[n], xtol=1e-15)
     side = -math.copysign(1.0, branch.ground(times[n]) + branch.constants[0] * y[0])
-    found.count(now)
+    solution.count(now)
     moving = np.array([y[0], side * 1e-16, y[2]])  # round-off must not end the branch
     return now, moving, replace(branch, held=False, side=side, z=side * branch.constants[2])
 
 
 def _moving(
-    branch: Branch, y: Float, now: float, end: float, found: Direct
+    branch: Branch, y: Float, now: float, end: float, solution: Direct
 ) -> tuple[float, Float, Branch]:
     branch = replace(branch, z=branch.spring(y[0]), u=y[0])
     # Without a limit on its steps, solve_ivp overlooks two events in one of them.
@@ -117,5 +117,5 @@ def _moving(
         y[1] = 0.0
         return now, y, replace(branch, side=0.0, held=math.isinf(branch.constants[1]))
     side = math.copysign(1.0, branch.z)
-    found.count(now)
+    solution.count(now)
     return now, y, replace(branch, side=side, z=side * branch.constants[2])

@@ -39,30 +39,34 @@ SAME = BridgeEnsemble(
 
 
 def compared(isolated: IsolatedDeck, ensemble: BridgeEnsemble) -> dict[str, Compared]:
-    found = compare(Rivals(BENT, isolated=isolated, fixed=FIXED), PULSE, ensemble)
-    return {one.model: one for one in found}
+    compared = compare(Rivals(BENT, isolated=isolated, fixed=FIXED), PULSE, ensemble)
+    return {model.model: model for model in compared}
 
 
 @pytest.mark.parametrize("isolated", [RUBBER, PENDULUM])
 def test_without_spreads_the_bands_are_the_nominal_peaks(isolated: IsolatedDeck) -> None:
-    for one in compared(isolated, SAME).values():
-        assert one.ensemble is not None
-        assert one.ensemble.share_overturned == 0.0
-        for name, peak in (("peak_u", one.peak_u), ("peak_base_shear", one.peak_base_shear)):
-            assert_allclose(getattr(one.ensemble.bands, name), peak, rtol=1e-9)
+    for model in compared(isolated, SAME).values():
+        assert model.ensemble is not None
+        assert model.ensemble.share_overturned == 0.0
+        for name, peak in (("peak_u", model.peak_u), ("peak_base_shear", model.peak_base_shear)):
+            assert_allclose(getattr(model.ensemble.bands, name), peak, rtol=1e-9)
 
 
 @pytest.mark.parametrize("model", [RUBBER, PENDULUM, FIXED])
 def test_members_are_separate_responses(model: IsolatedDeck | FixedFrame) -> None:
     isolated, fixed = (model, None) if isinstance(model, IsolatedDeck) else (None, model)
     rivals = Rivals(BENT, isolated=isolated, fixed=fixed)
-    [ensemble] = [one.ensemble for one in compare(rivals, PULSE, SMALL) if one.model != "free"]
+    [ensemble] = [
+        compared_model.ensemble
+        for compared_model in compare(rivals, PULSE, SMALL)
+        if compared_model.model != "free"
+    ]
     assert ensemble is not None
     scales = draws(SMALL)[:, 3]
     every = respond_oscillators(bridge_members(SMALL, model), [PULSE], scales).peak_displacement[0]
     assert_allclose(ensemble.bands.peak_u, quantiles(np.diag(every)), rtol=1e-9)
     rocking = set(ensemble.bands) - {"peak_u", "peak_v", "peak_base_shear"}
-    assert all(math.isnan(one) for name in rocking for one in ensemble.bands[name])
+    assert all(math.isnan(bound) for name in rocking for bound in ensemble.bands[name])
     assert math.isnan(ensemble.share_uplifted)
 
 
@@ -70,20 +74,22 @@ def test_each_bridge_has_its_own_spreads() -> None:
     factors = bridge_draws(SMALL)
     pendulums, rubber = bridge_members(SMALL, PENDULUM), bridge_members(SMALL, RUBBER)
     fixed = bridge_members(SMALL, FIXED)
-    assert {one.period for one in pendulums} == {PENDULUM.period}
-    friction = [one.strength_ratio / PENDULUM.strength_ratio for one in pendulums]
+    assert {pendulum.period for pendulum in pendulums} == {PENDULUM.period}
+    friction = [pendulum.strength_ratio / PENDULUM.strength_ratio for pendulum in pendulums]
     assert_allclose(friction, factors["friction"])
-    strength = [one.strength_ratio / RUBBER.strength_ratio for one in rubber]
+    strength = [deck.strength_ratio / RUBBER.strength_ratio for deck in rubber]
     assert_allclose(strength, factors["isolator_strength"])
-    stiffness = [(RUBBER.period / one.period) ** 2 for one in rubber]
+    stiffness = [(RUBBER.period / deck.period) ** 2 for deck in rubber]
     assert_allclose(stiffness, factors["isolator_stiffness"])
-    stiffness = [(FIXED.period / one.period) ** 2 for one in fixed]
+    stiffness = [(FIXED.period / frame.period) ** 2 for frame in fixed]
     assert_allclose(stiffness, factors["cracked_stiffness"])
-    strength = [one.strength_ratio / FIXED.strength_ratio for one in fixed]
+    strength = [frame.strength_ratio / FIXED.strength_ratio for frame in fixed]
     assert_allclose(strength, factors["yield_strength"])
     # P-delta is a fixed stiffness
     geometric = [
-        one.stability_coefficient / one.period**2 for one in fixed if isinstance(one, FixedFrame)
+        frame.stability_coefficient / frame.period**2
+        for frame in fixed
+        if isinstance(frame, FixedFrame)
     ]
     assert_allclose(geometric, FIXED.stability_coefficient / FIXED.period**2)
     for name, drawn in factors.items():
@@ -106,9 +112,9 @@ def test_the_model_of_a_fixed_bridge_ends_at_its_ductility() -> None:
     assert found["fixed"].model_end is ModelEnd.DUCTILITY_EXCEEDED
     assert fixed is not None
     assert fixed.share_model_ends == 1.0
-    assert found["isolated"].ensemble is not None
-    assert found["isolated"].ensemble.model_ends is None
-    gap = float(np.median(found["isolated"].ensemble.bands.peak_u))
+    assert models["isolated"].ensemble is not None
+    assert models["isolated"].ensemble.model_ends is None
+    gap = float(np.median(models["isolated"].ensemble.bands.peak_u))
     narrow = Rivals(replace(BENT, abutment=Abutment(gap=gap)), isolated=RUBBER)
     [_, isolated] = compare(narrow, PULSE, BridgeEnsemble())
     assert isolated.ensemble is not None

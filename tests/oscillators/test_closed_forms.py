@@ -38,21 +38,21 @@ def free(t: Float, u: float, v: float) -> Float:
 
 def test_a_suddenly_applied_acceleration() -> None:
     """The response, 1 minus a free vibration, overshoots by exp(-zeta pi / sqrt(1 - zeta^2))."""
-    found = respond_oscillator(ELASTIC, GroundAcceleration(np.full((300, 1), 2.0), STEP))
+    response = respond_oscillator(ELASTIC, GroundAcceleration(np.full((300, 1), 2.0), STEP))
     static = -2.0 / RATE**2
-    np.testing.assert_allclose(found.u, static + free(found.time, -static, 0.0), atol=1e-14)
+    np.testing.assert_allclose(response.u, static + free(response.time, -static, 0.0), atol=1e-14)
     over = math.exp(-DAMPING * math.pi / math.sqrt(1.0 - DAMPING**2))
-    assert found.peak_displacement == pytest.approx(-static * (1.0 + over), rel=1e-13)
-    assert found.peak_time == pytest.approx(math.pi / DAMPED, rel=1e-7)  # the peak is flat
+    assert response.peak_displacement == pytest.approx(-static * (1.0 + over), rel=1e-13)
+    assert response.peak_time == pytest.approx(math.pi / DAMPED, rel=1e-7)  # the peak is flat
 
 
 def test_a_ramp() -> None:
     """The response is the quasi-static one, delayed by 2 zeta / w, plus a free vibration."""
-    found = respond_oscillator(ELASTIC, GroundAcceleration.from_samples(np.arange(300.0), STEP))
+    response = respond_oscillator(ELASTIC, GroundAcceleration.from_samples(np.arange(300.0), STEP))
     slope = -1.0 / STEP / RATE**2
     late = 2.0 * DAMPING / RATE
-    right = slope * (found.time - late) + free(found.time, slope * late, -slope)
-    np.testing.assert_allclose(found.u, right, rtol=1e-12, atol=1e-13)
+    right = slope * (response.time - late) + free(response.time, slope * late, -slope)
+    np.testing.assert_allclose(response.u, right, rtol=1e-12, atol=1e-13)
 
 
 def test_harmonic_ground() -> None:
@@ -62,10 +62,12 @@ def test_harmonic_ground() -> None:
         lambda t: np.asarray(np.sin(drive * t)), 0.0, 3.0, intervals=600, degree=5
     )
     steady = -1.0 / (RATE**2 - drive**2 + 2j * DAMPING * RATE * drive)
-    found = respond_oscillator(ELASTIC, ground)
-    moving = np.imag(steady * np.exp(1j * drive * found.time))
+    response = respond_oscillator(ELASTIC, ground)
+    moving = np.imag(steady * np.exp(1j * drive * response.time))
     start = np.imag(steady), np.real(steady) * drive
-    np.testing.assert_allclose(found.u, moving + free(found.time, -start[0], -start[1]), atol=1e-13)
+    np.testing.assert_allclose(
+        response.u, moving + free(response.time, -start[0], -start[1]), atol=1e-13
+    )
 
 
 def test_a_sliding_block_without_stiffness() -> None:
@@ -73,13 +75,13 @@ def test_a_sliding_block_without_stiffness() -> None:
     strong, friction, duration = 0.5 * GRAVITY, 0.1, 0.4
     block = IsolatedDeck.friction_pendulum(radius=1e12, friction=friction)
     rows = np.concatenate([np.full((40, 1), -strong), np.zeros((300, 1))])
-    found = respond_oscillator(block, GroundAcceleration(rows, duration / 40))
+    response = respond_oscillator(block, GroundAcceleration(rows, duration / 40))
     q = friction * GRAVITY
     slip = (strong * duration) ** 2 / (2.0 * q) * (1.0 - q / strong)
-    assert found.residual_displacement == pytest.approx(slip, rel=1e-10)
-    assert found.peak_time == pytest.approx(strong * duration / q, rel=1e-7)
-    assert found.dissipated_energy == pytest.approx(friction * slip, rel=1e-10)
-    assert found.yields == 1
+    assert response.residual_displacement == pytest.approx(slip, rel=1e-10)
+    assert response.peak_time == pytest.approx(strong * duration / q, rel=1e-7)
+    assert response.dissipated_energy == pytest.approx(friction * slip, rel=1e-10)
+    assert response.yields == 1
 
 
 def test_a_friction_pendulum_loses_twice_mu_radius_each_half_cycle() -> None:
@@ -87,17 +89,17 @@ def test_a_friction_pendulum_loses_twice_mu_radius_each_half_cycle() -> None:
     radius, friction = 2.0, 0.01
     model = IsolatedDeck.friction_pendulum(radius=radius, friction=friction)
     push = GroundAcceleration(np.array([[-3.0 * GRAVITY]] * 20 + [[0.0]] * 1500), STEP)
-    found = respond_oscillator(model, push)
-    turns = np.flatnonzero(found.velocity[:-1] * found.velocity[1:] < 0.0)
-    first = found.peak_displacement
+    response = respond_oscillator(model, push)
+    turns = np.flatnonzero(response.velocity[:-1] * response.velocity[1:] < 0.0)
+    first = response.peak_displacement
     amplitudes = first - 2.0 * friction * radius * np.arange(turns.size)
-    nodes = np.maximum(np.abs(found.u[turns]), np.abs(found.u[turns + 1]))
+    nodes = np.maximum(np.abs(response.u[turns]), np.abs(response.u[turns + 1]))
     np.testing.assert_allclose(nodes, amplitudes, rtol=1e-3)
     halves = math.ceil((first / (friction * radius) - 1.0) / 2.0)
     end = abs(first - 2.0 * friction * radius * halves)
-    assert abs(found.residual_displacement) == pytest.approx(end, rel=1e-11)
+    assert abs(response.residual_displacement) == pytest.approx(end, rel=1e-11)
     assert end <= friction * radius
-    assert found.yields == halves + 1
+    assert response.yields == halves + 1
 
 
 def test_a_pendulum_that_is_not_pushed_hard_enough_sticks() -> None:
@@ -105,19 +107,19 @@ def test_a_pendulum_that_is_not_pushed_hard_enough_sticks() -> None:
     ground = GroundAcceleration.from_function(
         lambda t: np.asarray(0.5 * np.sin(t)), 0.0, 3.0, intervals=4, degree=5
     )
-    found = respond_oscillator(IsolatedDeck.friction_pendulum(radius=2.0, friction=0.1), ground)
-    assert found.peak_displacement == 0.0
-    assert math.isnan(found.first_yield_time)
-    assert found.peak_force_ratio == pytest.approx(0.5 / GRAVITY, rel=1e-4)
-    np.testing.assert_allclose(found.force_ratio, -ground.acceleration() / GRAVITY, atol=1e-16)
+    response = respond_oscillator(IsolatedDeck.friction_pendulum(radius=2.0, friction=0.1), ground)
+    assert response.peak_displacement == 0.0
+    assert math.isnan(response.first_yield_time)
+    assert response.peak_force_ratio == pytest.approx(0.5 / GRAVITY, rel=1e-4)
+    np.testing.assert_allclose(response.force_ratio, -ground.acceleration() / GRAVITY, atol=1e-16)
 
 
 def test_p_delta_is_the_weight_over_the_height() -> None:
     """A constant push is held where (K - W / H) u equals it; W is the deck and half the columns."""
-    found = respond_oscillator(
+    response = respond_oscillator(
         TALL(damping_ratio=0.5), GroundAcceleration(np.full((3000, 1), -1.0), STEP)
     )
-    assert found.u[-1] == pytest.approx(MOVING / (STIFFNESS - LEANING / HEIGHT), rel=1e-9)
+    assert response.u[-1] == pytest.approx(MOVING / (STIFFNESS - LEANING / HEIGHT), rel=1e-9)
     assert LEANING / HEIGHT > 0.05 * STIFFNESS
 
 
@@ -132,11 +134,11 @@ def test_p_delta_in_motion_is_that_of_another_solver() -> None:
     ground = GroundAcceleration.from_function(
         lambda t: np.asarray(np.sin(2.0 * t)), 0.0, 9.0, intervals=300, degree=5
     )
-    found = respond_oscillator(TALL(), ground)
+    response = respond_oscillator(TALL(), ground)
     other = solve_ivp(
-        rates, (0.0, 9.0), (0.0, 0.0), "DOP853", t_eval=found.time, rtol=1e-12, atol=1e-14
+        rates, (0.0, 9.0), (0.0, 0.0), "DOP853", t_eval=response.time, rtol=1e-12, atol=1e-14
     )
-    np.testing.assert_allclose(found.u, other.y[0], atol=1e-10)
+    np.testing.assert_allclose(response.u, other.y[0], atol=1e-10)
 
 
 @pytest.mark.parametrize(("share", "stands"), [(0.9999, True), (1.0001, False)])
@@ -150,28 +152,28 @@ def test_a_frame_that_softens_collapses_beyond_its_barrier(share: float, stands:
     work = strength * (far - 0.5 * first) - 0.5 * lean * far**2
     speed = share * math.sqrt(2.0 * work)
     rows = np.concatenate([[[-speed / 1e-9]], np.zeros((5, 1))])
-    found = respond_oscillator(frame, GroundAcceleration(rows, 1e-9))
-    assert math.isfinite(found.peak_displacement) == stands
+    response = respond_oscillator(frame, GroundAcceleration(rows, 1e-9))
+    assert math.isfinite(response.peak_displacement) == stands
     if stands:
-        assert found.peak_displacement == pytest.approx(
+        assert response.peak_displacement == pytest.approx(
             far * (1.0 - math.sqrt(1.0 - share**2)), 0.1
         )
-        assert 0.0 < found.residual_displacement < found.peak_displacement
+        assert 0.0 < response.residual_displacement < response.peak_displacement
     else:
-        assert (found.residual_displacement, found.ductility) == (math.inf, math.inf)
+        assert (response.residual_displacement, response.ductility) == (math.inf, math.inf)
 
 
 def test_a_collapse_during_the_motion_ends_the_history() -> None:
     frame = FixedFrame(period=1.0, strength_ratio=0.1, stability_coefficient=0.3)
     push = GroundAcceleration(np.array([[5.0]] * 300 + [[-5.0]] * 900_000), STEP)
-    found = respond_oscillator(frame, push)
-    assert (found.peak_displacement, found.residual_displacement) == (math.inf, math.inf)
-    ended = int(np.flatnonzero(np.isnan(found.u))[0])
-    still = found.u[ended - 1]
+    response = respond_oscillator(frame, push)
+    assert (response.peak_displacement, response.residual_displacement) == (math.inf, math.inf)
+    ended = int(np.flatnonzero(np.isnan(response.u))[0])
+    still = response.u[ended - 1]
     lean = 0.3 * math.tau**2 * abs(still) - 0.1 * GRAVITY
     assert 0.5 * 5.0 < lean < 1.5 * 5.0  # the pull of the weight outgrows the ground about then
-    assert np.isnan(found.velocity[ended:]).all()
-    assert np.isnan(found.force_ratio[ended:]).all()
+    assert np.isnan(response.velocity[ended:]).all()
+    assert np.isnan(response.force_ratio[ended:]).all()
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -182,10 +184,10 @@ def test_a_strong_pull_brings_a_frame_back(side: float) -> None:
     """
     frame = FixedFrame(period=1.0, strength_ratio=0.3, stability_coefficient=0.3)
     motion = np.repeat([-5.0, 20.0, -5.0, 20.0, 0.0], [54, 24, 24, 42, 10])
-    found = respond_oscillator(frame, GroundAcceleration(side * motion[:, None], STEP))
+    response = respond_oscillator(frame, GroundAcceleration(side * motion[:, None], STEP))
     lean, strength = 0.3 * math.tau**2, 0.3 * GRAVITY
-    assert strength + 5.0 < lean * found.peak_displacement < strength + 20.0
-    assert lean * abs(found.residual_displacement) < strength
+    assert strength + 5.0 < lean * response.peak_displacement < strength + 20.0
+    assert lean * abs(response.residual_displacement) < strength
 
 
 def test_an_elastic_plastic_frame_stays_where_its_last_excursion_left_it() -> None:
@@ -193,13 +195,13 @@ def test_an_elastic_plastic_frame_stays_where_its_last_excursion_left_it() -> No
     frame = FixedFrame(period=1.0, damping_ratio=0.0, strength_ratio=0.1)
     speed, strength = 1.0, 0.1 * GRAVITY
     blow = GroundAcceleration(np.array([[-speed / 1e-9], [0.0]]), 1e-9)
-    found = respond_oscillator(frame, blow)
+    response = respond_oscillator(frame, blow)
     peak = 0.5 * frame.yield_displacement + speed**2 / (2.0 * strength)
-    assert found.peak_displacement == pytest.approx(peak, rel=1e-8)
+    assert response.peak_displacement == pytest.approx(peak, rel=1e-8)
     left = peak - frame.yield_displacement
-    assert found.residual_displacement == pytest.approx(left, rel=1e-8)
-    assert found.dissipated_energy == pytest.approx(0.1 * left, rel=1e-8)
-    assert found.peak_force_ratio == pytest.approx(0.1, rel=1e-12)
+    assert response.residual_displacement == pytest.approx(left, rel=1e-8)
+    assert response.dissipated_energy == pytest.approx(0.1 * left, rel=1e-8)
+    assert response.peak_force_ratio == pytest.approx(0.1, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -218,18 +220,18 @@ def test_a_tiny_strength_hardly_changes_an_undamped_oscillator(
     """It needs more than 1,000,000 steps to come to rest, but its peaks are those without it."""
     blow = GroundAcceleration.from_samples([8.0] * 100, 0.01)
     elastic = respond_oscillator(FixedFrame(period=period, damping_ratio=0.0), blow)
-    found = respond_oscillator(model, blow)
-    assert found.peak_displacement == pytest.approx(elastic.peak_displacement, rel=1e-4)
-    assert found.peak_force_ratio == pytest.approx(elastic.peak_force_ratio, rel=1e-4)
-    assert found.residual_displacement == 0.0
+    response = respond_oscillator(model, blow)
+    assert response.peak_displacement == pytest.approx(elastic.peak_displacement, rel=1e-4)
+    assert response.peak_force_ratio == pytest.approx(elastic.peak_force_ratio, rel=1e-4)
+    assert response.residual_displacement == 0.0
 
 
 def test_a_tiny_strength_alone_stops_a_frame_after_a_long_way() -> None:
     """A frame that is still as the ground gains 8 m/s slides v^2 / 2 q; no step bounds the way."""
     frame = FixedFrame(period=0.05, strength_ratio=1e-6, damping_ratio=0.0)
-    found = respond_oscillator(frame, GroundAcceleration.from_samples([8.0] * 101, 0.01))
+    response = respond_oscillator(frame, GroundAcceleration.from_samples([8.0] * 101, 0.01))
     q = 1e-6 * GRAVITY
     moved, speed = 0.5 * (8.0 - q), 8.0 - q
     way = moved + speed**2 / (2.0 * q)
-    assert found.peak_displacement == pytest.approx(way, rel=1e-6)
-    assert found.dissipated_energy == pytest.approx(1e-6 * way, rel=1e-6)
+    assert response.peak_displacement == pytest.approx(way, rel=1e-6)
+    assert response.dissipated_energy == pytest.approx(1e-6 * way, rel=1e-6)

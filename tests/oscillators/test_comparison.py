@@ -37,9 +37,9 @@ PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.5)
 def test_what_does_not_move_bears_its_mass_times_the_acceleration_of_the_ground() -> None:
     """Below uplift and below sliding all bridges are one rigid body."""
     weak = GroundAcceleration.from_samples(noise(3, 200, 0.1), 0.01)
-    for one in (*compare(RIVALS, weak), *compare(RIVALS, weak.scaled(-1.0))):
-        tolerance = 0.2 if one.model == "fixed" else 1e-12  # the fixed frame vibrates at 1000 Hz
-        shear = math.copysign(1.0, one.base_shear[9] * weak.acceleration()[9]) * one.base_shear
+    for model in (*compare(RIVALS, weak), *compare(RIVALS, weak.scaled(-1.0))):
+        tolerance = 0.2 if model.model == "fixed" else 1e-12  # the fixed frame vibrates at 1000 Hz
+        shear = math.copysign(1.0, model.base_shear[9] * weak.acceleration()[9]) * model.base_shear
         assert shear == pytest.approx(weak.acceleration() / GRAVITY, abs=tolerance)
         assert one.peak_base_shear == np.abs(shear).max()
         assert (one.peak_u < 1e-6, one.model_end) == (True, ModelEnd.NONE)
@@ -50,36 +50,36 @@ def test_the_mirrored_motion_has_the_same_results(level: float) -> None:
     """Peaks, residual drifts and the ends of validity have no sign."""
     ground = GroundAcceleration.from_samples(noise(3, 400, level), 0.02)
     rivals = replace(RIVALS, fixed=FixedFrame(period=0.4, strength_ratio=0.2))
-    for one, other in zip(*(compare(rivals, ground.scaled(s)) for s in (1.0, -1.0)), strict=True):
-        assert one.model == other.model
-        assert one.u == pytest.approx(-other.u, nan_ok=True)
+    for first, other in zip(*(compare(rivals, ground.scaled(s)) for s in (1.0, -1.0)), strict=True):
+        assert first.model == other.model
+        assert first.u == pytest.approx(-other.u, nan_ok=True)
         for name in ("peak_u", "residual_u", "peak_base_shear", "ductility", "valid_until"):
-            assert getattr(one, name) == pytest.approx(getattr(other, name), nan_ok=True), name
+            assert getattr(first, name) == pytest.approx(getattr(other, name), nan_ok=True), name
 
 
 def test_frames_that_rock_are_those_of_respond() -> None:
     free, restrained, hybrid, *_ = compare(RIVALS, PULSE)
-    for one, frame in zip(
+    for first, frame in zip(
         (free, restrained, hybrid), (BRIDGE, RIVALS.restrained, RIVALS.hybrid), strict=True
     ):
         assert frame is not None
-        assert one.peak_u == respond(frame, PULSE).peak_u
+        assert first.peak_u == respond(frame, PULSE).peak_u
 
 
 def test_base_shear_of_a_frame_that_rocks_is_the_mass_times_its_acceleration() -> None:
     """Between impacts, only the base shear changes the momentum of deck and columns."""
     strong = Pulse(wavelet="symmetric_ricker", a_p=0.45 * GRAVITY, T_p=1.5)
-    (one, *_) = compare(RIVALS, strong)
+    (first, *_) = compare(RIVALS, strong)
     response = respond(BRIDGE, strong)
     share = BRIDGE.mass_ratio / (1.0 + BRIDGE.mass_ratio)
     deck, column = BRIDGE.beam, BRIDGE.centre
     momentum = share * deck.shift_rate(response.theta, response.omega)
     momentum = momentum + (1.0 - share) * column.shift_rate(response.theta, response.omega)
-    from_impact = np.searchsorted(one.time, response.impact_times[1])
-    quiet = slice(int(from_impact) + 1, int(np.searchsorted(one.time, response.impact_times[2])))
-    step = one.time[1] - one.time[0]
-    ground = strong.acceleration(one.time) / GRAVITY
-    force = (one.base_shear - ground)[quiet] * GRAVITY
+    from_impact = np.searchsorted(first.time, response.impact_times[1])
+    quiet = slice(int(from_impact) + 1, int(np.searchsorted(first.time, response.impact_times[2])))
+    step = first.time[1] - first.time[0]
+    ground = strong.acceleration(first.time) / GRAVITY
+    force = (first.base_shear - ground)[quiet] * GRAVITY
     gained = step * (force.sum() - 0.5 * (force[0] + force[-1]))
     lost = momentum[quiet][-1] - momentum[quiet][0]
     assert gained == pytest.approx(lost, rel=1e-4)
@@ -130,8 +130,8 @@ def test_a_fixed_frame_that_collapses_exceeds_any_ductility() -> None:
 
 def test_a_deck_on_isolators_or_fixed_columns_does_not_rise() -> None:
     *_, isolated, fixed = compare(RIVALS, PULSE)
-    for one in (isolated, fixed):
-        assert one.peak_v == np.abs(one.v).max() == 0.0
+    for rival in (isolated, fixed):
+        assert rival.peak_v == np.abs(rival.v).max() == 0.0
 
 
 def test_overturning_ends_the_free_frame_and_not_the_restrained() -> None:

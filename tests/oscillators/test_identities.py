@@ -68,10 +68,10 @@ def divided(motion: GroundAcceleration, parts: int) -> GroundAcceleration:
     return GroundAcceleration(np.column_stack([first + slope * within, slope]), step)
 
 
-def assert_same(one: OscillatorResponse, other: OscillatorResponse, tolerance: float) -> None:
+def assert_same(first: OscillatorResponse, other: OscillatorResponse, tolerance: float) -> None:
     for name in PEAKS:
         at = 1e-6 if name == "peak_time" else tolerance  # where a peak is flat
-        np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=at, atol=at)
+        np.testing.assert_allclose(getattr(first, name), getattr(other, name), rtol=at, atol=at)
 
 
 def test_ground_that_jumps_at_nodes() -> None:
@@ -81,7 +81,9 @@ def test_ground_that_jumps_at_nodes() -> None:
         lines = np.random.default_rng(seed).uniform(-3.0, 3.0, (60, 2))
         lines[:, 1] = (0.2 * lines[:, 1] - lines[:, 0]) / 0.1  # ends at 0.2 of the second number
         motion = GroundAcceleration(lines, 0.1)
-        coarse, fine = (respond_oscillator(frame, one) for one in (motion, divided(motion, 32)))
+        coarse, fine = (
+            respond_oscillator(frame, ground) for ground in (motion, divided(motion, 32))
+        )
         assert_same(coarse, fine, 1e-10)
 
 
@@ -166,9 +168,11 @@ def test_no_reversal_is_excluded_by_a_bound(dip: float) -> None:
     fall = -k * v / ((1.0 - dip) * math.cosh(0.6) - 1.0)
     first = (1.0 - dip) * fall / rate * math.sinh(0.6) - (q + k * u)
     motion = GroundAcceleration(np.array([push, [first, -fall]]), 2.0 * half)
-    found, other = (respond_oscillator(frame, one) for one in (motion, divided(motion, 32)))
-    assert found.velocity[2] * v > 0.0 > other.velocity.min()
-    assert found.u[2] == pytest.approx(other.u[64], rel=1e-12)
+    response, other = (
+        respond_oscillator(frame, ground) for ground in (motion, divided(motion, 32))
+    )
+    assert response.velocity[2] * v > 0.0 > other.velocity.min()
+    assert response.u[2] == pytest.approx(other.u[64], rel=1e-12)
 
 
 @pytest.mark.parametrize("model", MODELS[:-1], ids=lambda model: f"{model.period:.2f}")
@@ -177,10 +181,10 @@ def test_the_peak_force_is_that_of_the_spring(model: IsolatedDeck | FixedFrame, 
     """Without damping it is (q + k u) / m at the largest u; and always the most of the history."""
     undamped = replace(model, damping_ratio=0.0)
     k, _, q, _ = undamped.constants
-    found = respond_oscillator(undamped, rough(seed))
-    bound = (q + k * found.peak_displacement) / GRAVITY
-    assert found.yields > 0
-    assert found.peak_force_ratio == pytest.approx(bound, rel=1e-12)
+    response = respond_oscillator(undamped, rough(seed))
+    bound = (q + k * response.peak_displacement) / GRAVITY
+    assert response.yields > 0
+    assert response.peak_force_ratio == pytest.approx(bound, rel=1e-12)
     fine = divided(rough(seed), 64).followed_by_rest(10.0)
     other = respond_oscillator(model, fine)
     reached = np.abs(other.force_ratio).max()
@@ -190,43 +194,43 @@ def test_the_peak_force_is_that_of_the_spring(model: IsolatedDeck | FixedFrame, 
 def test_a_pendulum_that_the_first_ground_moves_bears_its_friction() -> None:
     """Friction limits the force also at the first node, where the ground already exceeds it."""
     push = GroundAcceleration(np.full((10, 1), 0.5 * GRAVITY), 0.01)
-    found = respond_oscillator(PENDULUM, push)
-    assert found.force_ratio[0] == pytest.approx(-0.06, rel=1e-14)
-    assert found.peak_force_ratio >= np.abs(found.force_ratio).max()
+    response = respond_oscillator(PENDULUM, push)
+    assert response.force_ratio[0] == pytest.approx(-0.06, rel=1e-14)
+    assert response.peak_force_ratio >= np.abs(response.force_ratio).max()
 
 
 @pytest.mark.parametrize("strength", [-0.5, 0.5])
 def test_a_pendulum_that_a_fading_push_moves_slides_at_once(strength: float) -> None:
     """Within the interval the ground acceleration falls from far above the friction to nothing."""
     push = GroundAcceleration(strength * GRAVITY * np.array([[1.0, -10.0], [0.0, 0.0]]), 0.1)
-    found = respond_oscillator(PENDULUM, push)
-    assert found.first_yield_time == 0.0
-    assert strength * found.u[1] < 0.0
+    response = respond_oscillator(PENDULUM, push)
+    assert response.first_yield_time == 0.0
+    assert strength * response.u[1] < 0.0
 
 
 @pytest.mark.parametrize("strength", [-0.5, 0.5])
 def test_a_pendulum_that_a_push_held_slides_back_when_it_ends(strength: float) -> None:
     """It sticks beside its centre, where the friction alone could not hold it."""
     push = GroundAcceleration(strength * GRAVITY * np.array([[1.0, 0.0]] * 400), 0.1)
-    found = respond_oscillator(PENDULUM, push)
+    response = respond_oscillator(PENDULUM, push)
     stiffness, _, friction, _ = PENDULUM.constants
-    assert abs(found.velocity[-1]) < 1e-12
-    assert abs(stiffness * found.u[-1]) > 1.5 * friction
-    assert abs(stiffness * found.residual_displacement) <= friction
+    assert abs(response.velocity[-1]) < 1e-12
+    assert abs(stiffness * response.u[-1]) > 1.5 * friction
+    assert abs(stiffness * response.residual_displacement) <= friction
 
 
 @pytest.mark.parametrize("model", [RUBBER, PENDULUM, PERFECT], ids=lambda m: f"{m.period:.2f}")
 def test_energy_balance(model: IsolatedDeck | FixedFrame) -> None:
     """The work of constant ground acceleration in an interval is exactly -a (u_2 - u_1)."""
     noise = GRAVITY * np.random.default_rng(5).uniform(-0.5, 0.5, (400, 1))
-    found = respond_oscillator(model, GroundAcceleration(noise, 0.05), free_vibration=600.0)
-    work = -np.sum(noise[:, 0] * np.diff(found.u[:401]))
+    response = respond_oscillator(model, GroundAcceleration(noise, 0.05), free_vibration=600.0)
+    work = -np.sum(noise[:, 0] * np.diff(response.u[:401]))
     k, k_z, _, _ = model.constants
-    u, v = found.u[-1], found.velocity[-1]
-    z = GRAVITY * found.force_ratio[-1] - k * u
+    u, v = response.u[-1], response.velocity[-1]
+    z = GRAVITY * response.force_ratio[-1] - k * u
     stored = 0.5 * v**2 + 0.5 * k * u**2 + 0.5 * z**2 / k_z
-    lost = GRAVITY * found.dissipated_energy
-    assert found.yields > 20
+    lost = GRAVITY * response.dissipated_energy
+    assert response.yields > 20
     assert lost > 0.9 * work
     assert stored + lost == pytest.approx(work, rel=1e-12)
 
@@ -236,19 +240,22 @@ def test_energy_balance(model: IsolatedDeck | FixedFrame) -> None:
 def test_the_other_direction_is_the_mirror_image(
     model: IsolatedDeck | FixedFrame, motion: GroundAcceleration
 ) -> None:
-    one, other = respond_oscillator(model, motion), respond_oscillator(model, motion.scaled(-1.0))
-    np.testing.assert_array_equal(one.u, -other.u)
-    assert one.residual_displacement == -other.residual_displacement
+    response, other = (
+        respond_oscillator(model, motion),
+        respond_oscillator(model, motion.scaled(-1.0)),
+    )
+    np.testing.assert_array_equal(response.u, -other.u)
+    assert response.residual_displacement == -other.residual_displacement
     for name in {*PEAKS} - {"residual_displacement"}:
-        np.testing.assert_equal(getattr(one, name), getattr(other, name))
+        np.testing.assert_equal(getattr(response, name), getattr(other, name))
 
 
 def test_a_reversed_motion_collapses_as_the_motion_does() -> None:
     """Under gravity, on both sides of the scale at which the bridge collapses."""
     scales = np.linspace(0.4, 1.6, 7)
     weak = replace(SOFTENING, stability_coefficient=0.1)
-    found = respond_oscillators([weak], [rough(6, 40)], [*scales, *-scales])
-    (peaks,) = found.peak_displacement
+    peaks_of_all = respond_oscillators([weak], [rough(6, 40)], [*scales, *-scales])
+    (peaks,) = peaks_of_all.peak_displacement
     np.testing.assert_array_equal(peaks[0, :7], peaks[0, 7:])
     assert np.isinf(peaks[0, :7]).sum() == 4
 
@@ -257,10 +264,13 @@ def test_motion_and_strength_scale_together() -> None:
     """Three times the motion, strength and yield displacement give three times the response."""
     motion = rough(7)
     strong = replace(RUBBER, strength_ratio=0.15, yield_displacement=0.03)
-    one, three = respond_oscillator(RUBBER, motion), respond_oscillator(strong, motion.scaled(3.0))
-    np.testing.assert_allclose(3.0 * one.u, three.u, atol=1e-12)
-    assert three.ductility == pytest.approx(one.ductility, rel=1e-12)
-    assert three.dissipated_energy == pytest.approx(9.0 * one.dissipated_energy, rel=1e-11)
+    response, three = (
+        respond_oscillator(RUBBER, motion),
+        respond_oscillator(strong, motion.scaled(3.0)),
+    )
+    np.testing.assert_allclose(3.0 * response.u, three.u, atol=1e-12)
+    assert three.ductility == pytest.approx(response.ductility, rel=1e-12)
+    assert three.dissipated_energy == pytest.approx(9.0 * response.dissipated_energy, rel=1e-11)
 
 
 def test_an_infinite_strength_is_elastic() -> None:
@@ -301,10 +311,10 @@ def test_vibration_that_just_reaches_the_strength_in_each_cycle() -> None:
     """On still ground an undamped elastic-plastic frame reaches +q and -q hundreds of times."""
     blow = GroundAcceleration.from_samples([0.0, 2.0, -1.0, *[0.0] * 400], 0.07)
     frame = FixedFrame(period=0.017, strength_ratio=0.006, damping_ratio=0.0)
-    found, other = (respond_oscillator(frame, motion) for motion in (blow, divided(blow, 3)))
-    np.testing.assert_allclose(found.u, other.u[::3], atol=1e-9 * found.peak_displacement)
-    assert found.residual_displacement == pytest.approx(other.residual_displacement, rel=1e-9)
-    moved = np.abs(found.u[100:] - found.residual_displacement).max()
+    response, other = (respond_oscillator(frame, motion) for motion in (blow, divided(blow, 3)))
+    np.testing.assert_allclose(response.u, other.u[::3], atol=1e-9 * response.peak_displacement)
+    assert response.residual_displacement == pytest.approx(other.residual_displacement, rel=1e-9)
+    moved = np.abs(response.u[100:] - response.residual_displacement).max()
     assert moved <= frame.yield_displacement * (1.0 + 1e-6)
 
 

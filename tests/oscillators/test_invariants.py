@@ -54,16 +54,20 @@ def ground_of(motion: str, seed: int) -> GroundAcceleration:
 def test_displacement_is_continuous_and_within_its_peak(kind: str, motion: str, seed: int) -> None:
     """Displacement changes by the velocity, the velocity by ground and spring."""
     ground = ground_of(motion, seed)
-    found = respond_oscillator(model_of(kind, seed), ground)
-    step, rate = ground.time_step, np.abs(found.velocity)
-    pull = np.abs(ground.coefficients).max() + GRAVITY * found.peak_force_ratio
-    assert np.all(np.abs(np.diff(found.velocity)) <= pull * step * (1.0 + 1e-12))
-    assert np.all(np.abs(np.diff(found.u)) <= (rate[1:] + pull * step) * step)
-    assert np.abs(found.u).max() <= found.peak_displacement * (1.0 + 1e-12)
-    yields_in_motion = found.first_yield_time <= found.time[-1]
-    assert math.isnan(found.first_yield_time) or found.first_yield_time > 0.0 or kind == "pendulum"
-    assert (found.yields > 0) == (found.dissipated_energy > 0.0)
-    assert yields_in_motion or np.abs(found.force_ratio).max() <= found.peak_force_ratio
+    response = respond_oscillator(model_of(kind, seed), ground)
+    step, rate = ground.time_step, np.abs(response.velocity)
+    pull = np.abs(ground.coefficients).max() + GRAVITY * response.peak_force_ratio
+    assert np.all(np.abs(np.diff(response.velocity)) <= pull * step * (1.0 + 1e-12))
+    assert np.all(np.abs(np.diff(response.u)) <= (rate[1:] + pull * step) * step)
+    assert np.abs(response.u).max() <= response.peak_displacement * (1.0 + 1e-12)
+    yields_in_motion = response.first_yield_time <= response.time[-1]
+    assert (
+        math.isnan(response.first_yield_time)
+        or response.first_yield_time > 0.0
+        or kind == "pendulum"
+    )
+    assert (response.yields > 0) == (response.dissipated_energy > 0.0)
+    assert yields_in_motion or np.abs(response.force_ratio).max() <= response.peak_force_ratio
 
 
 @every_kind
@@ -72,14 +76,14 @@ def test_energy_is_lost_only_in_yielding(kind: str, motion: str, seed: int) -> N
     """The work of a constant ground acceleration in an interval is -a (u_2 - u_1)."""
     ground = ground_of(motion, seed)
     model = model_of(kind, seed)
-    found = respond_oscillator(model, ground)
+    response = respond_oscillator(model, ground)
     k, k_z, _, _ = model.constants
-    spring = 0.5 * k * found.u**2
+    spring = 0.5 * k * response.u**2
     if math.isfinite(k_z):
-        spring += 0.5 * (GRAVITY * found.force_ratio - k * found.u) ** 2 / k_z
-    stored = spring + 0.5 * found.velocity**2
-    lost = -ground.coefficients[:, 0] * np.diff(found.u) - np.diff(stored)
-    left = GRAVITY * found.dissipated_energy - lost.sum()
+        spring += 0.5 * (GRAVITY * response.force_ratio - k * response.u) ** 2 / k_z
+    stored = spring + 0.5 * response.velocity**2
+    lost = -ground.coefficients[:, 0] * np.diff(response.u) - np.diff(stored)
+    left = GRAVITY * response.dissipated_energy - lost.sum()
     round_off = 1e-11 * (1e-6 + stored.max() + np.abs(lost).sum())
     assert np.all(lost > -round_off)
     assert -100.0 * round_off < left < stored[-1] + 100.0 * round_off

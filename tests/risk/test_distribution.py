@@ -33,9 +33,9 @@ def test_share_is_that_of_the_motions() -> None:
 def test_seed_decides_the_draws() -> None:
     peaks = np.random.default_rng(0).random(30)
     levels = np.linspace(0.0, 1.0, 11)
-    one, again, other = (peak_distribution(peaks, levels, seed=seed) for seed in (1, 1, 2))
-    assert np.array_equal(one.low, again.low)
-    assert not np.array_equal(one.low, other.low)
+    first, again, other = (peak_distribution(peaks, levels, seed=seed) for seed in (1, 1, 2))
+    assert np.array_equal(first.low, again.low)
+    assert not np.array_equal(first.low, other.low)
 
 
 def test_samples_in_blocks_are_the_same_samples(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -90,9 +90,9 @@ def test_members_are_pooled_but_do_not_narrow_the_band() -> None:
     """Four equal members say as much as one; a motion counts with the share of its members."""
     peaks = np.random.default_rng(2).random(20)
     levels = [0.2, 0.5, 0.9]
-    one, four = (peak_distribution(peaks[:, None].repeat(k, axis=1), levels) for k in (1, 4))
+    first, four = (peak_distribution(peaks[:, None].repeat(k, axis=1), levels) for k in (1, 4))
     for name in ("share", "low", "high"):
-        assert np.array_equal(getattr(one, name), getattr(four, name))
+        assert np.array_equal(getattr(first, name), getattr(four, name))
     band = peak_distribution([[0.1, 0.3], [0.3, math.inf]], [0.2, 0.4])
     assert band.share.tolist() == [0.25, 0.75]
 
@@ -110,7 +110,7 @@ def test_the_band_of_the_opposite_is_the_opposite_band() -> None:
     """The bootstrap decides both ends of the band where clusters have very unequal sizes."""
     clusters = np.arange(12).repeat([30, *[1] * 11])
     fell = (clusters % 2 == 0)[:, None]
-    band, opposite = (mean_share(one, clusters=clusters) for one in (fell, ~fell))
+    band, opposite = (mean_share(outcomes, clusters=clusters) for outcomes in (fell, ~fell))
     least, most = wilson(band.share, 12)
     assert band.low[0] < least[0] - 0.05
     assert opposite.low[0] < 1.0 - most[0]
@@ -141,17 +141,17 @@ def test_structures_that_share_draws_have_the_bands_that_each_has_alone(
     monkeypatch.setattr(distribution, "_COLUMNS", together)
     shares = np.random.default_rng(3).integers(0, 65, (5, 20, 3)) / 64.0
     clusters = np.arange(20) // 2
-    found = mean_shares(shares, clusters=clusters, seed=7)
-    for one, band in zip(shares, found, strict=True):
-        alone = mean_share(one, clusters=clusters, seed=7)
+    bands = mean_shares(shares, clusters=clusters, seed=7)
+    for share, band in zip(shares, bands, strict=True):
+        alone = mean_share(share, clusters=clusters, seed=7)
         for name in ("share", "low", "high"):
             assert_array_equal(getattr(band, name), getattr(alone, name))
 
 
 def test_percentiles_over_azimuths_are_the_least_the_middle_and_the_largest() -> None:
     """They are RotD00, RotD50 and RotD100; of four azimuths, the third is the middle."""
-    found = over_azimuths([[0.4], [0.1], [np.inf], [0.2]], [7, 7, 7, 7])
-    assert found.ravel().tolist() == [0.1, 0.4, math.inf]
+    percentiles = over_azimuths([[0.4], [0.1], [np.inf], [0.2]], [7, 7, 7, 7])
+    assert percentiles.ravel().tolist() == [0.1, 0.4, math.inf]
 
 
 def test_round_off_does_not_shift_the_rank_of_a_percentile() -> None:
@@ -159,6 +159,6 @@ def test_round_off_does_not_shift_the_rank_of_a_percentile() -> None:
     percents = range(101)
     for azimuths in range(1, 182):
         peaks = np.arange(float(azimuths))[:, None]
-        found = over_azimuths(peaks, np.zeros(azimuths, dtype=int), percents)
+        percentiles = over_azimuths(peaks, np.zeros(azimuths, dtype=int), percents)
         exact = [math.ceil(Fraction(percent * (azimuths - 1), 100)) for percent in percents]
-        assert found.ravel().tolist() == exact
+        assert percentiles.ravel().tolist() == exact

@@ -45,12 +45,12 @@ def test_maximum_agrees_with_a_general_optimiser(curve: Curve, seed: int) -> Non
         argument = (x - at[0]) / math.exp(at[1])
         return -float(distribution.logcdf(np.where(fell, argument, -argument)).sum())
 
-    found = minimize(against, [0.0, 0.0], method="Nelder-Mead", tol=1e-12)
+    optimum = minimize(against, [0.0, 0.0], method="Nelder-Mead", tol=1e-12)
     fit = fit_fragility(intensity, SCALES, fell, curve=curve)
-    assert_allclose(fit.median, math.exp(found.x[0]), rtol=1e-5)
-    assert_allclose(1.0 / fit.slope, math.exp(found.x[1]), rtol=1e-5)
+    assert_allclose(fit.median, math.exp(optimum.x[0]), rtol=1e-5)
+    assert_allclose(1.0 / fit.slope, math.exp(optimum.x[1]), rtol=1e-5)
     assert_allclose(fit.lognormal_beta, distribution.std() / fit.slope, rtol=1e-12)
-    assert_allclose(fit.log_likelihood.sum(), -found.fun, rtol=1e-12)
+    assert_allclose(fit.log_likelihood.sum(), -optimum.fun, rtol=1e-12)
     assert_allclose(fit.probability(fit.median), 0.5, rtol=1e-12)
 
 
@@ -112,12 +112,12 @@ def test_covariance_is_that_of_leaving_one_motion_out(
     """The jackknife fits the others again, and does not stop after Newton's first step."""
     intensity, fell = site(motions, seed)
     fit = fit_fragility(intensity, SCALES, fell, curve=curve)
-    others = []
+    without = []
     for k in range(motions):
         left = np.delete(np.arange(motions), k)
-        one = fit_fragility(intensity[left], SCALES, fell[left], curve=curve)
-        others.append([one.intercept - fit.intercept, one.slope - fit.slope])
-    jackknife = (1.0 - 1.0 / motions) * np.square(others).sum(axis=0)
+        reduced = fit_fragility(intensity[left], SCALES, fell[left], curve=curve)
+        without.append([reduced.intercept - fit.intercept, reduced.slope - fit.slope])
+    jackknife = (1.0 - 1.0 / motions) * np.square(without).sum(axis=0)
     assert_allclose(np.diag(fit.covariance), jackknife, rtol=near)
 
 
@@ -154,10 +154,10 @@ def _ordered(intensity: Float, fell: NDArray[np.bool_]) -> tuple[Float, Float, N
 def test_motions_of_unknown_intensity_are_left_out(unknown: float) -> None:
     """A measure of a record is 0 where it could not be computed or where there is nothing."""
     intensity, fell = site(20, 3)
-    known = fit_fragility(intensity, SCALES, fell)
+    fit = fit_fragility(intensity, SCALES, fell)
     more = np.append(intensity, unknown), SCALES, np.vstack([fell, fell[:1]])
-    assert fit_fragility(*more).median == known.median
-    assert fit_fragility(*more).observations == known.observations
+    assert fit_fragility(*more).median == fit.median
+    assert fit_fragility(*more).observations == fit.observations
 
 
 def test_scales_repeated_are_no_more_evidence() -> None:
@@ -183,10 +183,10 @@ def test_motions_of_one_cluster_are_one() -> None:
 @given(unit=st.floats(1e-3, 1e3), seed=st.integers(0, 5))
 def test_unit_moves_the_median_alone(unit: float, seed: int) -> None:
     intensity, fell = site(30, seed)
-    one, other = (fit_fragility(intensity * u, SCALES, fell) for u in (1.0, unit))
-    assert_allclose(other.median, one.median * unit, rtol=1e-7)
-    assert_allclose(other.slope, one.slope, rtol=1e-7)
-    assert_allclose(other.concordance, one.concordance, rtol=1e-12)
+    first, other = (fit_fragility(intensity * u, SCALES, fell) for u in (1.0, unit))
+    assert_allclose(other.median, first.median * unit, rtol=1e-7)
+    assert_allclose(other.slope, first.slope, rtol=1e-7)
+    assert_allclose(other.concordance, first.concordance, rtol=1e-12)
 
 
 @settings(max_examples=60)
@@ -386,8 +386,12 @@ def test_few_motions_name_none() -> None:
 
 
 def test_motions_are_compared_that_have_all_measures() -> None:
-    known = {"a_p": np.array([1.0, np.nan]), "pga": np.array([1.0, 2.0]), "L_p": np.full(2, np.nan)}
-    assert compared_motions(known).tolist() == [True, False]
+    intensities = {
+        "a_p": np.array([1.0, np.nan]),
+        "pga": np.array([1.0, 2.0]),
+        "L_p": np.full(2, np.nan),
+    }
+    assert compared_motions(intensities).tolist() == [True, False]
 
 
 def test_shapes_must_fit() -> None:
@@ -421,7 +425,7 @@ def test_a_fragility_without_range_draws_no_curve() -> None:
     assert axes.get_ylabel() == "probability"
 
 
-@pytest.mark.parametrize("quantity", [one.name for one in LIMITED])
+@pytest.mark.parametrize("quantity", [limited.name for limited in LIMITED])
 def test_the_name_of_a_limit_state_has_all_of_it(quantity: str) -> None:
     state = LimitState(quantity, 0.25)
     assert LimitState.named(state.name) == state

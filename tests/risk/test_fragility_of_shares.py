@@ -64,8 +64,8 @@ def test_the_fit_is_that_of_the_members(curve: Curve) -> None:
 def test_shares_of_zero_and_one_are_outcomes(curve: Curve) -> None:
     intensity, fell = members(30, 2)
     fits = [
-        fit_fragility(intensity, SCALES, one, curve=curve)
-        for one in (fell[..., 0], fell[..., 0].astype(np.float64))
+        fit_fragility(intensity, SCALES, outcomes, curve=curve)
+        for outcomes in (fell[..., 0], fell[..., 0].astype(np.float64))
     ]
     for field in fields(Fragility):
         assert np.array_equal(*(getattr(fit, field.name) for fit in fits)), field.name
@@ -99,8 +99,8 @@ def test_the_rate_lies_between_those_of_the_least_and_the_largest_member() -> No
     ordered = np.sort(fell, axis=2)  # False first: the first overturns only if all do
     curve = HazardCurve("pga", np.array([0.05, 0.5, 5.0]), np.array([1e-1, 1e-2, 1e-4]))
     rates = [
-        overturning_rate(curve, fit_fragility(intensity, SCALES, one)).rate
-        for one in (ordered[..., 0], fell.mean(axis=2), ordered[..., -1])
+        overturning_rate(curve, fit_fragility(intensity, SCALES, outcomes)).rate
+        for outcomes in (ordered[..., 0], fell.mean(axis=2), ordered[..., -1])
     ]
     assert rates[0] < rates[1] < rates[2]
 

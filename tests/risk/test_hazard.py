@@ -73,8 +73,8 @@ def test_lognormal_rate_under_a_power_law_has_a_closed_form(beta: float, power: 
     points = np.geomspace(1e-6, 1e6, 200)
     curve = HazardCurve("pga", points, 1e-4 * points**-power)
     expected = 1e-4 * 0.5**-power * math.exp(0.5 * (power * beta) ** 2)
-    found = overturning_rate(curve, curve_of(0.5, 1.0 / beta, "lognormal"))
-    assert_allclose(found.rate, expected, rtol=1e-6)
+    rate = overturning_rate(curve, curve_of(0.5, 1.0 / beta, "lognormal"))
+    assert_allclose(rate.rate, expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -87,10 +87,10 @@ def test_a_table_of_few_points_is_straight_between_them(points: list[float]) -> 
     A spline through the rates swings between the points, and gives 115 and 32 times this rate.
     """
     curve = HazardCurve("pga", np.array(points), 1e-4 * np.array(points) ** -2.5)
-    found = overturning_rate(curve, LognormalFragility(0.8, 0.4))
+    rate = overturning_rate(curve, LognormalFragility(0.8, 0.4))
     expected = 1e-4 * 0.8**-2.5 * math.exp(0.5 * (2.5 * 0.4) ** 2)
-    assert found.low <= expected <= found.high
-    assert found.rate == pytest.approx(expected, rel=0.01)
+    assert rate.low <= expected <= rate.high
+    assert rate.rate == pytest.approx(expected, rel=0.01)
 
 
 def test_the_tail_decides_the_rate_of_a_logistic_curve() -> None:
@@ -116,35 +116,35 @@ def test_the_tail_decides_the_rate_of_a_logistic_curve() -> None:
 def test_a_steep_curve_is_the_rate_of_its_median() -> None:
     points = np.geomspace(0.01, 10.0, 30)
     curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
-    found = overturning_rate(curve, curve_of(0.5, 1e6))
-    assert_allclose(found.rate, 1e-4 * 0.5**-2.0, rtol=1e-9)
-    assert_allclose(found.low, found.rate, rtol=1e-12)
+    rate = overturning_rate(curve, curve_of(0.5, 1e6))
+    assert_allclose(rate.rate, 1e-4 * 0.5**-2.0, rtol=1e-9)
+    assert_allclose(rate.low, rate.rate, rtol=1e-12)
 
 
 @pytest.mark.parametrize("beta", [0.1, 0.03, 0.01, 0.003, 1e-6])
 def test_a_steep_lognormal_curve_has_the_closed_form_on_two_points(beta: float) -> None:
     """The cells of a curve of two points are wider than the rise of P."""
     curve = HazardCurve("pga", np.array([0.01, 10.0]), np.array([1.0, 1e-6]))
-    found = overturning_rate(curve, LognormalFragility(0.7, beta))
-    assert_allclose(found.rate, 1e-4 * 0.7**-2.0 * math.exp(2.0 * beta**2), rtol=1e-6)
+    rate = overturning_rate(curve, LognormalFragility(0.7, beta))
+    assert_allclose(rate.rate, 1e-4 * 0.7**-2.0 * math.exp(2.0 * beta**2), rtol=1e-6)
 
 
 def test_contributions_of_a_steep_curve_are_those_of_the_segments_above_its_median() -> None:
     """The rates fall with powers 1, 2 and 3; the median is in the second segment."""
     curve = HazardCurve("pga", np.array([0.1, 1.0, 10.0, 20.0]), np.array([0.1, 1e-2, 1e-4, 1e-5]))
-    found = overturning_rate(curve, LognormalFragility(2.0, 1e-3))
+    falls = overturning_rate(curve, LognormalFragility(2.0, 1e-3))
     rate = 1e-2 * 2.0**-2.0 * math.exp(2.0 * 1e-3**2)
     expected = [0.0, rate - 1e-4, 1e-4 - 1e-5, 1e-5]
-    assert_allclose(found.contributions, expected, rtol=1e-6, atol=1e-20)
+    assert_allclose(falls.contributions, expected, rtol=1e-6, atol=1e-20)
 
 
 def test_contributions_add_up_and_stay_between_the_bounds() -> None:
     points = np.geomspace(0.01, 2.0, 9)
     curve = HazardCurve("pga", points, 1e-4 * points**-1.5)
-    found = overturning_rate(curve, curve_of(0.5, 5.0))
-    assert_allclose(found.contributions.sum(), found.rate, rtol=1e-14)
-    assert found.low <= found.rate <= found.high
-    assert found.contributions[-1] < curve.rate[-1]
+    rate = overturning_rate(curve, curve_of(0.5, 5.0))
+    assert_allclose(rate.contributions.sum(), rate.rate, rtol=1e-14)
+    assert rate.low <= rate.rate <= rate.high
+    assert rate.contributions[-1] < curve.rate[-1]
 
 
 def test_motions_above_a_curve_count_fully_in_the_upper_bound_only() -> None:
@@ -155,17 +155,17 @@ def test_motions_above_a_curve_count_fully_in_the_upper_bound_only() -> None:
     """
     curve = HazardCurve("pga", np.array([0.5, 0.6]), np.array([1.001e-3, 1e-3]))
     stands = fit_fragility(np.linspace(1.0, 2.0, 12), [1.0], np.zeros((12, 1), dtype=int))
-    found = overturning_rate(curve, stands)
+    rate = overturning_rate(curve, stands)
     most = float(stands.band(curve.intensity)[1].max())
     assert most < 0.5
-    assert found.low == 0.0
-    assert 1e-3 < found.high <= 1e-3 + most * 1e-6 * (1.0 + 1e-9)
+    assert rate.low == 0.0
+    assert 1e-3 < rate.high <= 1e-3 + most * 1e-6 * (1.0 + 1e-9)
 
 
 def test_no_overflow_over_eighteen_decades() -> None:
-    found = overturning_rate(POWER, curve_of(1.0, 500.0))
-    assert math.isfinite(found.rate)
-    assert_allclose(found.rate, 1e-4, rtol=0.1)
+    rate = overturning_rate(POWER, curve_of(1.0, 500.0))
+    assert math.isfinite(rate.rate)
+    assert_allclose(rate.rate, 1e-4, rtol=0.1)
 
 
 @pytest.mark.parametrize("count", [2, 3, 200])
@@ -174,14 +174,14 @@ def test_separated_verdicts_give_the_rates_that_so_few_motions_leave_open(count:
     points = np.geomspace(0.01, 10.0, count)
     curve = HazardCurve("pga", points, 1e-4 * points**-2.0)
     fit = fit_fragility([0.2, 0.3, 0.6, 0.9], [1.0], [[0], [0], [1], [1]])
-    found = overturning_rate(curve, fit)
-    assert math.isnan(found.rate)
-    one, two = 0.05, 0.05**0.5
+    rate = overturning_rate(curve, fit)
+    assert math.isnan(rate.rate)
+    first, two = 0.05, 0.05**0.5
     often = {x: 1e-4 * x**-2.0 for x in (0.01, 0.2, 0.3, 0.6, 0.9)}
-    low = one * (often[0.6] - often[0.9]) + two * often[0.9]
+    low = first * (often[0.6] - often[0.9]) + two * often[0.9]
     high = (1.0 - two) * (often[0.01] - often[0.2]) + 0.95 * (often[0.2] - often[0.3]) + often[0.3]
-    assert_allclose(found.low, low, rtol=1e-12)
-    assert_allclose(found.high, high, rtol=1e-12)
+    assert_allclose(rate.low, low, rtol=1e-12)
+    assert_allclose(rate.high, high, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("strength", "scale"), [(0.2, 1.2), (0.3, 1.5), (0.4, 3.0)])
@@ -197,10 +197,10 @@ def test_a_motion_that_overturns_at_the_end_of_a_curve_counts_above_it(
 def test_a_measure_that_overturning_falls_with_has_no_rate() -> None:
     curve = HazardCurve("pga", np.array([1.0, 4.0]), np.array([1e-2, 1e-4]))
     fit = fit_fragility([1.0, 2.0, 3.0, 4.0], [1.0], [[1], [1], [0], [1]])
-    found = overturning_rate(curve, fit)
-    assert math.isnan(found.rate)
-    assert found.low == 0.0
-    assert found.high == pytest.approx(1e-2)
+    rate = overturning_rate(curve, fit)
+    assert math.isnan(rate.rate)
+    assert rate.low == 0.0
+    assert rate.high == pytest.approx(1e-2)
 
 
 def test_what_was_not_tried_is_said() -> None:
@@ -218,16 +218,16 @@ def test_the_share_of_extrapolation_is_that_of_a_fine_sum(lowest: float, highest
     tried = np.geomspace(lowest, highest, 100_001)
     middle = np.sqrt(tried[1:] * tried[:-1])
     within = -(fragility.probability(middle) * np.diff(curve.rate_of(tried))).sum()
-    found = overturning_rate(curve, fragility)
-    assert_allclose(found.extrapolated, 1.0 - within / found.rate, rtol=1e-7)
+    rate = overturning_rate(curve, fragility)
+    assert_allclose(rate.extrapolated, 1.0 - within / rate.rate, rtol=1e-7)
 
 
 @pytest.mark.parametrize("highest", [np.nextafter(2.0, 0.0), 2.0, np.nextafter(2.0, 3.0)])
 def test_motions_above_a_curve_that_ends_with_the_range_are_extrapolated(highest: float) -> None:
     """Round-off of the end of the range does not decide."""
     curve = HazardCurve("pgv", np.array([0.5, 2.0]), np.array([1e-2, 1e-3]))
-    found = overturning_rate(curve, LognormalFragility(1.0, 0.4, 0.1, highest))
-    assert_allclose(found.extrapolated, found.contributions[-1] / found.rate, rtol=1e-9)
+    rate = overturning_rate(curve, LognormalFragility(1.0, 0.4, 0.1, highest))
+    assert_allclose(rate.extrapolated, rate.contributions[-1] / rate.rate, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -31,8 +31,8 @@ def openquake(
     years: float = 50.0,
 ) -> Path:
     """Write a file as OpenQuake 3.x does; return its path."""
-    stated = f"kind='mean', investigation_time={years}, imt='{imt}'"
-    lines = [f"#{',' * (len(levels) + 2)}\"generated_by='OpenQuake engine 3.16.0', {stated}\""]
+    heading = f"kind='mean', investigation_time={years}, imt='{imt}'"
+    lines = [f"#{',' * (len(levels) + 2)}\"generated_by='OpenQuake engine 3.16.0', {heading}\""]
     lines.append(",".join(["lon", "lat", "depth", *(f"poe-{level:.7f}" for level in levels)]))
     for lon, lat, values in sites:
         cells = ",".join(f"{value:.6E}" for value in values)
@@ -49,10 +49,10 @@ def test_lognormal_fragility_under_a_power_law_has_a_closed_form(tmp_path: Path)
     curve = read_hazard(
         openquake(tmp_path / "curve.csv", levels.tolist(), [(10.0, 40.0, poe)], years=years)
     )
-    found = overturning_rate(curve, LognormalFragility(median * GRAVITY, beta))
+    rate = overturning_rate(curve, LognormalFragility(median * GRAVITY, beta))
     expected = k * median**-a * math.exp(0.5 * (a * beta) ** 2)
-    assert_allclose(found.rate, expected, rtol=1e-6)
-    assert_allclose(found.low, found.rate, rtol=1e-12)
+    assert_allclose(rate.rate, expected, rtol=1e-6)
+    assert_allclose(rate.low, rate.rate, rtol=1e-12)
 
 
 def test_folders_and_files_without_what_is_asked_for(tmp_path: Path) -> None:
@@ -170,9 +170,9 @@ def test_printed_ends_hardly_change_a_rate_of_closed_form(
     assert (poe[0] == 1.0) == (median < 0.5)
     assert poe[-1] == 0.0
     curve = read_hazard(openquake(tmp_path / "c.csv", levels, [(0.0, 0.0, poe)]))
-    found = overturning_rate(curve, LognormalFragility(median * GRAVITY, beta))
+    rate = overturning_rate(curve, LognormalFragility(median * GRAVITY, beta))
     expected = 3.1e-5 * median**-4.0 * math.exp(0.5 * (4.0 * beta) ** 2)
-    assert_allclose(found.rate, expected, rtol=0.04)
+    assert_allclose(rate.rate, expected, rtol=0.04)
 
 
 @pytest.mark.skipif(not REPORTS.exists(), reason="the exports are not here")
@@ -187,7 +187,7 @@ def test_printed_ends_of_a_real_export_count(name: str, low: float) -> None:
         rate=np.delete(whole.rate, printed),
     )
     fragility = LognormalFragility(0.5 * GRAVITY, 0.4)
-    rates = [overturning_rate(one, fragility).rate for one in (without, whole)]
+    rates = [overturning_rate(hazard, fragility).rate for hazard in (without, whole)]
     assert rates[0] / rates[1] < 1.0 - low
     assert whole.note
 
@@ -297,7 +297,7 @@ def test_the_curve_of_a_folder_is_chosen_by_its_kind(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("columns", "what"),
+    ("columns", "contents"),
     [
         ("lon,lat,0.100000~PGA,0.100000~SA(0.1)", r"uniform hazard spectra \(hazard_uhs\)"),
         ("lon,lat,PGA-0.1,SA(0.1)-0.1", r"hazard maps \(hazard_map\)"),
@@ -310,15 +310,15 @@ def test_the_curve_of_a_folder_is_chosen_by_its_kind(tmp_path: Path) -> None:
     ],
 )
 def test_other_files_of_openquake_are_named_with_what_to_export(
-    tmp_path: Path, columns: str, what: str
+    tmp_path: Path, columns: str, contents: str
 ) -> None:
     path = tmp_path / "file.csv"
     path.write_text("#,,\"generated_by='OpenQuake engine 3.26.2'\"\n" + columns + "\n1,2,3,4\n")
-    with pytest.raises(InputError, match=f":2: contains {what}.*") as caught:
+    with pytest.raises(InputError, match=f":2: contains {contents}.*") as caught:
         read_hazard(path, (23.0, 38.0))
     assert "Export the hazard curves of the same calculation" in str(caught.value)
-    assert ("_from_gmfs" in str(caught.value)) == ("fields" in what)
-    if "spectra" not in what:
+    assert ("_from_gmfs" in str(caught.value)) == ("fields" in contents)
+    if "spectra" not in contents:
         with pytest.raises(InputError, match=r":2: contains .* Export the uniform hazard spectra"):
             read_target(path)
 

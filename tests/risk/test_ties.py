@@ -135,7 +135,7 @@ def test_motions_that_are_scaled_to_one_intensity_are_tied(
     scaled_to: float, pgv: list[float]
 ) -> None:
     """Each factor has six digits, as in a file of scaled motions."""
-    product = np.array([float(f"{scaled_to / one:.6g}") * one for one in pgv])
+    product = np.array([float(f"{scaled_to / velocity:.6g}") * velocity for velocity in pgv])
     assert np.ptp(merged(np.log(product))) == 0.0
 
 
@@ -172,8 +172,10 @@ def test_a_bound_holds_at_the_intensity_that_was_tried() -> None:
     """One motion that stands bounds the probability to 0.95 up to its own intensity."""
     tried = np.arange(0.1, 3.0, 0.01).round(2)
     for verdict, bounds in ((False, [0.0, 0.95]), (True, [0.05, 1.0])):
-        found = [np.ravel(fit_fragility([one], [verdict]).band(one)) for one in tried]
-        assert_allclose(found, [bounds] * tried.size)
+        bands = [
+            np.ravel(fit_fragility([intensity], [verdict]).band(intensity)) for intensity in tried
+        ]
+        assert_allclose(bands, [bounds] * tried.size)
 
 
 @pytest.mark.parametrize("intensity", [np.ones(8), 1.0 + 1e-6 * np.arange(8)])

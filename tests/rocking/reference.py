@@ -58,20 +58,20 @@ def solve(
     ground = np.atleast_2d(np.asarray(coefficients, dtype=np.float64))
     column = _Column(alpha, p_hat, restitution)
     nodes = ground.shape[0] + 1
-    found = Solution(np.full(nodes, math.nan), np.full(nodes, math.nan))
+    solution = Solution(np.full(nodes, math.nan), np.full(nodes, math.nan))
     theta, omega = start
     side = math.copysign(1.0, theta or omega) if theta or omega else 0.0
     if side:
-        found.uplift_time = start_time
-    found.theta[0], found.omega[0] = theta, omega
+        solution.uplift_time = start_time
+    solution.theta[0], solution.omega[0] = theta, omega
     for i, row in enumerate(ground):
         origin = start_time + i * time_step
-        state = _interval(column, row, time_step, (theta, omega, side), found, origin)
-        if not math.isnan(found.overturning_time) or len(found.impact_times) > most_impacts:
+        state = _interval(column, row, time_step, (theta, omega, side), solution, origin)
+        if not math.isnan(solution.overturning_time) or len(solution.impact_times) > most_impacts:
             break
         theta, omega, side = state
-        found.theta[i + 1], found.omega[i + 1] = theta, omega
-    return found
+        solution.theta[i + 1], solution.omega[i + 1] = theta, omega
+    return solution
 
 
 def _interval(
@@ -79,7 +79,7 @@ def _interval(
     row: Float,
     end: float,
     state: tuple[float, float, float],
-    found: Solution,
+    solution: Solution,
     origin: float,
 ) -> tuple[float, float, float]:
     """Integrate one interval, from one event to the next."""
@@ -91,18 +91,18 @@ def _interval(
             if uplift is None:
                 return 0.0, 0.0, 0.0
             now, side = uplift
-            if math.isnan(found.uplift_time):
-                found.uplift_time = origin + now
+            if math.isnan(solution.uplift_time):
+                solution.uplift_time = origin + now
         equation = _equation(column, row, side)
         if theta == 0.0:
             now, theta, omega = _depart(column, equation, now, end, omega, side)
         now, theta, omega, event = _steps(column, equation, now, end, theta, omega, side=side)
         if event == "fall":
-            found.overturning_time = origin + now
+            solution.overturning_time = origin + now
             break
         if event == "impact":
-            found.impact_times.append(origin + now)
-            found.impact_velocities.append(omega)
+            solution.impact_times.append(origin + now)
+            solution.impact_velocities.append(omega)
             theta, omega, side = 0.0, omega * column.restitution, -side
             weak = abs(polynomial.polyval(now, row)) <= math.tan(column.alpha)
             if abs(omega) < REST_VELOCITY * column.p_hat and weak:

@@ -78,24 +78,26 @@ def test_members_are_separate_responses() -> None:
             factors = draws(SMALL)[:, 3].tolist()
             for j, (member, factor) in enumerate(zip(members(SMALL, frame), factors, strict=True)):
                 ground = motion.scaled(factor)
-                one = with_contact(respond(member, ground), ground)
-                forces = reactions(one, ground)
-                assert peaks.verdict[0, k, j] == one.verdict == Verdict.STANDS
-                tied, contact = one.restraint, one.contact
+                response = with_contact(respond(member, ground), ground)
+                forces = reactions(response, ground)
+                assert peaks.verdict[0, k, j] == response.verdict == Verdict.STANDS
+                tied, contact = response.restraint, response.contact
                 assert contact is not None
                 friction = [contact.base_friction_demand, contact.impact_friction_demand]
                 friction += [contact.top_friction_demand] if frame.mass_ratio > 0.0 else []
                 shear = np.abs(forces.support_shear).max() / (1.0 + frame.mass_ratio)
-                speed = np.abs(one.impact_velocities).max() * member.width
-                found = {name: values[0, k, j] for name, values in peaks.peaks.items()}
-                assert_allclose(found["peak_rotation_ratio"], one.peak_rotation_ratio, rtol=CLOSE)
-                assert_allclose(found["peak_u"], one.peak_u, rtol=CLOSE)
-                assert_allclose(found["peak_v"], one.peak_v, rtol=CLOSE)
-                assert_allclose(found["peak_impact_velocity"], speed, rtol=CLOSE)
-                assert_allclose(found["peak_base_shear"], shear, rtol=CLOSE)
-                assert_allclose(found["friction_demand"], max(friction), rtol=CLOSE)
+                speed = np.abs(response.impact_velocities).max() * member.width
+                values_of = {name: values[0, k, j] for name, values in peaks.peaks.items()}
                 assert_allclose(
-                    found["peak_tendon_force"],
+                    values_of["peak_rotation_ratio"], response.peak_rotation_ratio, rtol=CLOSE
+                )
+                assert_allclose(values_of["peak_u"], response.peak_u, rtol=CLOSE)
+                assert_allclose(values_of["peak_v"], response.peak_v, rtol=CLOSE)
+                assert_allclose(values_of["peak_impact_velocity"], speed, rtol=CLOSE)
+                assert_allclose(values_of["peak_base_shear"], shear, rtol=CLOSE)
+                assert_allclose(values_of["friction_demand"], max(friction), rtol=CLOSE)
+                assert_allclose(
+                    values_of["peak_tendon_force"],
                     math.nan if tied is None else tied.peak_tendon_force,
                     rtol=CLOSE,
                 )
@@ -103,20 +105,20 @@ def test_members_are_separate_responses() -> None:
                 if frame.dissipater is not None and tied is not None:
                     bars = np.abs(tied.dissipater_force).max()
                 # a node may miss the largest rotation
-                assert_allclose(found["peak_dissipater_force"], bars, rtol=1e-3)
+                assert_allclose(values_of["peak_dissipater_force"], bars, rtol=1e-3)
 
 
 def test_frames_that_stay_at_rest_lean_like_fixed_bodies() -> None:
     weak = LIFTED.scaled(0.05)
-    found = member_peaks([weak], FRAMES, SAME)
-    assert (found.verdict == Verdict.NO_UPLIFT).all()
+    peaks = member_peaks([weak], FRAMES, SAME)
+    assert (peaks.verdict == Verdict.NO_UPLIFT).all()
     for k, frame in enumerate(FRAMES):
         forces = reactions(respond(frame, weak), weak)
-        assert_allclose(found.peaks["friction_demand"][0, k], forces.base_friction_demand.max())
+        assert_allclose(peaks.peaks["friction_demand"][0, k], forces.base_friction_demand.max())
         assert_allclose(
-            found.peaks["peak_base_shear"][0, k], np.abs(weak.acceleration()).max() / GRAVITY
+            peaks.peaks["peak_base_shear"][0, k], np.abs(weak.acceleration()).max() / GRAVITY
         )
-        assert not found.peaks["peak_rotation_ratio"][0, k].any()
+        assert not peaks.peaks["peak_rotation_ratio"][0, k].any()
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -141,11 +143,11 @@ def _assert_shear_of_the_push(across: ArrayLike, upwards: ArrayLike) -> None:
     motion = GroundAcceleration.from_samples(across, 0.01).with_vertical(
         GroundAcceleration.from_samples(upwards, 0.01)
     )
-    found = member_peaks([motion], [BENT], SAME)
+    peaks = member_peaks([motion], [BENT], SAME)
     forces = reactions(respond(BENT, motion), motion)
-    assert (found.verdict == Verdict.STANDS).all()
-    assert_allclose(found.peaks["peak_base_shear"], np.abs(forces.support_shear).max() / 5.0)
-    assert_allclose(found.peaks["peak_base_shear"], 0.2)
+    assert (peaks.verdict == Verdict.STANDS).all()
+    assert_allclose(peaks.peaks["peak_base_shear"], np.abs(forces.support_shear).max() / 5.0)
+    assert_allclose(peaks.peaks["peak_base_shear"], 0.2)
 
 
 def test_without_spreads_all_members_are_the_stated_structure() -> None:
@@ -173,7 +175,7 @@ def test_the_loss_of_impacts_is_between_half_and_twice_that_of_the_structure(
     alone = Ensemble(height=0.0, width=0.0, amplitude=0.0)
     for frame in FRAMES[:4]:
         frame = dataclasses.replace(frame, restitution_factor=stated)
-        lost = np.array([-math.log(one.restitution) for one in members(alone, frame)])
+        lost = np.array([-math.log(member.restitution) for member in members(alone, frame)])
         factor = draws(alone)[:, 2]
         assert_allclose(lost, -factor * math.log(frame.restitution), rtol=1e-12)
         assert_allclose((factor.min(), factor.max()), (0.5, 2.0), rtol=0.025)
@@ -187,12 +189,12 @@ def test_all_motions_and_structures_have_the_same_draws() -> None:
     for i, motion in enumerate(motions):
         for k, frame in enumerate(frames):
             alone = member_peaks([motion], [frame], SMALL)
-            for whole, one in zip(_arrays(together), _arrays(alone), strict=True):
-                assert_array_equal(whole[..., i, k, :], one[..., 0, 0, :])
+            for whole, first in zip(_arrays(together), _arrays(alone), strict=True):
+                assert_array_equal(whole[..., i, k, :], first[..., 0, 0, :])
 
 
-def _arrays(found: MemberPeaks) -> list[NDArray[Any]]:
-    return [found.verdict, found.limits_reached, *found.peaks.values()]
+def _arrays(peaks: MemberPeaks) -> list[NDArray[Any]]:
+    return [peaks.verdict, peaks.limits_reached, *peaks.peaks.values()]
 
 
 def test_shares_reach_their_limits() -> None:
@@ -203,7 +205,7 @@ def test_shares_reach_their_limits() -> None:
     assert (some.share_uplifted, some.share_overturned) == (1.0, 0.0)
     assert (every.share_overturned, every.share_overturned_high) == (1.0, 1.0)
     assert every.bands.peak_u == (math.inf,) * 3
-    assert all(math.isnan(one) for one in every.bands.peak_tendon_force)
+    assert all(math.isnan(bound) for bound in every.bands.peak_tendon_force)
 
 
 @pytest.mark.parametrize(
@@ -213,8 +215,8 @@ def test_the_interval_is_that_of_clopper_and_pearson(count: int, size: int) -> N
     exact = binomtest(count, size).proportion_ci(confidence_level=0.9, method="exact")
     assert_allclose(share_interval(count, size), (exact.low, exact.high), rtol=1e-10, atol=1e-12)
     bands = ensemble_responses([STRONG], [BENT])[0][0].bands
-    one = EnsembleResponse(size, size, count, None, bands)
-    limits = one.share_overturned_low, one.share_overturned_high
+    response = EnsembleResponse(size, size, count, None, bands)
+    limits = response.share_overturned_low, response.share_overturned_high
     assert limits == share_interval(count, size)
 
 
@@ -259,16 +261,16 @@ def test_the_model_ends_where_a_member_reaches_a_limit() -> None:
 
 def test_members_with_bars_alone_have_no_tendon_force() -> None:
     barred = dataclasses.replace(RESTRAINED, tendon=None, dissipater=BARS)
-    found = member_peaks([rough(3)], [barred], Ensemble(members=16))
-    assert np.isnan(found.peaks["peak_tendon_force"]).all()
-    assert (found.peaks["peak_dissipater_force"] > 0.0).all()
+    peaks = member_peaks([rough(3)], [barred], Ensemble(members=16))
+    assert np.isnan(peaks.peaks["peak_tendon_force"]).all()
+    assert (peaks.peaks["peak_dissipater_force"] > 0.0).all()
 
 
 def test_no_loss_of_impacts_makes_a_member_impossible() -> None:
     """A member of a block of 45 degrees, of which an impact takes three quarters, keeps some."""
     cube = RockingFrame(height=3.0, width=3.0)
     assert cube.restitution == pytest.approx(0.25)
-    kept = [one.restitution for one in members(Ensemble(impact_loss=10.0), cube)]
+    kept = [member.restitution for member in members(Ensemble(impact_loss=10.0), cube)]
     assert 0.0 < min(kept) < 1e-5
     assert 0.8 < max(kept) < 1.0
 

@@ -34,9 +34,9 @@ def test_a_push_that_begins_at_once() -> None:
     push = strength * frame.slenderness * GRAVITY
     ground = GroundAcceleration(np.array([[push]] * 100 + [[0.0]] * 20), 0.01)
     distance = strength * (1.0 - math.exp(-p * duration)) - 1.0
-    start, side, found = responses(ground, frame, [1.0], 4).excursions[0, 0]
+    start, side, farthest = responses(ground, frame, [1.0], 4).excursions[0, 0]
     assert (start, side) == (0.0, -1.0)
-    assert_allclose(found, distance, rtol=1e-12)
+    assert_allclose(farthest, distance, rtol=1e-12)
 
 
 def test_a_slender_frame_overturns_in_the_excursion_that_begins_above_zero() -> None:
@@ -44,12 +44,14 @@ def test_a_slender_frame_overturns_in_the_excursion_that_begins_above_zero() -> 
     frame = RockingFrame(height=4.0, width=4e-3)
     period = math.tau / (3.0 * frame.frequency_parameter)
     pulse = Pulse(wavelet="symmetric_ricker", a_p=frame.uplift_acceleration, T_p=period)
-    found = responses(as_ground(pulse), frame, np.linspace(1.5, 5.0, 400).tolist(), 16)
-    starts = np.where(np.isfinite(found.excursions[:, :, 2]), found.excursions[:, :, 0], -np.inf)
-    last = found.excursions[np.arange(400), starts.argmax(axis=1), 2]
+    scenarios = responses(as_ground(pulse), frame, np.linspace(1.5, 5.0, 400).tolist(), 16)
+    starts = np.where(
+        np.isfinite(scenarios.excursions[:, :, 2]), scenarios.excursions[:, :, 0], -np.inf
+    )
+    last = scenarios.excursions[np.arange(400), starts.argmax(axis=1), 2]
     clear = np.abs(last) > 1e-3
     assert clear.sum() > 390
-    fallen = found.verdict[clear] == Verdict.OVERTURNS
+    fallen = scenarios.verdict[clear] == Verdict.OVERTURNS
     assert 100 < fallen.sum() < 300
     assert_array_equal(fallen, last[clear] > 0.0)
 
@@ -70,10 +72,10 @@ def test_the_highest_are_kept() -> None:
     kept = responses(ground, SLENDER, [1.0], 5).excursions[0]
     high = np.flatnonzero(distance > max(kept[-1, 2], LEAST_DISTANCE) + 0.01)
     assert high.size >= 2
-    for one in high:
-        nearest = np.abs(kept[:, 0] - impacts[one]).argmin()
-        assert_allclose(kept[nearest, 0], impacts[one], rtol=0, atol=1e-6)
-        assert_allclose(kept[nearest, 2], distance[one], rtol=0, atol=1e-4)
+    for place in high:
+        nearest = np.abs(kept[:, 0] - impacts[place]).argmin()
+        assert_allclose(kept[nearest, 0], impacts[place], rtol=0, atol=1e-6)
+        assert_allclose(kept[nearest, 2], distance[place], rtol=0, atol=1e-4)
 
 
 def test_an_excursion_has_its_counterpart_in_the_neighbour() -> None:
@@ -100,13 +102,13 @@ def test_intervals_of_a_curved_ground_do_not_matter() -> None:
     )
 
     def kept(intervals: int) -> Float:
-        one, other = (
+        first, other = (
             GroundAcceleration.from_function(
                 pulse.acceleration, -3.0, 3.0, intervals=intervals, degree=5
             )
             for pulse in (across, upwards)
         )
-        return responses(one.with_vertical(other), SLENDER, [0.5, 0.8, 1.0], 3).excursions
+        return responses(first.with_vertical(other), SLENDER, [0.5, 0.8, 1.0], 3).excursions
 
     coarse, fine = kept(200), kept(1600)
     high = coarse[:, :, 2] > LEAST_DISTANCE + 0.01
@@ -117,11 +119,11 @@ def test_intervals_of_a_curved_ground_do_not_matter() -> None:
 def test_to_keep_them_changes_no_bits() -> None:
     ground = GroundAcceleration.from_samples(noise(7, 600, 0.9), 0.01)
     scales = np.linspace(0.2, 2.0, 64).tolist()
-    one, other = (responses(ground, BENT, scales, kept) for kept in (0, 12))
-    assert one.excursions.shape == (64, 0, 3)
-    assert_array_equal(one.verdict, other.verdict)
+    first, other = (responses(ground, BENT, scales, kept) for kept in (0, 12))
+    assert first.excursions.shape == (64, 0, 3)
+    assert_array_equal(first.verdict, other.verdict)
     for name in ("peak_rotation", "peak_velocity", "uplift_time", "overturning_time", "impacts"):
-        assert_array_equal(getattr(one, name), getattr(other, name))
+        assert_array_equal(getattr(first, name), getattr(other, name))
 
 
 def test_the_same_whatever_is_beside() -> None:

@@ -80,9 +80,9 @@ def test_bridge_rotation(case: dict[str, Any]) -> None:
 @bridge_cases
 def test_bridge_impacts(case: dict[str, Any]) -> None:
     response = respond(BENT, pulse_of(case), free_rocking=30.0)
-    known = np.array([[float(i["t"]), float(i["thetadot_before"])] for i in case["impacts"]])
-    assert_allclose(response.impact_times[: len(known)], known[:, 0], rtol=0, atol=1e-9)
-    assert_allclose(response.impact_velocities[: len(known)], known[:, 1], rtol=0, atol=1e-9)
+    impacts = np.array([[float(i["t"]), float(i["thetadot_before"])] for i in case["impacts"]])
+    assert_allclose(response.impact_times[: len(impacts)], impacts[:, 0], rtol=0, atol=1e-9)
+    assert_allclose(response.impact_velocities[: len(impacts)], impacts[:, 1], rtol=0, atol=1e-9)
 
 
 @bridge_cases
@@ -108,7 +108,7 @@ def test_bridge_verdict_and_peak(case: dict[str, Any]) -> None:
 @pytest.mark.parametrize("number", [4, 5, 6, 11, 12])
 def test_bridge_overturning_time_against_dop853(case: dict[str, Any]) -> None:
     ground = GroundAcceleration.from_pulse(pulse_of(case)).followed_by_rest(3.0)
-    found = solve(
+    solution = solve(
         ground.coefficients / GRAVITY,
         ground.time_step,
         alpha=BENT.slenderness,
@@ -117,7 +117,7 @@ def test_bridge_overturning_time_against_dop853(case: dict[str, Any]) -> None:
         start_time=ground.start_time,
     )
     response = respond(BENT, pulse_of(case))
-    assert_allclose(response.overturning_time, found.overturning_time, rtol=0, atol=1e-9)
+    assert_allclose(response.overturning_time, solution.overturning_time, rtol=0, atol=1e-9)
 
 
 # The same pulses as samples
@@ -140,9 +140,9 @@ def test_sampled_pulse(number: int, expected: Expected) -> None:
     nodes = at(response, times[on_node])
     assert_allclose(response.theta[nodes], theta[on_node], rtol=0, atol=1e-9)
     assert_allclose(response.omega[nodes], omega[on_node], rtol=0, atol=1e-9)
-    known = np.array([[float(i["t"]), float(i["thetadot_before"])] for i in case["impacts"]])
-    assert_allclose(response.impact_times[:5], known[:, 0], rtol=0, atol=1e-9)
-    assert_allclose(response.impact_velocities[:5], known[:, 1], rtol=0, atol=1e-9)
+    impacts = np.array([[float(i["t"]), float(i["thetadot_before"])] for i in case["impacts"]])
+    assert_allclose(response.impact_times[:5], impacts[:, 0], rtol=0, atol=1e-9)
+    assert_allclose(response.impact_velocities[:5], impacts[:, 1], rtol=0, atol=1e-9)
     assert_allclose(response.uplift_time, float(case["t_uplift"]), rtol=0, atol=1e-12)
     assert_allclose(
         response.peak_rotation_ratio, float(case["peak_abs_theta_over_alpha"]), rtol=0, atol=1e-9
@@ -166,26 +166,26 @@ releases = pytest.mark.parametrize("row", range(5))
 
 @releases
 def test_free_rocking_impacts(swing: tuple[dict[str, Any], Response]) -> None:
-    known, response = swing
-    times = np.array(known["impact_times"], dtype=float)
-    velocities = np.array(known["thetadot_before"], dtype=float)
+    values, response = swing
+    times = np.array(values["impact_times"], dtype=float)
+    velocities = np.array(values["thetadot_before"], dtype=float)
     assert_allclose(response.impact_times[: times.size], times, rtol=1e-12)
     assert_allclose(response.impact_velocities[: times.size], velocities, rtol=1e-12)
 
 
 @releases
 def test_free_rocking_quarter_period(swing: tuple[dict[str, Any], Response]) -> None:
-    known, response = swing
-    exact = float(known["p_hat_times_quarter_period_exact_integral"])
+    values, response = swing
+    exact = float(values["p_hat_times_quarter_period_exact_integral"])
     first = response.impact_times[0] * BENT.effective_frequency_parameter
     assert_allclose(first, exact, rtol=1e-12)
-    assert_allclose(4.0 * first, float(known["p_hat_T_linear_eq_4acosh"]), rtol=2e-3)
+    assert_allclose(4.0 * first, float(values["p_hat_T_linear_eq_4acosh"]), rtol=2e-3)
 
 
 @releases
 def test_free_rocking_amplitudes(swing: tuple[dict[str, Any], Response]) -> None:
-    known, response = swing
-    amplitudes = np.array(known["amplitude_after_n_impacts_exact_over_alpha"], dtype=float)
+    values, response = swing
+    amplitudes = np.array(values["amplitude_after_n_impacts_exact_over_alpha"], dtype=float)
     after = response.impact_velocities * BENT.restitution
     p2 = BENT.effective_frequency_parameter**2
     alpha = BENT.slenderness
@@ -223,11 +223,11 @@ def sine(frequency: float, half_cycles: int) -> GroundAcceleration:
 
 @pytest.mark.parametrize("row", range(5))
 def test_full_sine(row: int, expected: Expected) -> None:
-    known = expected("c_linear_full_sine")["rows"][row]
-    ground = sine(known["omega_p_over_p"], 2)
-    e = known["sqrt_r"]
-    lower, upper = known["with_one_impact_lower"], known["with_one_impact_upper"]
-    alone = float(known["no_impact"])
+    row_of_table = expected("c_linear_full_sine")["rows"][row]
+    ground = sine(row_of_table["omega_p_over_p"], 2)
+    e = row_of_table["sqrt_r"]
+    lower, upper = row_of_table["with_one_impact_lower"], row_of_table["with_one_impact_upper"]
+    alone = float(row_of_table["no_impact"])
     assert not overturns(ground, lower * (1.0 - MARGIN), e)
     assert overturns(ground, lower * (1.0 + MARGIN), e)
     assert overturns(ground, upper * (1.0 - MARGIN), e)
@@ -258,17 +258,19 @@ def test_rectangular_pulse(amplitude: str, expected: Expected) -> None:
 
 @pytest.mark.parametrize("number", range(8))
 def test_first_overturning(number: int, expected: Expected) -> None:
-    known = expected("b4_criterion_alpha_vs_overturn")["first_edges"][number]
+    edge_of_table = expected("b4_criterion_alpha_vs_overturn")["first_edges"][number]
     frame = RockingFrame(
         height=4.0,
-        width=4.0 * math.tan(math.radians(known["alpha_deg"])),
-        mass_ratio=known["gamma"],
+        width=4.0 * math.tan(math.radians(edge_of_table["alpha_deg"])),
+        mass_ratio=edge_of_table["gamma"],
     )
-    period = 2.0 * math.pi / (known["omega_p_over_p"] * frame.frequency_parameter)
+    period = 2.0 * math.pi / (edge_of_table["omega_p_over_p"] * frame.frequency_parameter)
 
     def verdict(factor: float) -> Verdict:
-        a_p = factor * known["first_overturn"] * frame.uplift_acceleration
-        return respond(frame, Pulse(wavelet=WAVELET[known["pulse"]], a_p=a_p, T_p=period)).verdict
+        a_p = factor * edge_of_table["first_overturn"] * frame.uplift_acceleration
+        return respond(
+            frame, Pulse(wavelet=WAVELET[edge_of_table["pulse"]], a_p=a_p, T_p=period)
+        ).verdict
 
     assert verdict(1.0 - 1e-9) is Verdict.STANDS
     assert verdict(1.0 + 1e-9) is Verdict.OVERTURNS
@@ -297,11 +299,11 @@ def test_half_sine_as_a_pulse(ratio: str, expected: Expected) -> None:
 
 @pytest.mark.parametrize("row", range(5))
 def test_full_sine_as_a_pulse(row: int, expected: Expected) -> None:
-    known = expected("c_linear_full_sine")["rows"][row]
-    ratio, alone = known["omega_p_over_p"], float(known["no_impact"])
+    row_of_table = expected("c_linear_full_sine")["rows"][row]
+    ratio, alone = row_of_table["omega_p_over_p"], float(row_of_table["no_impact"])
     for edge, falls_above in (
-        (known["with_one_impact_lower"], True),
-        (known["with_one_impact_upper"], False),
+        (row_of_table["with_one_impact_lower"], True),
+        (row_of_table["with_one_impact_upper"], False),
         (alone, True),
     ):
         assert falls("full_sine", ratio, edge * (1.0 + MARGIN)) is falls_above

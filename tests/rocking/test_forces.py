@@ -44,7 +44,7 @@ def test_at_rest_the_forces_are_the_weight_times_gravity_and_the_motion_of_the_g
     weak = GroundAcceleration.from_samples(across, 0.01).with_vertical(
         GroundAcceleration.from_samples(upwards, 0.01)
     )
-    found = joint_forces(respond(with_friction(BENT, 0.05), weak), weak)
+    forces = joint_forces(respond(with_friction(BENT, 0.05), weak), weak)
     g = GRAVITY
     expected = {
         "peak_base_shear": np.abs(across).max() / g,
@@ -62,7 +62,7 @@ def test_at_rest_the_forces_are_the_weight_times_gravity_and_the_motion_of_the_g
     expected |= dict.fromkeys((name for name in NAMES if "impulse" in name), 0.0)
     assert expected.keys() == {*NAMES}
     for name, force in expected.items():
-        assert_allclose(getattr(found, name), force, rtol=1e-12, err_msg=name)
+        assert_allclose(getattr(forces, name), force, rtol=1e-12, err_msg=name)
 
 
 def test_the_weight_is_that_of_a_column_and_its_share_of_the_beam() -> None:
@@ -96,7 +96,7 @@ def test_the_top_joint_of_a_column_alone_and_forces_of_a_fall_are_not_known() ->
 def test_the_impulses_of_the_strongest_impact_change_the_momentum(frame: RockingFrame) -> None:
     """Velocities of beam and columns' centres before and after the impact, from the kinematics."""
     response = respond(frame, ROUGH)
-    found = joint_forces(response, ROUGH)
+    forces = joint_forces(response, ROUGH)
     before = np.abs(response.impact_velocities).max()
     after = frame.restitution * before
     change = {}
@@ -109,10 +109,10 @@ def test_the_impulses_of_the_strongest_impact_change_the_momentum(frame: Rocking
         change[place] = np.array([across * (before - after), upwards * (before + after)])
     gamma = frame.mass_ratio
     whole = (change["centre"] + gamma * change["beam"]) / ((1.0 + gamma) * GRAVITY)
-    base = [found.base_impulse_horizontal, found.base_impulse_vertical]
+    base = [forces.base_impulse_horizontal, forces.base_impulse_vertical]
     assert_allclose(base, whole, rtol=1e-12)
     if gamma > 0.0:
-        top = [found.top_impulse_horizontal, found.top_impulse_vertical]
+        top = [forces.top_impulse_horizontal, forces.top_impulse_vertical]
         assert_allclose(top, gamma * change["beam"] / ((1.0 + gamma) * GRAVITY), rtol=1e-12)
 
 
@@ -126,7 +126,7 @@ def test_a_key_carries_all_of_the_shear_without_friction_and_nothing_with_enough
     response = respond(frame, ROUGH)
     forces = reactions(response, ROUGH)
     unstated, none = (
-        joint_forces(respond(one, ROUGH), ROUGH) for one in (frame, with_friction(frame, 0.0))
+        joint_forces(respond(bent, ROUGH), ROUGH) for bent in (frame, with_friction(frame, 0.0))
     )
     assert unstated == none
     assert none.base_key_force == none.base_joint_horizontal
@@ -149,9 +149,9 @@ def test_a_joint_that_lifts_off_has_no_friction() -> None:
         theta=np.full_like(response.theta, 0.1),
         omega=np.full_like(response.omega, 3.0),
     )
-    forces, found = reactions(spinning, ROUGH), joint_forces(spinning, ROUGH)
+    forces, largest = reactions(spinning, ROUGH), joint_forces(spinning, ROUGH)
     assert forces.base_vertical.max() < 0.0
-    assert_allclose(found.base_key_force, np.abs(forces.base_shear).max() / 5.0, rtol=1e-14)
+    assert_allclose(largest.base_key_force, np.abs(forces.base_shear).max() / 5.0, rtol=1e-14)
 
 
 @pytest.mark.parametrize("wrong", [-0.1, math.inf, math.nan])
@@ -172,17 +172,19 @@ TIED = dataclasses.replace(
 
 @pytest.mark.parametrize("frame", [with_friction(BENT, 0.1), TAPERED, COLUMN, TIED])
 def test_bands_are_quantiles_of_separate_members(frame: RockingFrame) -> None:
-    found = with_forces(respond(frame, ROUGH), ROUGH, SMALL)
-    assert found.forces is not None
-    stated, alone = (dataclasses.astuple(one) for one in (found.forces, joint_forces(found, ROUGH)))
-    assert_allclose(stated, alone, rtol=0.0)
+    response = with_forces(respond(frame, ROUGH), ROUGH, SMALL)
+    assert response.forces is not None
+    given, alone = (
+        dataclasses.astuple(one) for one in (response.forces, joint_forces(response, ROUGH))
+    )
+    assert_allclose(given, alone, rtol=0.0)
     scales = draws(SMALL)[:, 3].tolist()
     each = []
     for member, scale in zip(members(SMALL, frame), scales, strict=True):
         ground = ROUGH.scaled(scale)
         each.append(dataclasses.astuple(joint_forces(respond(member, ground), ground)))
     for name, forces in zip(NAMES, np.transpose(each), strict=True):
-        band = getattr(found.force_bands, name)
+        band = getattr(response.force_bands, name)
         assert_allclose(band, np.quantile(forces, (0.16, 0.50, 0.84)), rtol=1e-13, err_msg=name)
 
 
@@ -195,10 +197,10 @@ def test_without_members_there_are_no_bands() -> None:
 def test_members_that_overturn_are_beyond_all_others() -> None:
     """The largest forces of a fall are above those of all others, its least force below them."""
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.55 * GRAVITY, T_p=1.5)
-    found = with_forces(respond(BENT, pulse), pulse, SMALL).force_bands
-    assert found is not None
-    assert found.base_joint_vertical[0] < found.base_joint_vertical[2] == math.inf
-    assert found.base_joint_vertical_least[0] == -math.inf < found.base_joint_vertical_least[2]
+    bands = with_forces(respond(BENT, pulse), pulse, SMALL).force_bands
+    assert bands is not None
+    assert bands.base_joint_vertical[0] < bands.base_joint_vertical[2] == math.inf
+    assert bands.base_joint_vertical_least[0] == -math.inf < bands.base_joint_vertical_least[2]
     all_fall = with_forces(respond(COLUMN, FALLS), FALLS, SMALL).force_bands
     assert all_fall is not None
     assert all_fall.base_key_force == (math.inf,) * 3

@@ -52,11 +52,11 @@ def energy(frame: RockingFrame, response: Response) -> Float:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_polarity_symmetry(frame: RockingFrame, seed: int) -> None:
     samples = noise(seed, 600, 3.0 * frame.width / frame.height)
-    one = respond(frame, GroundAcceleration.from_samples(samples, 0.01))
+    response = respond(frame, GroundAcceleration.from_samples(samples, 0.01))
     other = respond(frame, GroundAcceleration.from_samples(-samples, 0.01))
-    assert one.impacts == other.impacts
-    assert one.verdict == other.verdict
-    assert np.array_equal(one.theta, -other.theta, equal_nan=True)
+    assert response.impacts == other.impacts
+    assert response.verdict == other.verdict
+    assert np.array_equal(response.theta, -other.theta, equal_nan=True)
 
 
 @pytest.mark.parametrize("wavelet", list(RICKERS))

@@ -215,7 +215,7 @@ def test_balanced_on_the_barrier_counts_as_overturned_without_a_time() -> None:
 
 
 @pytest.mark.parametrize(
-    ("stated", "words"),
+    ("values", "words"),
     [
         ({"dimension": "depth"}, "dimension 'depth'. Must be height, width or mass_ratio."),
         ({"lowest": 0.0}, "design range [0, 4]. Must be positive, and increase."),
@@ -223,10 +223,10 @@ def test_balanced_on_the_barrier_counts_as_overturned_without_a_time() -> None:
     ],
 )
 def test_a_design_in_python_has_the_limits_of_that_in_a_study(
-    stated: dict[str, object], words: str
+    values: dict[str, object], words: str
 ) -> None:
     """`DesignOptions` states them once; mass ratios may begin at 0, a column alone."""
     valid = {"dimension": "height", "lowest": 2.0, "highest": 4.0, "steps": 3}
     with pytest.raises(ParameterError, match=re.escape(words)):
-        Design(**{**valid, **stated})  # type: ignore[arg-type]
+        Design(**{**valid, **values})  # type: ignore[arg-type]
     assert Design(dimension="mass_ratio", lowest=0.0, highest=4.0, steps=3).values[0] == 0.0

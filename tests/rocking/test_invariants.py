@@ -275,18 +275,18 @@ def test_both_kernels_agree(kind: str, motion: str, seed: int) -> None:
     near = respond(response.frame, ground.scaled(1.0 + 1e-13))
     if (near.verdict, near.impacts) != (response.verdict, response.impacts):
         return
-    found = respond_many([ground], [response.frame])
-    known = 1e-8 + 1e3 * abs(near.peak_rotation / (response.peak_rotation or 1.0) - 1.0)
-    assert found.verdict.item() == response.verdict
-    assert found.peak_rotation.item() == pytest.approx(response.peak_rotation, rel=known)
-    assert found.uplift_time.item() == pytest.approx(response.uplift_time, abs=1e-9, nan_ok=True)
+    peaks = respond_many([ground], [response.frame])
+    tolerance = 1e-8 + 1e3 * abs(near.peak_rotation / (response.peak_rotation or 1.0) - 1.0)
+    assert peaks.verdict.item() == response.verdict
+    assert peaks.peak_rotation.item() == pytest.approx(response.peak_rotation, rel=tolerance)
+    assert peaks.uplift_time.item() == pytest.approx(response.uplift_time, abs=1e-9, nan_ok=True)
 
 
 def test_a_frame_that_moves_inwards_at_zero_lands_at_once() -> None:
     """Far before the step, the polynomial of its motion has other roots, which tell nothing."""
-    others = ([1.0, 10.0], [1.0, 5.0], [1.0, -14.99], [1.0, 0.0, 175.0])  # -0.1, -0.2, 0.067
+    rows = ([1.0, 10.0], [1.0, 5.0], [1.0, -14.99], [1.0, 0.0, 175.0])  # -0.1, -0.2, 0.067
     product = np.array([0.0, -0.3])
-    for factor in others:
+    for factor in rows:
         product = np.convolve(product, factor)
     c: Polynomial = tuple(np.pad(product, (0, 10 - product.size)).tolist())
     ended, t, theta, omega, *_ = flight(c, 1.0, 1e-3, MOVING, 1.0)
@@ -318,12 +318,15 @@ def test_the_mirrored_motion_has_the_same_peaks() -> None:
     ]
     mirrored = [replace(ground, coefficients=-ground.coefficients) for ground in grounds]
     own = np.arange(len(frames))
-    found = [respond_scenarios(one, frames, own, own, 0 * own + 1.0) for one in (grounds, mirrored)]
+    pair = [
+        respond_scenarios(motions, frames, own, own, 0 * own + 1.0)
+        for motions in (grounds, mirrored)
+    ]
     for name in Peaks.__dataclass_fields__:
-        values, others = (getattr(one, name) for one in found)
-        np.testing.assert_array_equal(values, others, err_msg=name)
-    for frame, one, other in zip(frames, grounds, mirrored, strict=True):
-        response, reflection = respond(frame, one), respond(frame, other)
+        values, mirrored_values = (getattr(scenarios, name) for scenarios in pair)
+        np.testing.assert_array_equal(values, mirrored_values, err_msg=name)
+    for frame, plain, other in zip(frames, grounds, mirrored, strict=True):
+        response, reflection = respond(frame, plain), respond(frame, other)
         np.testing.assert_array_equal(response.theta, -reflection.theta)
         np.testing.assert_array_equal(response.impact_velocities, -reflection.impact_velocities)
         for name in ("verdict", "peak_rotation", "peak_time", "uplift_time", "overturning_time"):

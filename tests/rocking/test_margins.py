@@ -62,9 +62,9 @@ def test_a_motion_twice_as_strong_has_half_the_critical_scale() -> None:
 
 def test_islands_are_those_of_the_verdict() -> None:
     """The edges of islands are half-way between samples at most 2.56 % apart."""
-    found = margin(BENT, PULSE)
-    (start, end), *_ = found.islands
-    assert found.safe_islands == len(found.islands)
+    searched = margin(BENT, PULSE)
+    (start, end), *_ = searched.islands
+    assert searched.safe_islands == len(searched.islands)
     assert respond(BENT, stronger(0.5 * (start + end))).verdict is Verdict.STANDS
     assert respond(BENT, stronger(1.013 * end)).verdict is Verdict.OVERTURNS
 
@@ -72,20 +72,22 @@ def test_islands_are_those_of_the_verdict() -> None:
 @pytest.mark.parametrize("number", range(0, 30, 3))
 def test_the_first_edge_under_pulses(expected: Callable[[str], Any], number: int) -> None:
     """For regular responses the search finds the known edge."""
-    known = expected("b_fig9")["rows"][number]
+    row = expected("b_fig9")["rows"][number]
     frame = RockingFrame(
         height=4.0,
-        width=4.0 * math.tan(math.radians(known["alpha_deg"])),
-        mass_ratio=known["gamma"],
+        width=4.0 * math.tan(math.radians(row["alpha_deg"])),
+        mass_ratio=row["gamma"],
     )
     motion = Pulse(
-        wavelet=f"{known['pulse']}_ricker",
+        wavelet=f"{row['pulse']}_ricker",
         a_p=frame.uplift_acceleration,
-        T_p=math.tau / (known["omega_p_over_p"] * frame.frequency_parameter),
+        T_p=math.tau / (row["omega_p_over_p"] * frame.frequency_parameter),
     )
-    [[found]] = margins([motion], [frame], largest_scale=60.0)
-    first = known["first_overturning"]
-    assert_allclose(found.critical_scale, math.nan if first is None else first, rtol=1.01e-6)
+    [[margin_of_frame]] = margins([motion], [frame], largest_scale=60.0)
+    first = row["first_overturning"]
+    assert_allclose(
+        margin_of_frame.critical_scale, math.nan if first is None else first, rtol=1.01e-6
+    )
 
 
 #: Record, structure, ends of a sliver in which it overturns, and the edge above the sliver that a
@@ -117,12 +119,15 @@ def test_slivers_are_found(
     upper: float,
     edge: float,
 ) -> None:
-    frame = {one.name: one for one in read_structures(SHIPPED_STRUCTURES)}[structure]
+    frame = {
+        structure_named.name: structure_named
+        for structure_named in read_structures(SHIPPED_STRUCTURES)
+    }[structure]
     within = np.linspace(lower + 1e-5, upper - 1e-5, 9)
     assert (respond_many([ridgecrest[name]], [frame], within).verdict == Verdict.OVERTURNS).all()
-    [[found]] = margins([ridgecrest[name]], [frame])
-    assert found.critical_scale < lower + 2e-5
-    first = found.first
+    [[margin_of_record]] = margins([ridgecrest[name]], [frame])
+    assert margin_of_record.critical_scale < lower + 2e-5
+    first = margin_of_record.first
     assert first.lower <= first.upper < edge < first.prevails_from
     assert 0.0 < first.share_before < 0.5
     assert 0.0 < first.standing_share < 1.0
@@ -150,17 +155,17 @@ def test_an_overturning_that_is_regular_prevails_from_the_first() -> None:
 
 @pytest.mark.parametrize("a_p", [0.0, 0.01])
 def test_a_motion_that_overturns_at_no_scale(a_p: float) -> None:
-    found = margin(BENT, Pulse(wavelet="symmetric_ricker", a_p=a_p, T_p=1.5))
-    assert math.isnan(found.critical_scale)
-    assert (found.safe_islands, found.largest_scale) == (0, 10.0)
+    searched = margin(BENT, Pulse(wavelet="symmetric_ricker", a_p=a_p, T_p=1.5))
+    assert math.isnan(searched.critical_scale)
+    assert (searched.safe_islands, searched.largest_scale) == (0, 10.0)
 
 
 def test_an_ensemble_warns_where_the_frame_as_given_stands() -> None:
     """At 3 % below the critical scale the frame stands, but 10 % of an ensemble overturn."""
     motion = stronger(0.97 * margin(BENT, PULSE).critical_scale)
-    [[found]] = margins([motion], [BENT], ensemble=Ensemble())
-    assert found.robust == robust_margins([motion], [BENT])[0][0]
-    assert found.robust.s10 < 1.0 < found.critical_scale
+    [[searched]] = margins([motion], [BENT], ensemble=Ensemble())
+    assert searched.robust == robust_margins([motion], [BENT])[0][0]
+    assert searched.robust.s10 < 1.0 < searched.critical_scale
 
 
 def test_members_that_change_sides_with_finer_samples_are_counted() -> None:
@@ -171,9 +176,9 @@ def test_members_that_change_sides_with_finer_samples_are_counted() -> None:
     coarse = GroundAcceleration.from_samples(pulse.acceleration(np.arange(0.0, 10.1, 0.25)), 0.25)
     [[given]] = ensemble_responses([coarse], [BENT])
     [[finer]] = ensemble_responses([resampled(coarse)], [BENT])
-    [[found]] = robust_margins([coarse], [BENT])
+    [[margins]] = robust_margins([coarse], [BENT])
     assert given.overturned == 0
-    assert found.sampling_changes == finer.overturned > 0
+    assert margins.sampling_changes == finer.overturned > 0
     assert robust_margins([PULSE], [BENT])[0][0].sampling_changes == 0  # it has no samples
 
 
@@ -206,8 +211,8 @@ def test_a_vertical_acceleration_ends_the_scan() -> None:
     """At 1 / 0.4 times this motion the ground would fall faster than gravity."""
     across = GroundAcceleration.from_samples(noise(3, 400, 0.5), 0.01)
     upwards = GroundAcceleration.from_samples(np.full(401, -0.4 * GRAVITY)[:400], 0.01)
-    found = margin(BENT, across.with_vertical(upwards))
-    assert_allclose(found.largest_scale, 2.5, rtol=1e-8)
+    searched = margin(BENT, across.with_vertical(upwards))
+    assert_allclose(searched.largest_scale, 2.5, rtol=1e-8)
 
 
 @pytest.mark.parametrize("upwards", [-0.4, 0.4])

@@ -46,10 +46,10 @@ def test_forces_are_those_of_the_motion_until_the_gap_closes() -> None:
     expected = joint_forces(respond(FREE, before), before)
     assert astuple(joint_forces(response, MOTION)) == pytest.approx(astuple(expected), nan_ok=True)
     demand = with_contact(respond(FREE, before), before).contact
-    found = with_contact(response, MOTION).contact
+    contact = with_contact(response, MOTION).contact
     assert demand is not None
-    assert found is not None
-    assert astuple(found) == pytest.approx(astuple(demand), nan_ok=True)
+    assert contact is not None
+    assert astuple(contact) == pytest.approx(astuple(demand), nan_ok=True)
     whole = joint_forces(respond(FREE, MOTION), MOTION)
     assert whole.peak_base_shear > 1.02 * expected.peak_base_shear
     assert whole.base_joint_vertical > 1.05 * expected.base_joint_vertical
@@ -71,28 +71,28 @@ def test_a_tendon_pulls_as_at_the_closed_gap_in_responses_members_and_screenings
     rotation = np.array([[response.peak_rotation]])
     peaks = quantities_of([weak], np.array([[1]], np.int8), rotation, rotation)
     assert peaks["peak_tendon_ratio"][0, 0] == pytest.approx(force / 1e6)
-    found = member_peaks([MOTION], [tied], Ensemble(members=16))
-    assert found.peaks["peak_tendon_force"].max() < 1.1 * force
+    peaks_of_members = member_peaks([MOTION], [tied], Ensemble(members=16))
+    assert peaks_of_members.peaks["peak_tendon_force"].max() < 1.1 * force
 
 
 def test_the_members_of_an_ensemble_have_the_forces_until_their_gap_closes() -> None:
     ensemble = Ensemble(members=16)
-    found = member_peaks([MOTION], [JOINED], ensemble)
-    assert found.limits_reached[0].any()
+    peaks = member_peaks([MOTION], [JOINED], ensemble)
+    assert peaks.limits_reached[0].any()
     for k, member in enumerate(members(ensemble, JOINED)):
         ground = MOTION.scaled(float(draws(ensemble)[k, 3]))
         alone = joint_forces(respond(member, ground), ground)
-        shear = found.peaks["peak_base_shear"][0, 0, k]
+        shear = peaks.peaks["peak_base_shear"][0, 0, k]
         assert shear == pytest.approx(alone.peak_base_shear, rel=1e-6)
 
 
 def test_bridges_are_compared_by_their_forces_until_their_model_ends() -> None:
     deck = IsolatedDeck.friction_pendulum(radius=2.5, friction=0.05)
-    for one in compare(Rivals(JOINED, isolated=deck), MOTION):
-        assert one.valid_until < 1.5
-        shear = np.abs(one.base_shear)
-        assert one.peak_base_shear == shear[one.time <= one.valid_until].max()
-        assert one.peak_base_shear < 0.99 * shear.max()
+    for model in compare(Rivals(JOINED, isolated=deck), MOTION):
+        assert model.valid_until < 1.5
+        shear = np.abs(model.base_shear)
+        assert model.peak_base_shear == shear[model.time <= model.valid_until].max()
+        assert model.peak_base_shear < 0.99 * shear.max()
 
 
 def test_the_figure_of_the_joints_ends_with_the_model() -> None:

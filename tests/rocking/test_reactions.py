@@ -57,9 +57,9 @@ def state(
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_beyond_uplift_a_frame_at_rest_accelerates_against_the_ground(sign: float) -> None:
     """Both terms of eq (26) at theta = 0: with twice the uplift acceleration one remains."""
-    found = angular_acceleration(BENT, 0.0, 0.0, sign * 2.0 * BENT.uplift_acceleration)
+    angular = angular_acceleration(BENT, 0.0, 0.0, sign * 2.0 * BENT.uplift_acceleration)
     p = BENT.effective_frequency_parameter
-    assert found == pytest.approx(-sign * p**2 * math.sin(BENT.slenderness), rel=1e-12)
+    assert angular == pytest.approx(-sign * p**2 * math.sin(BENT.slenderness), rel=1e-12)
 
 
 def test_the_friction_demand_has_no_sign() -> None:
@@ -76,10 +76,10 @@ def test_ties_hold_a_frame_at_rest_beyond_the_uplift_of_a_free_one(sign: float) 
     cosine, tied = math.cos(BENT.slenderness), 0.1
     for share in (0.5, 0.99, 1.01, 1.5):
         across = sign * (BENT.uplift_acceleration + share * tied * GRAVITY / cosine)
-        found = float(angular_acceleration(BENT, 0.0, 0.0, across, tie_moment=tied))
+        angular = float(angular_acceleration(BENT, 0.0, 0.0, across, tie_moment=tied))
         left = max(0.0, share - 1.0) * tied if share > 1.0 else 0.0
         expected = -sign * BENT.effective_frequency_parameter**2 * left
-        assert found == pytest.approx(expected, rel=1e-9, abs=1e-15)
+        assert angular == pytest.approx(expected, rel=1e-9, abs=1e-15)
 
 
 @given(st.floats(0.02, 0.6), st.floats(0.0, 50.0), st.sampled_from([-1.0, 1.0]))
@@ -123,14 +123,14 @@ def test_a_frame_balanced_on_its_corners_needs_no_friction() -> None:
 
 
 def test_the_mirror_image_swaps_the_columns() -> None:
-    one = column_forces(
+    column = column_forces(
         *state(BENT, 0.05, -0.1, 2.0, 0.3), spacing=SPACING, beam_centre=BEAM_CENTRE
     )
     other = column_forces(
         *state(BENT, -0.05, 0.1, -2.0, 0.3), spacing=SPACING, beam_centre=BEAM_CENTRE
     )
-    assert_allclose(one.base_shear, -other.base_shear[::-1], rtol=1e-13)
-    assert_allclose(one.top_vertical, other.top_vertical[::-1], rtol=1e-13)
+    assert_allclose(column.base_shear, -other.base_shear[::-1], rtol=1e-13)
+    assert_allclose(column.top_vertical, other.top_vertical[::-1], rtol=1e-13)
 
 
 def test_restoring_moment_is_the_slope_of_the_potential() -> None:
@@ -169,8 +169,8 @@ def test_angular_acceleration_is_the_one_the_kernel_integrates() -> None:
     step = 1e-4
     response = release(BENT, 0.6, 1.0, step)  # before the first impact, at 1.4 s
     rate = np.gradient(response.omega, step)[1:-1]
-    stated = angular_acceleration(BENT, response.theta, response.omega, 0.0)[1:-1]
-    assert_allclose(stated, rate, atol=1e-9)
+    angular = angular_acceleration(BENT, response.theta, response.omega, 0.0)[1:-1]
+    assert_allclose(angular, rate, atol=1e-9)
 
 
 # Newton and Euler of each part; its momentum is the sum over four mass points
@@ -315,9 +315,9 @@ def test_bridge_forces(case: dict[str, Any]) -> None:
     total = reactions(response, ground)
     for row in case["rows"]:
         node = round(1000 * (row["t_over_Tp"] + 3.0))
-        found = (total.base_shear[node], total.base_vertical[node])
-        stated = (row["V_total_over_2mcg"], row["N_total_over_2mcg"])
-        assert_allclose(found, stated, atol=1e-13)
+        forces_at_node = (total.base_shear[node], total.base_vertical[node])
+        expected_forces = (row["V_total_over_2mcg"], row["N_total_over_2mcg"])
+        assert_allclose(forces_at_node, expected_forces, atol=1e-13)
         for own, name in (
             (each.top_shear, "X_over_mcg"), (each.top_vertical, "Z_over_mcg"),
             (each.base_shear, "V_over_mcg"), (each.base_vertical, "N_over_mcg"),
@@ -328,20 +328,20 @@ def test_bridge_forces(case: dict[str, Any]) -> None:
 @cases
 def test_bridge_demands(case: dict[str, Any]) -> None:
     response, ground, each = computed(case)
-    stated = case["max_demands_on_grid_1e_3Tp"]
+    largest = case["max_demands_on_grid_1e_3Tp"]
     total = reactions(response, ground).base_friction_demand.max()
-    assert_allclose(total, stated["mu_total"], rtol=1e-12)
+    assert_allclose(total, largest["mu_total"], rtol=1e-12)
     for i in (0, 1):
         base, top = each.base_friction_demand[i], each.top_friction_demand[i]
-        assert_allclose(np.nanmax(base), stated[f"mu_base_{i + 1}"], rtol=1e-12)
-        assert_allclose(np.nanmax(top), stated[f"mu_top_{i + 1}"], rtol=1e-12)
-    assert_allclose(np.nanmin(each.top_vertical), stated["minZ"], rtol=1e-12)
-    assert_allclose(np.nanmin(each.base_vertical), stated["minN"], rtol=1e-12)
+        assert_allclose(np.nanmax(base), largest[f"mu_base_{i + 1}"], rtol=1e-12)
+        assert_allclose(np.nanmax(top), largest[f"mu_top_{i + 1}"], rtol=1e-12)
+    assert_allclose(np.nanmin(each.top_vertical), largest["minZ"], rtol=1e-12)
+    assert_allclose(np.nanmin(each.base_vertical), largest["minN"], rtol=1e-12)
 
 
 def test_bridge_impact_demand(expected: Expected) -> None:
-    stated = expected("e_reactions_bridge")["impulse_friction_demand_cot_alpha_1me_over_1pe"]
-    assert_allclose(impact_friction_demand(BENT), stated, rtol=1e-13)
+    demand = expected("e_reactions_bridge")["impulse_friction_demand_cot_alpha_1me_over_1pe"]
+    assert_allclose(impact_friction_demand(BENT), demand, rtol=1e-13)
 
 
 def test_free_rocking_after_the_motion_is_on_still_ground() -> None:
@@ -351,8 +351,8 @@ def test_free_rocking_after_the_motion_is_on_still_ground() -> None:
     padded = ground.followed_by_rest(1.0)
     still_then = reactions(respond(BENT, padded), padded)
     for name in ("base_shear", "base_vertical"):
-        one, other = (np.delete(getattr(each, name), 299) for each in (longer, still_then))
-        assert_allclose(one, other, rtol=1e-9, atol=1e-9)
+        first, other = (np.delete(getattr(each, name), 299) for each in (longer, still_then))
+        assert_allclose(first, other, rtol=1e-9, atol=1e-9)
 
 
 # What is refused

@@ -37,9 +37,9 @@ SAME = Ensemble(height=0.0, width=0.0, impact_loss=1.0, amplitude=0.0)
 
 def test_an_ensemble_of_one_structure_overturns_at_its_critical_scale() -> None:
     """At s50 half of the scales within 4 % overturn; at s10, 3.6 steps of 1 % lower, a tenth."""
-    [[one]] = margins([PULSE], [BENT])
+    [[margin]] = margins([PULSE], [BENT])
     [[robust]] = robust_margins([PULSE], [BENT], SAME)
-    assert_allclose(robust.s50, one.critical_scale, rtol=0.006)
+    assert_allclose(robust.s50, margin.critical_scale, rtol=0.006)
     assert_allclose(robust.s50 / robust.s10, 1.01**3.6, rtol=1e-9)
     assert_allclose(robust.s50 / robust.s25, 1.01**2.25, rtol=1e-9)
     assert (robust.error10, robust.error25, robust.error50) == (0.0, 0.0, 0.0)
@@ -85,8 +85,8 @@ def counted() -> Counted:
     scale = (1.0 / np.cumprod(np.full(-powers.min(), 1.01))[-powers - 1])[:, None]
     scale = scale * draws(ensemble)[:, 3]
     frame = np.tile(np.arange(len(family)), powers.size)
-    found = respond_scenarios([ROUGH], family, 0 * frame, frame, scale.ravel())
-    return Counted(robust, powers, (found.verdict == Verdict.OVERTURNS).reshape(scale.shape))
+    scenarios = respond_scenarios([ROUGH], family, 0 * frame, frame, scale.ravel())
+    return Counted(robust, powers, (scenarios.verdict == Verdict.OVERTURNS).reshape(scale.shape))
 
 
 def test_shares_are_those_of_the_members(counted: Counted) -> None:
@@ -116,7 +116,7 @@ def test_errors_are_standard_errors() -> None:
     found = [FamilySearch(np.ones(100), 0.1, 10.0, seed)._margin(0, falls) for seed in range(40)]  # noqa: SLF001
     ratios = []
     for share, name in ((0.10, "error10"), (0.25, "error25"), (0.50, "error50")):
-        error = np.log1p([getattr(one, name) for one in found]).mean() / math.log(1.01)
+        error = np.log1p([getattr(margin, name) for margin in drawn]).mean() / math.log(1.01)
         u = np.add.outer(share + np.linspace(-0.03, 0.03, 9), 0.01 * np.arange(-4, 5)).ravel()
         deviation = math.sqrt((np.minimum.outer(u, u) - np.outer(u, u)).mean() / 100)
         ratios.append(error / (100 * deviation * -NormalDist().inv_cdf(16.84 / 101)))
@@ -124,11 +124,11 @@ def test_errors_are_standard_errors() -> None:
 
 
 def test_another_draw_agrees_within_the_errors() -> None:
-    one, other = (robust_margins([ROUGH], [SLENDER], Ensemble(seed=k))[0][0] for k in (1, 2))
-    assert one != other
+    first, other = (robust_margins([ROUGH], [SLENDER], Ensemble(seed=k))[0][0] for k in (1, 2))
+    assert first != other
     for name in ("10", "25", "50"):
-        apart = abs(np.log(getattr(one, f"s{name}") / getattr(other, f"s{name}")))
-        errors = np.hypot(getattr(one, f"error{name}"), getattr(other, f"error{name}"))
+        apart = abs(np.log(getattr(first, f"s{name}") / getattr(other, f"s{name}")))
+        errors = np.hypot(getattr(first, f"error{name}"), getattr(other, f"error{name}"))
         assert apart < 3.0 * errors + 0.002
 
 
@@ -161,7 +161,7 @@ def test_draws_are_within_their_spreads_and_stratified() -> None:
 
 
 @pytest.mark.parametrize(
-    ("stated", "words"),
+    ("values", "words"),
     [
         ({"height": -0.01}, r"height -0\.01\. Must be zero or positive\."),
         ({"impact_loss": 0.9}, r"impact_loss 0\.9\. Must be at least 1\."),
@@ -170,9 +170,9 @@ def test_draws_are_within_their_spreads_and_stratified() -> None:
         ({"seed": -1}, r"seed -1\. Must be zero or positive\."),
     ],
 )
-def test_refused_ensembles(stated: dict[str, Any], words: str) -> None:
+def test_refused_ensembles(values: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        Ensemble(**stated)
+        Ensemble(**values)
 
 
 def test_spreads_that_leave_no_rocking_frame() -> None:

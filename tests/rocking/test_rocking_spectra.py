@@ -28,30 +28,30 @@ def spectrum(pulse: Pulse = PULSE, **changed: Any) -> RockingSpectrum:
 
 @pytest.mark.parametrize("number", range(48))
 def test_known_peaks(number: int, expected: Callable[[str], Any]) -> None:
-    known = expected("h_rocking_spectra")["rows"][number]
-    found = spectrum(
-        Pulse(wavelet=WAVELET[known["pulse"]], a_p=known["a_p_g"] * GRAVITY, T_p=known["T_p_s"]),
-        slendernesses=[math.radians(known["alpha_deg"])],
-        mass_ratios=[known["gamma"]],
-        column_periods=[known["two_pi_over_p"]],
+    row = expected("h_rocking_spectra")["rows"][number]
+    computed = spectrum(
+        Pulse(wavelet=WAVELET[row["pulse"]], a_p=row["a_p_g"] * GRAVITY, T_p=row["T_p_s"]),
+        slendernesses=[math.radians(row["alpha_deg"])],
+        mass_ratios=[row["gamma"]],
+        column_periods=[row["two_pi_over_p"]],
     )
-    verdict = Verdict(int(found.verdict.item())).name.lower()
+    verdict = Verdict(int(computed.verdict.item())).name.lower()
     in_their_words = {"no_uplift": "safe", "stands": "safe", "overturns": "overturned"}
-    assert in_their_words[verdict] == known["verdict"]
-    if known["verdict"] == "safe":
-        peak = float(known["peak_theta_over_alpha"])
-        assert_allclose(found.peak_rotation_ratio.item(), peak, rtol=0, atol=1e-9)
+    assert in_their_words[verdict] == row["verdict"]
+    if row["verdict"] == "safe":
+        peak = float(row["peak_theta_over_alpha"])
+        assert_allclose(computed.peak_rotation_ratio.item(), peak, rtol=0, atol=1e-9)
 
 
 def test_the_largest_rate_is_that_of_the_history() -> None:
-    found = spectrum()
-    for j, gamma in enumerate(found.mass_ratio):
-        for k, period in enumerate(found.column_period):
+    computed = spectrum()
+    for j, gamma in enumerate(computed.mass_ratio):
+        for k, period in enumerate(computed.column_period):
             frame = column_of(0.2, float(gamma), float(period))
             history = respond(frame, PULSE, free_rocking=20.0)
             sampled = np.abs(history.omega).max()
             largest = max(sampled, np.abs(history.impact_velocities).max())
-            assert_allclose(found.peak_velocity[0, 0, j, k], largest, rtol=1e-5)
+            assert_allclose(computed.peak_velocity[0, 0, j, k], largest, rtol=1e-5)
 
 
 def test_time_scales_with_the_period_of_the_columns() -> None:

@@ -51,9 +51,9 @@ def one_line(
 def test_edges_are_edges() -> None:
     frame = column(14.0, 0.25)
     motion = ground("symmetric_ricker", frame, 2.0)
-    found = one_line(frame, motion, np.arange(1.0, 12.0, 0.05))
-    assert len(found.lower) == 5
-    for edge, outside in [(found.lower, 1.0 - 3e-9), (found.upper[:-1], 1.0 + 3e-9)]:
+    intervals = one_line(frame, motion, np.arange(1.0, 12.0, 0.05))
+    assert len(intervals.lower) == 5
+    for edge, outside in [(intervals.lower, 1.0 - 3e-9), (intervals.upper[:-1], 1.0 + 3e-9)]:
         for amplitude in edge:
             assert verdict(frame, motion, amplitude) is Verdict.OVERTURNS
             assert verdict(frame, motion, amplitude * outside) is Verdict.STANDS
@@ -115,26 +115,28 @@ def test_the_search_for_slivers_goes_on_until_each_is_found(lines: int) -> None:
 def test_a_sliver_of_a_ten_thousandth_is_found() -> None:
     """The sliver extends from 2.31493 to 2.31504; the step of the scan is 45 times as long."""
     frame = column(10.0, 0.25)
-    found = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(2.2, 2.4, 0.005))
-    known = [2.30049, 2.30192, 2.30423, 2.30519, 2.30887, 2.30943, 2.31493, 2.31504]
-    slivers = np.column_stack([found.lower, found.upper])[1:]
-    assert_allclose(slivers.ravel(), known, rtol=0, atol=1e-5)
+    intervals = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(2.2, 2.4, 0.005))
+    edges = [2.30049, 2.30192, 2.30423, 2.30519, 2.30887, 2.30943, 2.31493, 2.31504]
+    slivers = np.column_stack([intervals.lower, intervals.upper])[1:]
+    assert_allclose(slivers.ravel(), edges, rtol=0, atol=1e-5)
 
 
 def test_an_island_thinner_than_the_step_is_found() -> None:
     """Between 2.47122 and 2.48155 the frame stands."""
     frame = column(14.0, 0.25)
-    found = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(2.42, 3.0, 0.0301))
-    assert_allclose(found.upper[0], 2.47122, rtol=0, atol=1e-5)
-    assert_allclose(found.lower[1], 2.48155, rtol=0, atol=1e-5)
+    intervals = one_line(
+        frame, ground("symmetric_ricker", frame, 2.0), np.arange(2.42, 3.0, 0.0301)
+    )
+    assert_allclose(intervals.upper[0], 2.47122, rtol=0, atol=1e-5)
+    assert_allclose(intervals.lower[1], 2.48155, rtol=0, atol=1e-5)
 
 
 def test_a_line_that_overturns_from_the_first_amplitude() -> None:
     frame = column(14.0, 0.0)
-    found = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(3.0, 9.5, 0.1))
-    assert found.lower[0] == 3.0
-    assert_allclose(found.upper[0], 8.09829, rtol=0, atol=1e-5)
-    assert math.isnan(found.upper[-1])
+    intervals = one_line(frame, ground("symmetric_ricker", frame, 2.0), np.arange(3.0, 9.5, 0.1))
+    assert intervals.lower[0] == 3.0
+    assert_allclose(intervals.upper[0], 8.09829, rtol=0, atol=1e-5)
+    assert math.isnan(intervals.upper[-1])
 
 
 def test_the_same_bits_whatever_is_beside_a_line() -> None:
@@ -150,9 +152,9 @@ def test_the_same_bits_whatever_is_beside_a_line() -> None:
 
 def test_a_line_that_never_overturns() -> None:
     frame = column(14.0, 0.0)
-    found = one_line(frame, ground("symmetric_ricker", frame, 7.5), np.arange(0.9, 20.0, 0.1))
-    assert found.intervals()[0].shape == (0, 2)
-    assert set(found.verdict.ravel()) == {Verdict.NO_UPLIFT, Verdict.STANDS}
+    intervals = one_line(frame, ground("symmetric_ricker", frame, 7.5), np.arange(0.9, 20.0, 0.1))
+    assert intervals.intervals()[0].shape == (0, 2)
+    assert set(intervals.verdict.ravel()) == {Verdict.NO_UPLIFT, Verdict.STANDS}
 
 
 @pytest.mark.parametrize(

@@ -68,8 +68,10 @@ def test_a_sequence_of_one_record_is_the_record() -> None:
 
 def test_the_other_direction_has_the_same_peaks() -> None:
     """The peak of the second motion lies between two nodes."""
-    one, other = (to_sequence(BENT, MAIN.scaled(s), AFTER.scaled(s)) for s in (1.0, -1.0))
-    ours, theirs = ([part.peak_rotation_ratio for part in found.parts] for found in (one, other))
+    first, other = (to_sequence(BENT, MAIN.scaled(s), AFTER.scaled(s)) for s in (1.0, -1.0))
+    ours, theirs = (
+        [part.peak_rotation_ratio for part in response.parts] for response in (first, other)
+    )
     assert ours == theirs
 
 
@@ -78,30 +80,30 @@ def test_a_frame_without_memory_responds_to_each_motion_as_if_alone(name: str) -
     """It begins each motion at rest, and nothing else of its past enters eq (26)."""
     frame = FORGETFUL[name]
     response = to_sequence(frame, MAIN, AFTER)
-    for one, record in zip(response.parts, (MAIN, AFTER), strict=True):
+    for part, record in zip(response.parts, (MAIN, AFTER), strict=True):
         alone = respond(frame, record)
-        within = response.theta[nodes_of(one.part)]
+        within = response.theta[nodes_of(part.part)]
         assert np.abs(within - alone.theta).max() < 1e-13
-        assert one.start_rotation_ratio == 0.0
-        assert one.peak_rotation_ratio == pytest.approx(alone.peak_rotation_ratio, rel=1e-7)
-        assert one.peak_u == pytest.approx(alone.peak_u, rel=1e-7)
+        assert part.start_rotation_ratio == 0.0
+        assert part.peak_rotation_ratio == pytest.approx(alone.peak_rotation_ratio, rel=1e-7)
+        assert part.peak_u == pytest.approx(alone.peak_u, rel=1e-7)
 
 
 def test_the_largest_peak_of_the_motions_is_that_of_the_sequence() -> None:
     response = to_sequence(BENT, AFTER, MAIN)
-    assert max(one.peak_rotation_ratio for one in response.parts) == response.peak_rotation_ratio
+    assert max(part.peak_rotation_ratio for part in response.parts) == response.peak_rotation_ratio
 
 
 def peaks(frame: RockingFrame, *records: Record) -> dict[str, float]:
     parts = to_sequence(frame, *records).parts
-    return {one.part.record_id: one.peak_rotation_ratio for one in parts}
+    return {part.part.record_id: part.peak_rotation_ratio for part in parts}
 
 
 @pytest.mark.parametrize("name", [*FORGETFUL, *MINDFUL])
 def test_order_matters_only_with_memory(name: str) -> None:
     frame = {**FORGETFUL, **MINDFUL}[name]
-    one, other = peaks(frame, MAIN, AFTER), peaks(frame, AFTER, MAIN)
-    differs = any(abs(one[record] - other[record]) > 1e-3 for record in one)
+    first, other = peaks(frame, MAIN, AFTER), peaks(frame, AFTER, MAIN)
+    differs = any(abs(first[record] - other[record]) > 1e-3 for record in first)
     assert differs == (name in MINDFUL)
 
 

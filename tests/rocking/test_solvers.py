@@ -42,9 +42,9 @@ class Comparison:
     @property
     def error(self) -> float:
         """Largest difference in theta over the largest theta."""
-        known = np.isfinite(self.reference.theta)
-        difference = np.abs(self.kernel.theta - self.reference.theta)[known]
-        return float(difference.max() / np.abs(self.reference.theta[known]).max())
+        standing = np.isfinite(self.reference.theta)
+        difference = np.abs(self.kernel.theta - self.reference.theta)[standing]
+        return float(difference.max() / np.abs(self.reference.theta[standing]).max())
 
     @property
     def impact_time_error(self) -> float:
@@ -99,8 +99,8 @@ def last_bit_effect(frame: RockingFrame, samples: Float, time_step: float) -> fl
 
     exact = theta(samples)
     ways = [np.random.default_rng(seed).choice([-1.0, 1.0], samples.size) for seed in range(8)]
-    others = [theta(np.nextafter(samples, samples + way)) for way in ways]
-    return float(max(np.nanmax(np.abs(other - exact)) for other in others) / np.nanmax(abs(exact)))
+    moved = [theta(np.nextafter(samples, samples + way)) for way in ways]
+    return float(max(np.nanmax(np.abs(other - exact)) for other in moved) / np.nanmax(abs(exact)))
 
 
 def noise(seed: int, samples: int, strength: float) -> Float:
@@ -127,10 +127,10 @@ def test_real_record(bundled_records: Path, station: str, channel: int, name: st
     samples = uncorrected_channel(bundled_records / f"Ridgecrest2019-{station}.V1", channel)
     peak = int(np.argmax(np.abs(samples)))
     lines = straight_lines(samples[max(0, peak - 200) : peak + 300], 0.01)
-    found = compare(FRAMES[name], lines, 0.01)
-    assert found.reference.impact_times
-    assert found.error <= 1e-8
-    assert found.impact_time_error <= 1e-8
+    differences = compare(FRAMES[name], lines, 0.01)
+    assert differences.reference.impact_times
+    assert differences.error <= 1e-8
+    assert differences.impact_time_error <= 1e-8
 
 
 @pytest.mark.parametrize("name", list(FRAMES))
@@ -140,17 +140,17 @@ def test_white_noise_in_small_steps(name: str, strength: float, step: float) -> 
     frame = FRAMES[name]
     samples = noise(11, 200, strength * math.tan(frame.slenderness))
     time_step = step / frame.effective_frequency_parameter
-    found = compare(frame, straight_lines(samples, time_step), time_step)
-    assert found.error <= max(1e-8, 4.0 * last_bit_effect(frame, samples, time_step))
-    assert found.impact_time_error <= 1e-8
+    differences = compare(frame, straight_lines(samples, time_step), time_step)
+    assert differences.error <= max(1e-8, 4.0 * last_bit_effect(frame, samples, time_step))
+    assert differences.impact_time_error <= 1e-8
 
 
 @pytest.mark.parametrize("name", list(FRAMES))
 @pytest.mark.parametrize("strength", [1.3, 3.0])
 def test_white_noise_in_large_steps(name: str, strength: float) -> None:
     samples = noise(11, 100, strength * math.tan(FRAMES[name].slenderness))
-    found = compare(FRAMES[name], straight_lines(samples, 0.1), 0.1)
-    assert found.error <= 1e-8
+    differences = compare(FRAMES[name], straight_lines(samples, 0.1), 0.1)
+    assert differences.error <= 1e-8
 
 
 @pytest.mark.parametrize("name", list(FRAMES))
@@ -158,13 +158,13 @@ def test_white_noise_in_large_steps(name: str, strength: float) -> None:
 @pytest.mark.parametrize("time_step", [0.005, 0.1])
 def test_jumps(name: str, strength: float, time_step: float) -> None:
     ground = noise(12, 120, strength)[:, np.newaxis]
-    found = compare(FRAMES[name], ground, time_step)
+    differences = compare(FRAMES[name], ground, time_step)
     if np.abs(ground).max() <= math.tan(FRAMES[name].slenderness):
-        assert not found.kernel.theta.any()
-        assert not found.reference.theta.any()
+        assert not differences.kernel.theta.any()
+        assert not differences.reference.theta.any()
     else:
-        assert found.reference.theta[1:].any()
-        assert found.error <= 1e-8
+        assert differences.reference.theta[1:].any()
+        assert differences.error <= 1e-8
 
 
 def smooth(t: Float) -> Float:
@@ -175,41 +175,43 @@ def smooth(t: Float) -> Float:
 @pytest.mark.parametrize("degree", [1, 2, 3, 4, 5])
 def test_any_degree(name: str, degree: int) -> None:
     ground = GroundAcceleration.from_function(smooth, 0.0, 2.0, intervals=200, degree=degree)
-    found = compare(FRAMES[name], 1.2 * ground.coefficients, ground.time_step)
-    assert found.reference.theta[1:].any()
-    assert found.error <= 1e-8
+    differences = compare(FRAMES[name], 1.2 * ground.coefficients, ground.time_step)
+    assert differences.reference.theta[1:].any()
+    assert differences.error <= 1e-8
 
 
 @pytest.mark.parametrize("start", [(0.1, 0.0), (-0.1, 0.3), (0.0, 0.2), (0.0, -1.5), (0.164, 0.1)])
 def test_from_any_state(start: tuple[float, float]) -> None:
-    found = compare(FRAMES["bent"], straight_lines(noise(13, 300, 0.3), 0.01), 0.01, start)
-    assert found.error <= 1e-8
+    differences = compare(FRAMES["bent"], straight_lines(noise(13, 300, 0.3), 0.01), 0.01, start)
+    assert differences.error <= 1e-8
 
 
 def test_released_at_the_balance_point_the_ground_decides() -> None:
     frame = FRAMES["bent"]
     lines = straight_lines(noise(14, 100, 0.3), 0.01)
-    found = compare(frame, lines, 0.01, (frame.slenderness, 0.0))
+    differences = compare(frame, lines, 0.01, (frame.slenderness, 0.0))
     mirror = compare(frame, -lines, 0.01, (-frame.slenderness, 0.0))
-    assert found.error <= 1e-8
-    assert mirror.kernel.verdict == found.kernel.verdict
+    assert differences.error <= 1e-8
+    assert mirror.kernel.verdict == differences.kernel.verdict
 
 
 @pytest.mark.parametrize("excess", [1e-12, 1e-6, 1.0])
 def test_motion_that_starts_above_the_uplift_acceleration(excess: float) -> None:
     limit = math.tan(FRAMES["bent"].slenderness)
     samples = limit * np.concatenate([[1.0 + excess], np.linspace(1.0, -2.0, 100)])
-    found = compare(FRAMES["bent"], straight_lines(samples, 0.01), 0.01)
-    assert found.kernel.uplift_time == found.reference.uplift_time == 0.0
-    assert found.error <= 1e-8
+    differences = compare(FRAMES["bent"], straight_lines(samples, 0.01), 0.01)
+    assert differences.kernel.uplift_time == differences.reference.uplift_time == 0.0
+    assert differences.error <= 1e-8
 
 
 @pytest.mark.parametrize("name", list(FRAMES))
 def test_overturning_time(name: str) -> None:
     frame = FRAMES[name]
     pull = np.full((400, 1), 2.0 * math.tan(frame.slenderness))
-    found = compare(frame, pull, 0.02 / frame.effective_frequency_parameter)
-    assert_allclose(found.kernel.overturning_time, found.reference.overturning_time, rtol=1e-11)
+    differences = compare(frame, pull, 0.02 / frame.effective_frequency_parameter)
+    assert_allclose(
+        differences.kernel.overturning_time, differences.reference.overturning_time, rtol=1e-11
+    )
 
 
 @pytest.mark.parametrize(

@@ -39,29 +39,31 @@ def spectrum(
 @pytest.mark.parametrize("number", range(36))
 def test_every_edge_of_figure_9(number: int, expected: Expected) -> None:
     """All edges from 1 to 60 g tan(alpha) agree, and the number of impacts before overturning."""
-    known = expected("b_fig9")["rows"][number]
-    found = spectrum(
-        PULSE[known["pulse"]],
-        known["alpha_deg"],
-        known["gamma"],
-        known["omega_p_over_p"],
+    row = expected("b_fig9")["rows"][number]
+    scan_of_line = spectrum(
+        PULSE[row["pulse"]],
+        row["alpha_deg"],
+        row["gamma"],
+        row["omega_p_over_p"],
         np.arange(1.0, 60.0001, 0.02),
     ).found
-    edges = known["overturning_intervals_1_to_60"]
-    assert len(found.lower) == len(edges)
+    edges = row["overturning_intervals_1_to_60"]
+    assert len(scan_of_line.lower) == len(edges)
     for lower, upper, impacts, k in ((*edge, k) for k, edge in enumerate(edges)):
-        assert_allclose(found.lower[k], lower, rtol=0, atol=1e-6)
-        assert_allclose(found.upper[k], math.nan if upper is None else upper, rtol=0, atol=1e-6)
-        assert found.impacts_at_lower[k] == impacts
+        assert_allclose(scan_of_line.lower[k], lower, rtol=0, atol=1e-6)
+        assert_allclose(
+            scan_of_line.upper[k], math.nan if upper is None else upper, rtol=0, atol=1e-6
+        )
+        assert scan_of_line.impacts_at_lower[k] == impacts
 
 
 @pytest.mark.parametrize("number", range(12))
 def test_a_pulse_cut_short(number: int, expected: Expected) -> None:
     """A pulse cut at one period moves the first edge by up to 1 %; cut at two, it is complete."""
-    known = expected("b3_window_truncation")[number]
-    frame = column_of(math.radians(known["alpha_deg"]), known["gamma"])
-    period = math.tau / known["omega_p_over_p"]
-    pulse = Pulse(wavelet=PULSE[known["pulse"]].wavelet, a_p=frame.uplift_acceleration, T_p=period)
+    row = expected("b3_window_truncation")[number]
+    frame = column_of(math.radians(row["alpha_deg"]), row["gamma"])
+    period = math.tau / row["omega_p_over_p"]
+    pulse = Pulse(wavelet=PULSE[row["pulse"]].wavelet, a_p=frame.uplift_acceleration, T_p=period)
     for name, reach in (("untruncated", 3.0), ("cut_1Tp", 1.0), ("cut_1p5Tp", 1.5), ("cut_2Tp", 2)):
         ground = GroundAcceleration.from_function(
             pulse.acceleration,
@@ -71,9 +73,9 @@ def test_a_pulse_cut_short(number: int, expected: Expected) -> None:
             degree=5,
         )
         zero = np.array([0])
-        amplitudes = known[name] * np.linspace(0.9, 1.05, 16)
-        found = scan([ground], [frame], zero, zero, amplitudes, tolerance=1e-10)
-        assert_allclose(found.lower[0], known[name], rtol=0, atol=1e-8)
+        amplitudes = row[name] * np.linspace(0.9, 1.05, 16)
+        scan_of_line = scan([ground], [frame], zero, zero, amplitudes, tolerance=1e-10)
+        assert_allclose(scan_of_line.lower[0], row[name], rtol=0, atol=1e-8)
 
 
 # The paper's statements, sections 6 and 7
@@ -81,30 +83,30 @@ def test_a_pulse_cut_short(number: int, expected: Expected) -> None:
 
 @pytest.mark.parametrize("pulse", [SYMMETRIC, ANTISYMMETRIC])
 def test_up_to_15_the_temples_column_stands(pulse: Pulse) -> None:
-    found = spectrum(pulse, 14.0, 0.0, 7.5, np.arange(1.0, 15.01, 0.05))
-    assert math.isnan(found.minimum_overturning_amplitude.item())
+    computed = spectrum(pulse, 14.0, 0.0, 7.5, np.arange(1.0, 15.01, 0.05))
+    assert math.isnan(computed.minimum_overturning_amplitude.item())
 
 
 @pytest.mark.parametrize(("pulse", "least"), [(SYMMETRIC, 5.75652), (ANTISYMMETRIC, 6.89452)])
 def test_above_5_the_temples_frame_still_stands(pulse: Pulse, least: float) -> None:
-    found = spectrum(pulse, 14.0, 0.25, 5.0, np.arange(1.0, 8.0, 0.02))
-    assert_allclose(found.minimum_overturning_amplitude.item(), least, rtol=0, atol=1e-5)
+    computed = spectrum(pulse, 14.0, 0.25, 5.0, np.arange(1.0, 8.0, 0.02))
+    assert_allclose(computed.minimum_overturning_amplitude.item(), least, rtol=0, atol=1e-5)
 
 
 @pytest.mark.parametrize("beyond", [1, 2])
 def test_an_edge_just_below_the_largest_amplitude_is_found(beyond: int) -> None:
     amplitudes = 5.75652 + 0.1 * np.arange(beyond - 40.5, beyond)
-    found = spectrum(SYMMETRIC, 14.0, 0.25, 5.0, amplitudes)
-    assert_allclose(found.minimum_overturning_amplitude.item(), 5.75652, rtol=0, atol=1e-5)
+    computed = spectrum(SYMMETRIC, 14.0, 0.25, 5.0, amplitudes)
+    assert_allclose(computed.minimum_overturning_amplitude.item(), 5.75652, rtol=0, atol=1e-5)
 
 
 @pytest.mark.parametrize("pulse", [SYMMETRIC, ANTISYMMETRIC])
 def test_the_gain_of_the_beam_grows_above_4(pulse: Pulse) -> None:
     """At mass ratio 4, the gain is below 50 % at a frequency ratio of 4 and above 100 % at 6."""
-    found = overturning_spectrum(
+    spectrum = overturning_spectrum(
         [pulse], [math.radians(10.0)], [0.0, 4.0], [4.0, 5.0, 6.0], np.arange(1.0, 40.0, 0.05)
     )
-    alone, frame = found.minimum_overturning_amplitude[0, 0]
+    alone, frame = spectrum.minimum_overturning_amplitude[0, 0]
     gain = np.where(np.isnan(frame), np.inf, frame) / alone - 1.0
     assert gain[0] < 0.5
     assert gain[2] > 1.0
@@ -116,22 +118,22 @@ def test_the_gain_of_the_beam_grows_above_4(pulse: Pulse) -> None:
 
 def test_the_map_is_what_the_intervals_say() -> None:
     amplitudes = np.arange(0.9, 14.0, 0.1)
-    found = overturning_spectrum([ANTISYMMETRIC], [0.2], [0.0, 1.0], [2.0, 3.0], amplitudes).found
-    for line, intervals in enumerate(found.intervals()):
+    lines = overturning_spectrum([ANTISYMMETRIC], [0.2], [0.0, 1.0], [2.0, 3.0], amplitudes).found
+    for line, intervals in enumerate(lines.intervals()):
         inside = np.zeros(amplitudes.size, dtype=bool)
         for lower, upper in intervals:
             inside |= (amplitudes >= lower) & ~(amplitudes > upper)
-        assert_array_equal(found.verdict[line] == Verdict.OVERTURNS, inside)
-    assert (found.verdict[:, 0] == Verdict.NO_UPLIFT).all()
+        assert_array_equal(lines.verdict[line] == Verdict.OVERTURNS, inside)
+    assert (lines.verdict[:, 0] == Verdict.NO_UPLIFT).all()
 
 
 def test_a_pulse_reversed_overturns_at_the_same_amplitudes() -> None:
     amplitudes = np.arange(1.0, 8.0, 0.05)
     reversed_ = Pulse(wavelet="antisymmetric_ricker", a_p=1.0, T_p=1.0, phase=math.pi)
-    one, other = (
+    first, other = (
         spectrum(pulse, 14.0, 0.25, 3.0, amplitudes).found for pulse in (ANTISYMMETRIC, reversed_)
     )
-    assert_array_equal(one.intervals()[0], other.intervals()[0])
+    assert_array_equal(first.intervals()[0], other.intervals()[0])
 
 
 def test_the_same_bits_in_a_pool(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -149,11 +151,11 @@ def test_the_same_bits_in_a_pool(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_number_of_tasks_decides_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = ([SYMMETRIC], [0.25], [0.0], [1.5, 2.0, 2.5, 3.0], np.arange(1.0, 9.0, 0.1))
-    one = overturning_spectrum(*asked)
+    spectrum = overturning_spectrum(*asked)
     monkeypatch.setattr(spectra, "_TASK", 1)
     four = overturning_spectrum(*asked)
-    assert_array_equal(one.minimum_overturning_amplitude, four.minimum_overturning_amplitude)
-    assert_array_equal(one.found.verdict, four.found.verdict)
+    assert_array_equal(spectrum.minimum_overturning_amplitude, four.minimum_overturning_amplitude)
+    assert_array_equal(spectrum.found.verdict, four.found.verdict)
 
 
 def test_columns_of_unit_frequency() -> None:

@@ -127,14 +127,14 @@ def test_sentences(verdict: SpreadVerdict, sentence: str) -> None:
 
 
 @given(shares, shares, scales)
-def test_a_larger_share_is_never_safer(one: float, other: float, scale: float | None) -> None:
-    low, high = sorted((one, other))
+def test_a_larger_share_is_never_safer(first: float, other: float, scale: float | None) -> None:
+    low, high = sorted((first, other))
     assert verdict_of(low, scale).danger <= verdict_of(high, scale).danger
 
 
 @given(shares, st.floats(0.01, 10.0), st.floats(0.01, 10.0))
-def test_a_smaller_margin_is_never_safer(share: float, one: float, other: float) -> None:
-    low, high = sorted((one, other))
+def test_a_smaller_margin_is_never_safer(share: float, first: float, other: float) -> None:
+    low, high = sorted((first, other))
     assert verdict_of(share, low).danger >= verdict_of(share, high).danger
 
 
@@ -177,28 +177,30 @@ def test_a_response_with_its_ensemble_states_the_share() -> None:
 def test_the_facts_of_an_ensemble_are_its_bands(a_p: float, fallen: int) -> None:
     """A quantile that members reach by overturning is a word."""
     pulse = Pulse(wavelet="symmetric_ricker", a_p=a_p * NEAR.a_p, T_p=1.5)
-    [[found]] = ensemble_responses([pulse], [BENT])
+    [[ensemble]] = ensemble_responses([pulse], [BENT])
     bands = {
-        "θ/α": np.array(found.bands.peak_rotation_ratio),
-        "u": 100.0 * np.array(found.bands.peak_u),
+        "θ/α": np.array(ensemble.bands.peak_rotation_ratio),
+        "u": 100.0 * np.array(ensemble.bands.peak_u),
     }
     for label, band in bands.items():
-        (words,) = (text for name, text in found.facts().items() if name.startswith(f"{label}, 16"))
-        known = band[np.isfinite(band)]
-        assert [float(word) for word in words.split()[: known.size]] == pytest.approx(
-            known, rel=0.01
+        (words,) = (
+            text for name, text in ensemble.facts().items() if name.startswith(f"{label}, 16")
         )
-        assert words.split()[known.size :] == ["overturns"] * (3 - known.size)
-        assert known.size <= 3 - fallen
+        finite = band[np.isfinite(band)]
+        assert [float(word) for word in words.split()[: finite.size]] == pytest.approx(
+            finite, rel=0.01
+        )
+        assert words.split()[finite.size :] == ["overturns"] * (3 - finite.size)
+        assert finite.size <= 3 - fallen
 
 
 def test_an_envelope_without_spreads_is_the_history() -> None:
     nothing = dict.fromkeys(("height", "width", "amplitude"), 0.0)
     alone = Ensemble(impact_loss=1.0, **nothing)
     weaker = Pulse(wavelet="symmetric_ricker", a_p=4.0, T_p=1.5)
-    found = with_envelope(respond(BENT, weaker), weaker, alone)
-    assert_array_equal(found.theta_low, found.theta)
-    assert_array_equal(found.theta_high, found.theta)
+    response = with_envelope(respond(BENT, weaker), weaker, alone)
+    assert_array_equal(response.theta_low, response.theta)
+    assert_array_equal(response.theta_high, response.theta)
 
 
 def test_an_envelope_has_the_quantiles_of_separate_responses() -> None:
@@ -206,7 +208,7 @@ def test_an_envelope_has_the_quantiles_of_separate_responses() -> None:
     later = Pulse(wavelet="symmetric_ricker", a_p=NEAR.a_p, T_p=NEAR.T_p, time=5.0)
     samples = later.acceleration(0.02 * np.arange(800))
     motion = GroundAcceleration.from_samples(samples, 0.02)
-    found = with_envelope(respond(BENT, motion), motion)
+    response = with_envelope(respond(BENT, motion), motion)
     ensemble = Ensemble()
     each = [
         respond(member, GroundAcceleration.from_samples(scale * samples, 0.02)).theta
@@ -216,14 +218,14 @@ def test_an_envelope_has_the_quantiles_of_separate_responses() -> None:
     ]
     theta = np.stack(each)
     fallen = np.isnan(theta)
-    side = np.sign(np.array([one[~np.isnan(one)][-1] for one in each]))
+    side = np.sign(np.array([rotation[~np.isnan(rotation)][-1] for rotation in each]))
     theta = np.where(fallen, side[:, None] * 1e3, theta)
     low, high = np.quantile(theta, (0.16, 0.84), axis=0)
     near = (np.abs(low) < 3.0) & (np.abs(high) < 3.0)
     assert near.any()
     assert fallen.any()
-    np.testing.assert_allclose(np.asarray(found.theta_low)[near], low[near], atol=1e-12)
-    np.testing.assert_allclose(np.asarray(found.theta_high)[near], high[near], atol=1e-12)
+    np.testing.assert_allclose(np.asarray(response.theta_low)[near], low[near], atol=1e-12)
+    np.testing.assert_allclose(np.asarray(response.theta_high)[near], high[near], atol=1e-12)
 
 
 def test_an_envelope_needs_members() -> None:
@@ -234,6 +236,6 @@ def test_an_envelope_needs_members() -> None:
 def test_the_colour_of_a_margin_beyond_the_search_is_that_of_the_largest_scale() -> None:
     searched = {scale: SpreadVerdict(Verdict.STANDS, share_overturned=0.0, robust_scale=math.nan,
                                      largest_scale=scale) for scale in (1.2, 10.0)}  # fmt: skip
-    known = SpreadVerdict(Verdict.STANDS, share_overturned=0.0, robust_scale=1.2)
-    assert searched[1.2].danger == known.danger
+    measured = SpreadVerdict(Verdict.STANDS, share_overturned=0.0, robust_scale=1.2)
+    assert searched[1.2].danger == measured.danger
     assert searched[10.0].danger == 0.0

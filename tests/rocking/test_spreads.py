@@ -40,8 +40,8 @@ OFF: dict[str, Any] = {
 def test_a_spread_alone_decides_the_ranks(name: str, spread: float, expected: float) -> None:
     """Under a weak pulse, a stronger motion turns the frame further, and a slender one as well."""
     chosen = Ensemble(**{**OFF, name: spread})
-    [[found]] = ensemble_responses([WEAK], [BENT], chosen)
-    assert found.rank_correlations == {name: pytest.approx(expected, abs=0.02)}
+    [[ensemble]] = ensemble_responses([WEAK], [BENT], chosen)
+    assert ensemble.rank_correlations == {name: pytest.approx(expected, abs=0.02)}
 
 
 def test_without_spreads_there_are_no_correlations() -> None:
@@ -53,9 +53,9 @@ def test_without_spreads_there_are_no_correlations() -> None:
 def test_members_with_equal_peaks_have_no_correlation() -> None:
     for a_p in (0.01, 100.0):  # no member uplifts, and all overturn
         pulse = Pulse(wavelet="symmetric_ricker", a_p=a_p, T_p=1.5)
-        [[found]] = ensemble_responses([pulse], [BENT])
-        assert set(found.rank_correlations) == {*spreads_of(Ensemble())}
-        assert all(math.isnan(one) for one in found.rank_correlations.values())
+        [[ensemble]] = ensemble_responses([pulse], [BENT])
+        assert set(ensemble.rank_correlations) == {*spreads_of(Ensemble())}
+        assert all(math.isnan(correlation) for correlation in ensemble.rank_correlations.values())
 
 
 @pytest.mark.parametrize("fallen", [0, 20])
@@ -68,12 +68,12 @@ def test_correlations_are_those_of_scipy(fallen: int) -> None:
     versions = Versions((ground,), np.zeros(64, dtype=int), ("corner", "orientation_degree"))
     drawn = (*draws(chosen).T, corner_factors(chosen), turned_degrees(chosen))
     finite = np.where(np.isinf(peaks), 1e9, peaks)
-    found = rank_correlations(peaks, chosen, versions)
-    assert [*found] == [*spreads_of(chosen)]
-    expected = [stats.spearmanr(one, finite).statistic for one in drawn]
-    assert_allclose([*found.values()], expected, rtol=1e-12)
+    correlations = rank_correlations(peaks, chosen, versions)
+    assert [*correlations] == [*spreads_of(chosen)]
+    expected = [stats.spearmanr(numbers, finite).statistic for numbers in drawn]
+    assert_allclose([*correlations.values()], expected, rtol=1e-12)
     assert_allclose(ranks(peaks), stats.rankdata(finite))
-    assert found["corner"] > correlation_by_chance(64)
+    assert correlations["corner"] > correlation_by_chance(64)
 
 
 def test_spreads_in_which_the_motion_is_not_varied_are_unknown() -> None:
@@ -82,8 +82,8 @@ def test_spreads_in_which_the_motion_is_not_varied_are_unknown() -> None:
     ground = as_ground(WEAK)
     only = Versions((ground,), np.zeros(64, dtype=int), ("orientation_degree",))
     for versions, unknown in ((None, {"corner", "orientation_degree"}), (only, {"corner"})):
-        found = rank_correlations(peaks, chosen, versions)
-        assert {name for name, one in found.items() if math.isnan(one)} == unknown
+        correlations = rank_correlations(peaks, chosen, versions)
+        assert {name for name, value in correlations.items() if math.isnan(value)} == unknown
 
 
 @pytest.mark.parametrize("members", [16, 17, 64, 1000])

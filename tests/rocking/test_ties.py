@@ -119,10 +119,10 @@ def test_histories_are_those_of_another_solver(name: str, seed: int) -> None:
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_the_other_direction_is_the_mirror_image(name: str) -> None:
-    one, other = (run(sign * rough(3, 1.0), 0.1, PAIRS[name]) for sign in (1.0, -1.0))
-    np.testing.assert_array_equal(one.theta, -other.theta)
-    np.testing.assert_array_equal(one.forces, other.forces)
-    np.testing.assert_array_equal(one.log, other.log)
+    first, other = (run(sign * rough(3, 1.0), 0.1, PAIRS[name]) for sign in (1.0, -1.0))
+    np.testing.assert_array_equal(first.theta, -other.theta)
+    np.testing.assert_array_equal(first.forces, other.forces)
+    np.testing.assert_array_equal(first.log, other.log)
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -140,9 +140,9 @@ def test_energy_is_kept_or_accounted_for(name: str) -> None:
 def test_scenarios_of_restrained_frames_are_their_responses() -> None:
     frames = [RESTRAINED, BENT, replace(RESTRAINED, dissipater=BARS)]
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.6 * GRAVITY, T_p=1.5)
-    found = respond_many([pulse], frames)
+    peaks = respond_many([pulse], frames)
     single = [respond(frame, pulse).peak_rotation for frame in frames]
-    assert found.peak_rotation.ravel() == pytest.approx(single, rel=1e-9)
+    assert peaks.peak_rotation.ravel() == pytest.approx(single, rel=1e-9)
 
 
 @pytest.mark.parametrize("outwards", [-0.05, -0.02, 0.0, 0.02])
@@ -193,23 +193,27 @@ def test_restrained_frames_in_lanes_are_those_of_the_scalar_kernel() -> None:
     upwards = GroundAcceleration.from_samples(noise(8, 600, 0.2), 0.02)
     motions.append(motions[0].with_vertical(upwards))
     scales = np.linspace(0.1, 3.0, 20)
-    found, compared = respond_many(motions, frames, scales), 0
+    peaks, compared = respond_many(motions, frames, scales), 0
     for i, motion in enumerate(motions):
         for k, frame in enumerate(frames):
             for n, scale in enumerate(scales):
-                one = respond(frame, motion.scaled(scale))
+                response = respond(frame, motion.scaled(scale))
                 near = respond(frame, motion.scaled(scale * (1.0 + 1e-13)))
-                if (one.verdict, one.impacts) != (near.verdict, near.impacts):
+                if (response.verdict, response.impacts) != (near.verdict, near.impacts):
                     continue  # the last bits decide
-                known = 1e-8 + 100.0 * abs(near.peak_rotation / (one.peak_rotation or 1.0) - 1.0)
-                assert found.verdict[i, k, n] == one.verdict
-                assert found.peak_rotation[i, k, n] == pytest.approx(one.peak_rotation, rel=known)
-                assert found.overturning_time[i, k, n] == pytest.approx(
-                    one.overturning_time, abs=1e-6, nan_ok=True
+                tolerance = 1e-8 + 100.0 * abs(
+                    near.peak_rotation / (response.peak_rotation or 1.0) - 1.0
+                )
+                assert peaks.verdict[i, k, n] == response.verdict
+                assert peaks.peak_rotation[i, k, n] == pytest.approx(
+                    response.peak_rotation, rel=tolerance
+                )
+                assert peaks.overturning_time[i, k, n] == pytest.approx(
+                    response.overturning_time, abs=1e-6, nan_ok=True
                 )
                 compared += 1
-    assert compared > 0.9 * found.verdict.size
-    assert {*found.verdict[:, :2].ravel().tolist()} == {0, 1, 2}
+    assert compared > 0.9 * peaks.verdict.size
+    assert {*peaks.verdict[:, :2].ravel().tolist()} == {0, 1, 2}
 
 
 def test_a_stiff_tendon_never_lets_it_overturn() -> None:
@@ -329,9 +333,9 @@ def test_a_history_with_some_damping_ends_at_the_rest(name: str) -> None:
     """Another solver follows it, with damping from 20 s after the motion on; bars yield freely."""
     ties = HELD_OPEN[name]
     seed, outcome = next(
-        (seed, one)
+        (seed, tied)
         for seed in range(12)
-        if (one := run(rough(seed, 1.0), 0.1, ties)).log[0, REST] > 0.0
+        if (tied := run(rough(seed, 1.0), 0.1, ties)).log[0, REST] > 0.0
     )
     ground = np.concatenate([rough(seed, 1.0), np.zeros((500, 2))])
     theta, omega, _ = by_dop853(ground, 0.1, ties, damped_after=240)
@@ -432,7 +436,7 @@ def _until_event(
         ]
 
     events = _events(state, side, yields, ties)
-    found = solve_ivp(
+    solution = solve_ivp(
         rates,
         (now, step),
         state,
@@ -442,26 +446,26 @@ def _until_event(
         events=list(events.values()),
         max_step=0.05,
     )
-    state = found.y[:, -1].copy()
-    (hit,) = [name for name, times in zip(events, found.t_events, strict=True) if times.size] or [
-        ""
-    ]
-    what, _, k = hit.partition(" ")
-    if what == "landing":
+    state = solution.y[:, -1].copy()
+    (hit,) = [
+        name for name, times in zip(events, solution.t_events, strict=True) if times.size
+    ] or [""]
+    event, _, k = hit.partition(" ")
+    if event == "landing":
         state[0], state[1], side = 0.0, KEPT * state[1], -side
         yields = [False, False]
         limit = math.tan(ALPHA) + acting(state, ties).sum() / math.cos(ALPHA)
-        if abs(state[1]) < 1e-7 * P_HAT and abs(polynomial.polyval(found.t[-1], row)) < limit:
+        if abs(state[1]) < 1e-7 * P_HAT and abs(polynomial.polyval(solution.t[-1], row)) < limit:
             state[1], side = 0.0, 0.0
-    elif what == "flow":
+    elif event == "flow":
         state[2 + int(k)] = math.copysign(ties[int(k)][2], state[2 + int(k)])
         yields = [flows or i == int(k) for i, flows in enumerate(yields)]
-    elif what == "slack":
+    elif event == "slack":
         state[2 + int(k)] = math.copysign(1e-300, side * state[1])  # past the event
-    elif what == "turn":
+    elif event == "turn":
         state[1] = 0.0
         yields = [flows and i != int(k) for i, flows in enumerate(yields)]
-    return found.t[-1], state, side, yields
+    return solution.t[-1], state, side, yields
 
 
 def _events(

@@ -69,8 +69,8 @@ def beside(limit: float) -> Float:
 @st.composite
 def peaks(draw: st.DrawFn) -> Float:
     """Draw samples in decimals with one peak of 1, or -1, that no other sample reaches."""
-    others = st.integers(-95, 95).map(lambda percent: percent / 100.0)
-    samples = draw(st.lists(others, min_size=3, max_size=12))
+    lower = st.integers(-95, 95).map(lambda percent: percent / 100.0)
+    samples = draw(st.lists(lower, min_size=3, max_size=12))
     samples[draw(st.integers(0, len(samples) - 1))] = draw(st.sampled_from([1.0, -1.0]))
     return np.array(samples)
 
@@ -145,8 +145,8 @@ def test_a_peak_that_touches_the_friction_moves_no_deck(
         strength_ratio=strength, period=2.0, yield_displacement=0.0, damping_ratio=damping
     )
     motion = GroundAcceleration.from_samples(samples, 0.01)
-    found = respond_oscillators([deck], [motion], beside(deck.constants[2]))
-    assert found.peak_displacement.max() < 1e-30
+    peaks = respond_oscillators([deck], [motion], beside(deck.constants[2]))
+    assert peaks.peak_displacement.max() < 1e-30
 
 
 #: A bound, and a call that exceeds it once it is lowered to the value.

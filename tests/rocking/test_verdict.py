@@ -31,9 +31,9 @@ def test_a_line_cut_in_two_is_the_same_line(frame: RockingFrame) -> None:
     finer = np.interp(np.arange(0.0, 199.25, 0.5), np.arange(200.0), samples)
     coarse = respond(frame, GroundAcceleration.from_samples(samples, 0.01))
     fine = respond(frame, GroundAcceleration.from_samples(finer, 0.005))
-    known = np.isfinite(coarse.theta)
+    standing = np.isfinite(coarse.theta)
     assert_allclose(
-        fine.theta[::2][known], coarse.theta[known], rtol=0, atol=1e-8 * coarse.peak_rotation
+        fine.theta[::2][standing], coarse.theta[standing], rtol=0, atol=1e-8 * coarse.peak_rotation
     )
 
 
@@ -177,10 +177,10 @@ def test_nothing_is_written_behind_the_impacts_that_are_kept() -> None:
     """Compiled code does not check the ends of arrays."""
     memory = np.full((4, 2), np.nan)
     start, alpha = (0.5 * SLENDER.slenderness, 0.0), SLENDER.slenderness
-    found = integrate(
+    history = integrate(
         np.zeros((400, 2)), 0.1, alpha=alpha, restitution=0.9, start=start, impacts=memory[:3]
     )
-    assert found.impacts > 4
+    assert history.impacts > 4
     assert np.isfinite(memory[:3]).all()
     assert np.isnan(memory[3]).all()
 
@@ -194,17 +194,19 @@ def test_reversed_pulse_is_the_mirror() -> None:
 def test_the_largest_rate_has_no_direction() -> None:
     """It occurs where the ground acceleration jumps, and brakes the frame before it lands."""
     steps = noise(4, 40, 0.5)[:, None] / GRAVITY
-    one, other = (integrate(side * steps, 0.1, alpha=0.2, restitution=0.9) for side in (1.0, -1.0))
-    assert one.peak_velocity == other.peak_velocity > 1.1 * np.abs(one.impact_velocities).max()
+    first, other = (
+        integrate(side * steps, 0.1, alpha=0.2, restitution=0.9) for side in (1.0, -1.0)
+    )
+    assert first.peak_velocity == other.peak_velocity > 1.1 * np.abs(first.impact_velocities).max()
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_frame_thrown_back_from_far_out_is_fastest_at_the_start(side: float) -> None:
     """At three times its slenderness it is further below the barrier than where it lands."""
     start = (side * 3.0 * 0.165, -side * 0.5)
-    found = integrate(np.zeros((20, 1)), 0.1, alpha=0.165, restitution=0.3, start=start)
-    assert found.verdict == Verdict.STANDS
-    assert found.peak_velocity == 0.5 > np.abs(found.impact_velocities).max()
+    history = integrate(np.zeros((20, 1)), 0.1, alpha=0.165, restitution=0.3, start=start)
+    assert history.verdict == Verdict.STANDS
+    assert history.peak_velocity == 0.5 > np.abs(history.impact_velocities).max()
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -212,9 +214,9 @@ def test_however_slow_its_landing_strong_ground_sets_a_frame_in_motion(side: flo
     """The ground pushes it back to where it came from, so it lands twice before it leaves."""
     push = np.full((20, 1), -side * 0.5)
     start = (side * 1e-25, -side * 1e-11)
-    found = integrate(push, 0.01, alpha=0.165, restitution=0.93, start=start)
-    assert found.impacts == 2
-    assert side * found.theta[-1] > 0.0
+    history = integrate(push, 0.01, alpha=0.165, restitution=0.93, start=start)
+    assert history.impacts == 2
+    assert side * history.theta[-1] > 0.0
 
 
 def test_balanced_to_round_off_a_frame_overturns_at_no_time() -> None:

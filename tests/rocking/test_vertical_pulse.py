@@ -64,9 +64,9 @@ def test_impacts(case: dict[str, Any], ground: GroundAcceleration) -> None:
 
 def test_the_lanes_say_the_same(case: dict[str, Any], ground: GroundAcceleration) -> None:
     response = respond(BENT, ground)
-    found = respond_scenarios([ground], [BENT], [0], [0], [1.0])
-    assert found.verdict[0] == response.verdict
-    assert found.uplift_time[0] == pytest.approx(case["t_uplift"], abs=1e-9)
-    assert found.peak_rotation[0] == pytest.approx(response.peak_rotation, rel=1e-12)
-    assert found.impacts[0] == response.impacts
-    assert found.peak_rotation[0] >= max(abs(row["theta"]) for row in case["theta"]) - 1e-9
+    scenarios = respond_scenarios([ground], [BENT], [0], [0], [1.0])
+    assert scenarios.verdict[0] == response.verdict
+    assert scenarios.uplift_time[0] == pytest.approx(case["t_uplift"], abs=1e-9)
+    assert scenarios.peak_rotation[0] == pytest.approx(response.peak_rotation, rel=1e-12)
+    assert scenarios.impacts[0] == response.impacts
+    assert scenarios.peak_rotation[0] >= max(abs(row["theta"]) for row in case["theta"]) - 1e-9

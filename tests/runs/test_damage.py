@@ -23,7 +23,7 @@ from rockframe.runs.state import is_locked, locked, read_plan
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a study and its finished run in `run`."""
     home = tmp_path_factory.mktemp("damage")
     assert run(make_study(home, 1, FEW), home / "run") == 0
@@ -31,9 +31,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def home(made: Path, tmp_path: Path) -> Path:
+def home(finished: Path, tmp_path: Path) -> Path:
     """A copy of that folder, for a test to change."""
-    return Path(shutil.copytree(made, tmp_path / "home"))
+    return Path(shutil.copytree(finished, tmp_path / "home"))
 
 
 def change(path: Path, meddle: Callable[[dict[str, Any]], object]) -> None:
@@ -57,8 +57,8 @@ def test_damaged_plan_is_named_and_made_again(
     assert main(["status", str(home / "run")]) == 2
     assert run(home / "small.toml", home / "run") == 0
     said = capsys.readouterr()
-    what = "missing" if text is None else "is corrupted"
-    assert f"{plan}: {what}; made again." in said.err
+    problem = "missing" if text is None else "is corrupted"
+    assert f"{plan}: {problem}; made again." in said.err
     assert "nothing to do" in said.out
     assert read_plan(home / "run").keys == before
 
@@ -212,11 +212,11 @@ def test_folder_in_the_place_of_an_output_is_one_line(
 
 @pytest.mark.parametrize("name", ["figures/motion-0.png", "logs/verify.log", "manifest.json"])
 def test_folder_in_the_place_of_what_a_run_made_is_one_line(
-    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     """The folder is the user's, and is not removed; once it is moved, the run resumes."""
     study = make_study(tmp_path, 1, FEW.replace("most = 0", "most = 1"))
-    folder = Path(shutil.copytree(made / "run", tmp_path / "run"))
+    folder = Path(shutil.copytree(finished / "run", tmp_path / "run"))
     assert run(study, folder) == 0
     (folder / name).unlink()
     (folder / name).mkdir()

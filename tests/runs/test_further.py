@@ -58,7 +58,7 @@ IN_ONE_BATCH = (
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a run with screening and spectra."""
     home = tmp_path_factory.mktemp("further")
     study = make_study(home, 4, f"{IN_ONE_BATCH}{FURTHER}")
@@ -94,9 +94,9 @@ def screened(screened_and_said: tuple[Path, str], tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def home(made: Path, tmp_path: Path) -> Path:
+def home(finished: Path, tmp_path: Path) -> Path:
     """A copy of the study and its run, to change."""
-    return Path(shutil.copytree(made.parent, tmp_path / "home"))
+    return Path(shutil.copytree(finished.parent, tmp_path / "home"))
 
 
 @pytest.fixture
@@ -105,8 +105,8 @@ def folder(home: Path) -> Path:
     return home / "run"
 
 
-def test_each_stage_has_its_figures_and_the_index_lists_them(made: Path) -> None:
-    listed = (made / "figures" / "figures.csv").read_text(encoding="utf-8").splitlines()
+def test_each_stage_has_its_figures_and_the_index_lists_them(finished: Path) -> None:
+    listed = (finished / "figures" / "figures.csv").read_text(encoding="utf-8").splitlines()
     assert listed[0] == "file,shows"
     shown = dict(line.split(",") for line in listed[1:])
     assert {file.partition("/")[0] for file in shown if "/" in file} == {
@@ -119,24 +119,26 @@ def test_each_stage_has_its_figures_and_the_index_lists_them(made: Path) -> None
     assert shown["screen/fragility-slender-column.png"] == "slender-column"
     assert "motion-3.png" in shown
     assert shown["margins/motion-3.png"] == "motion-3"
-    drawn = {p.relative_to(made / "figures").as_posix() for p in made.rglob("*.png")}
+    drawn = {p.relative_to(finished / "figures").as_posix() for p in finished.rglob("*.png")}
     assert drawn == set(shown)
 
 
-def test_the_report_shows_the_screening(made: Path) -> None:
-    page = (made / "report.html").read_text(encoding="utf-8")
+def test_the_report_shows_the_screening(finished: Path) -> None:
+    page = (finished / "report.html").read_text(encoding="utf-8")
     section = page.partition('<section id="screening"')[2].partition("</section>")[0]
     for words in ("Fragility", "Ranking", "Design", "overturning", "slender-column", "<svg"):
         assert words in section
     assert "style=" not in section  # the page's policy forbids it
 
 
-def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_path: Path) -> None:
+def test_figures_of_single_records_are_as_many_as_are_asked_for(
+    finished: Path, tmp_path: Path
+) -> None:
     """Records under which a standing frame rotates furthest come first."""
-    words = ["draw", str(made / "rocking_spectrum.nc"), "--most", "1", "--output"]
+    words = ["draw", str(finished / "rocking_spectrum.nc"), "--most", "1", "--output"]
     assert main([*words, str(tmp_path / "figures")]) == 0
     (figure,) = (tmp_path / "figures").rglob("*.png")
-    spectrum = read_rocking_spectrum(made / "rocking_spectrum.nc")
+    spectrum = read_rocking_spectrum(finished / "rocking_spectrum.nc")
     stands = spectrum["verdict"] != Verdict.OVERTURNS
     peaks = spectrum["peak_rotation_ratio"].where(stands, 0.0)
     furthest = peaks.max(["slenderness", "mass_ratio", "column_period"]).argmax("record")
@@ -144,7 +146,7 @@ def test_figures_of_single_records_are_as_many_as_are_asked_for(made: Path, tmp_
 
 
 def test_workers_draw_the_same_bytes(
-    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A worker gets its task, and returns its result, as pickles."""
 
@@ -159,27 +161,27 @@ def test_workers_draw_the_same_bytes(
 
     asked: list[tuple[int | None, int]] = []
     monkeypatch.setattr("rockframe.stages.figures.ProcessPool", Pickled)
-    files = [made / name for name in ("records.nc", "pulses.nc", "response.nc")]
+    files = [finished / name for name in ("records.nc", "pulses.nc", "response.nc")]
     drawn = figures_stage(files, tmp_path / "figures", FigureOptions(most=1), workers=3)
     assert asked == [(3, 1)]
     assert len(drawn) == 3
-    before = contents(made / "figures")
+    before = contents(finished / "figures")
     for file in drawn:
         assert (tmp_path / "figures" / file).read_bytes() == before[file]
 
 
 def test_only_figures_of_changed_files_are_drawn_again(
-    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The second of two files changes; a figure of the first then differs from what was drawn."""
     names = ("rocking_spectrum.nc", "spectrum.nc")
     for name in names:
-        shutil.copy(made / name, tmp_path / name)
+        shutil.copy(finished / name, tmp_path / name)
     asked: list[str] = []
 
-    def noted(given: Mapping[str, Path], *others: Any) -> dict[str, str]:
+    def noted(given: Mapping[str, Path], *further: Any) -> dict[str, str]:
         asked.extend(given)
-        return draw_curves(given, *others)
+        return draw_curves(given, *further)
 
     monkeypatch.setattr("rockframe.stages.figures.draw_curves", noted)
 
@@ -203,10 +205,10 @@ def test_only_figures_of_changed_files_are_drawn_again(
 
 
 def test_file_among_the_figures_is_not_replaced_with_them(
-    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "figures"
-    words = ["draw", str(made / "rocking_spectrum.nc"), "--most", "1", "--output", str(folder)]
+    words = ["draw", str(finished / "rocking_spectrum.nc"), "--most", "1", "--output", str(folder)]
     assert main(words) == main(words) == 0
     mine = folder / "mine.txt"
     mine.write_text("what I saw")
@@ -215,11 +217,11 @@ def test_file_among_the_figures_is_not_replaced_with_them(
     assert mine.read_text() == "what I saw"
 
 
-def test_file_is_not_replaced_by_a_folder_of_figures(made: Path, tmp_path: Path) -> None:
+def test_file_is_not_replaced_by_a_folder_of_figures(finished: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine.txt"
     mine.write_text("what I saw")
     with pytest.raises(InputError, match=r"mine\.txt: is a file. Must be a folder"):
-        figures_stage([made / "rocking_spectrum.nc"], mine)
+        figures_stage([finished / "rocking_spectrum.nc"], mine)
     assert mine.read_text() == "what I saw"
 
 
@@ -292,9 +294,9 @@ def test_list_of_figures_that_is_gone_is_named_and_they_are_made_again(
     ],
 )
 def test_files_that_do_not_make_figures_are_refused(
-    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], names: list[str], words: str
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], names: list[str], words: str
 ) -> None:
-    files = [str(made / name) for name in names]
+    files = [str(finished / name) for name in names]
     assert main(["draw", *files, "--output", str(tmp_path / "figures")]) == 2
     said = capsys.readouterr().err
     assert words in said
@@ -302,8 +304,8 @@ def test_files_that_do_not_make_figures_are_refused(
     assert not (tmp_path / "figures").exists()
 
 
-def test_computed_again_it_is_the_same(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["verify", str(made), "--recompute", "2"]) == 0
+def test_computed_again_it_is_the_same(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(finished), "--recompute", "2"]) == 0
     printed = capsys.readouterr().out
     for words in (
         "pulse: 2 records",
@@ -396,14 +398,14 @@ def test_record_that_a_screening_is_not_asked_for_is_not_rejected(
     assert "not in screen.nc pulse_period_s 0.9" in capsys.readouterr().out
 
 
-def test_screening_of_a_record_is_shown(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["show", str(made), "motion-3", "--json"]) == 0
+def test_screening_of_a_record_is_shown(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["show", str(finished), "motion-3", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["screening"]
     assert [row["structure"] for row in rows] == ["bridge-bent", "slender-column"]
     bent, column = (row["verdicts"] for row in rows)
     assert bent == {"1": "stands", "3": "overturns"}
     assert column == {"1": "overturns", "3": "overturns"}
-    assert main(["show", str(made), "motion-3"]) == 0
+    assert main(["show", str(finished), "motion-3"]) == 0
     printed = capsys.readouterr().out
     assert "outcome at multiples of the record" in printed
     assert "stands at 1; overturns at 3" in printed

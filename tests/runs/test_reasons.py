@@ -21,7 +21,7 @@ STUDY = FEW.replace("records = 9", "records = 1")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a study and its finished run in `run`."""
     home = tmp_path_factory.mktemp("reasons")
     assert run(make_study(home, 2, STUDY), home / "run") == 0
@@ -29,9 +29,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def home(made: Path, tmp_path: Path) -> Path:
+def home(finished: Path, tmp_path: Path) -> Path:
     """A copy of that folder, for a test to change; the plan is of the copied study."""
-    home = Path(shutil.copytree(made, tmp_path / "home"))
+    home = Path(shutil.copytree(finished, tmp_path / "home"))
     write_plan(make_plan(read_study(home / "small.toml"), home / "run"), home / "run")
     return home
 
@@ -120,7 +120,7 @@ def _told(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, str]:
     told = json.loads(capsys.readouterr().out)
     if "reasons" in told:
         return dict(told["reasons"])
-    return {one["name"]: one["reason"] for one in told["steps"] if one["reason"]}
+    return {step["name"]: step["reason"] for step in told["steps"] if step["reason"]}
 
 
 @pytest.mark.parametrize(("change", "expected"), CHANGES)
@@ -241,6 +241,10 @@ def test_files_of_pages_are_no_code_of_computations(
 ) -> None:
     monkeypatch.setattr(provenance, "__file__", str(tmp_path / "provenance.py"))
     hashes = {"results": provenance.source_code_hash, "page": provenance.page_source_hash}
-    before = {what: of.__wrapped__() for what, of in hashes.items()}
+    before = {name_of_hash: of.__wrapped__() for name_of_hash, of in hashes.items()}
     (tmp_path / name).write_text("changed")
-    assert [what for what, of in hashes.items() if of.__wrapped__() != before[what]] == [outdates]
+    assert [
+        name_of_hash
+        for name_of_hash, of in hashes.items()
+        if of.__wrapped__() != before[name_of_hash]
+    ] == [outdates]

@@ -28,7 +28,7 @@ PLAIN = STUDY.replace("most = 1", "most = 0")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a study and its finished run in `run`."""
     home = tmp_path_factory.mktemp("made")
     assert run(make_study(home, 3, STUDY), home / "run") == 0
@@ -36,9 +36,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def home(made: Path, tmp_path: Path) -> Path:
+def home(finished: Path, tmp_path: Path) -> Path:
     """A copy of that folder, for a test to change."""
-    return Path(shutil.copytree(made, tmp_path / "home"))
+    return Path(shutil.copytree(finished, tmp_path / "home"))
 
 
 def states(folder: Path) -> dict[str, str]:
@@ -74,36 +74,36 @@ def test_a_step_prints_json_as_other_commands_do(
 ) -> None:
     capsys.readouterr()
     assert main(["step", str(home / "run"), "table", "--json"]) == 0
-    stated = json.loads(capsys.readouterr().out)
-    assert stated == {"step": "table", "outputs": ["table.csv", "summary.csv"], "rejected": False}
+    content = json.loads(capsys.readouterr().out)
+    assert content == {"step": "table", "outputs": ["table.csv", "summary.csv"], "rejected": False}
 
 
-def test_a_run_is_whole(made: Path) -> None:
-    assert main(["verify", str(made / "run")]) == 0
-    assert set(states(made / "run").values()) == {"done", "removed"}
-    assert not (made / "run" / "batches").exists()
+def test_a_run_is_whole(finished: Path) -> None:
+    assert main(["verify", str(finished / "run")]) == 0
+    assert set(states(finished / "run").values()) == {"done", "removed"}
+    assert not (finished / "run" / "batches").exists()
 
 
 @pytest.mark.faults
-def test_run_elsewhere_gives_the_same_bytes(made: Path, tmp_path: Path) -> None:
+def test_run_elsewhere_gives_the_same_bytes(finished: Path, tmp_path: Path) -> None:
     """The outputs of a run do not depend on its location."""
     study = make_study(tmp_path / "elsewhere", 3, STUDY)
     assert run(study, tmp_path / "elsewhere" / "deep" / "run") == 0
-    assert contents(tmp_path / "elsewhere" / "deep" / "run") == contents(made / "run")
+    assert contents(tmp_path / "elsewhere" / "deep" / "run") == contents(finished / "run")
 
 
-def test_run_in_a_pool_gives_the_same_bytes(made: Path, tmp_path: Path) -> None:
+def test_run_in_a_pool_gives_the_same_bytes(finished: Path, tmp_path: Path) -> None:
     study = make_study(tmp_path / "pool", 3, STUDY)
     words = ["run", str(study), "--output", str(tmp_path / "run"), "--workers", "2"]
     assert main(words) == 0
-    assert contents(tmp_path / "run") == contents(made / "run")
+    assert contents(tmp_path / "run") == contents(finished / "run")
 
 
 def test_status_says_what_removed_files_were(
-    made: Path, capsys: pytest.CaptureFixture[str]
+    finished: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     capsys.readouterr()
-    assert main(["status", str(made / "run")]) == 0
+    assert main(["status", str(finished / "run")]) == 0
     printed = capsys.readouterr().out
     assert "3 removed" in printed
     assert "removed: batch files whose content is in the merged files\n" in printed
@@ -216,12 +216,12 @@ def test_half_written_files_are_swept_and_those_of_others_stay(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ours = home / "run" / ".response-abcd1234.partial.nc"
-    others = [home / "run" / name for name in (".mine-abcd1234.partial.nc", "notes.partial.txt")]
-    for path in (ours, *others):
+    partial = [home / "run" / name for name in (".mine-abcd1234.partial.nc", "notes.partial.txt")]
+    for path in (ours, *partial):
         path.write_text("half")
     steps_done(home, capsys)
     assert not ours.exists()
-    assert all(path.exists() for path in others)
+    assert all(path.exists() for path in partial)
 
 
 @pytest.mark.parametrize(
@@ -355,11 +355,11 @@ def test_manifest_alone_says_what_is_done(home: Path, capsys: pytest.CaptureFixt
     assert steps_done(home, capsys) == {"report", "verify"}
 
 
-def test_list_of_inputs_names_every_file(made: Path) -> None:
-    with (made / "run" / "inputs.csv").open(newline="") as stream:
+def test_list_of_inputs_names_every_file(finished: Path) -> None:
+    with (finished / "run" / "inputs.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [row["file"] for row in rows] == [f"motions/motion-{k}.csv" for k in range(3)]
-    manifest = json.loads((made / "run" / "manifest.json").read_text())
+    manifest = json.loads((finished / "run" / "manifest.json").read_text())
     assert manifest["inputs"] == {row["file"]: row["sha256"] for row in rows}
 
 

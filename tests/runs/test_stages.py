@@ -64,10 +64,10 @@ def test_declared_stage_has_its_table_its_kind_of_file_and_its_command(stage: St
 def test_record_that_compare_rejects_is_a_rejection_of_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def without_one(rivals: Rivals, record: Record, *others: Any) -> Sequence[Compared]:
+    def without_one(rivals: Rivals, record: Record, *further: Any) -> Sequence[Compared]:
         if record.record_id == "motion-1":
             raise ParameterError("cannot be compared")
-        return compare(rivals, record, *others)
+        return compare(rivals, record, *further)
 
     monkeypatch.setattr("rockframe.stages.compare.compare", without_one)
     study = make_study(tmp_path, 2, BENT.replace("[figures]", RIVAL))

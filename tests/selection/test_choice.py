@@ -45,9 +45,11 @@ def target(given: float | None = None) -> TargetSpectrum:
     if given is None:
         return TargetSpectrum(PERIODS, mean(), covariance, "")
     share = covariance[10] / deviation[10] ** 2
-    found = covariance - np.outer(share, covariance[10])
-    found[10, :] = found[:, 10] = 0.0
-    return TargetSpectrum(PERIODS, mean() + share * given * deviation[10], found, "", PERIODS[10])
+    conditional = covariance - np.outer(share, covariance[10])
+    conditional[10, :] = conditional[:, 10] = 0.0
+    return TargetSpectrum(
+        PERIODS, mean() + share * given * deviation[10], conditional, "", PERIODS[10]
+    )
 
 
 def largest_errors(log_sa: Float, aim: TargetSpectrum) -> tuple[float, float]:
@@ -105,9 +107,9 @@ def test_no_exchange_of_one_motion_improves_the_set() -> None:
     """The error is computed here from the set itself, for each exchange."""
 
     def error(chosen: list[int]) -> float:
-        found = candidates.log_sa[chosen]
-        spread = found.std(axis=0, ddof=1) - aim.deviation
-        return float(((found.mean(axis=0) - aim.log_sa) ** 2 + 2.0 * spread**2).sum())
+        log_sa = candidates.log_sa[chosen]
+        spread = log_sa.std(axis=0, ddof=1) - aim.deviation
+        return float(((log_sa.mean(axis=0) - aim.log_sa) ** 2 + 2.0 * spread**2).sum())
 
     aim, records = target(), library(40)
     candidates = scaled_by(records, np.full(40, 2.0), BOUNDS)
@@ -124,9 +126,9 @@ def test_errors_of_the_spread_count_twice(seed: int) -> None:
 
     def best(weight: float) -> set[int]:
         def error(some: Iterable[int]) -> float:
-            found = records[list(some)]
-            spread = found.std(axis=0, ddof=1) - 1.0
-            return float((found.mean(axis=0) ** 2 + weight * spread**2).sum())
+            spectra = records[list(some)]
+            spread = spectra.std(axis=0, ddof=1) - 1.0
+            return float((spectra.mean(axis=0) ** 2 + weight * spread**2).sum())
 
         return set(min(combinations(range(10), 3), key=error))
 
@@ -140,19 +142,19 @@ def test_errors_of_the_spread_count_twice(seed: int) -> None:
 def test_least_squares_minimise_the_misfit_within_the_bounds() -> None:
     aim = TargetSpectrum(PERIODS, mean(), None, "")
     records = library(50)
-    found = scaled_to_fit(records, aim, BOUNDS)
-    assert found.factor.min() >= BOUNDS[0]
-    assert found.factor.max() <= BOUNDS[1]
-    best = ((found.log_sa - aim.log_sa) ** 2).sum(axis=1)
+    scaled = scaled_to_fit(records, aim, BOUNDS)
+    assert scaled.factor.min() >= BOUNDS[0]
+    assert scaled.factor.max() <= BOUNDS[1]
+    best = ((scaled.log_sa - aim.log_sa) ** 2).sum(axis=1)
     for factor in np.linspace(*BOUNDS, 60):
         other = ((records + np.log(factor) - aim.log_sa) ** 2).sum(axis=1)
         assert (best <= other + 1e-8).all()  # scales have six digits
 
 
 def test_stated_factors_beyond_the_bounds_are_no_candidates() -> None:
-    found = scaled_by(np.zeros((4, 1)), np.array([0.2, 0.25, 4.0, 4.1]), BOUNDS)
-    assert found.motion.tolist() == [1, 2]
-    assert_allclose(found.log_sa[:, 0], np.log([0.25, 4.0]))
+    factors = scaled_by(np.zeros((4, 1)), np.array([0.2, 0.25, 4.0, 4.1]), BOUNDS)
+    assert factors.motion.tolist() == [1, 2]
+    assert_allclose(factors.log_sa[:, 0], np.log([0.25, 4.0]))
 
 
 @pytest.mark.parametrize("most", [1, 2])
@@ -225,9 +227,9 @@ def test_the_example_target_is_that_of_a_file(tmp_path: Path) -> None:
         f"{period!r},{sa!r},{sigma!r}\n" for period, sa, sigma in np.array([*rows]).tolist()
     )
     (tmp_path / "model.csv").write_text(f"period_s,sa_g,sigma_ln_sa\n{text}", encoding="utf-8")
-    found = read_target(tmp_path / "model.csv", given=(PERIODS[10], np.exp(aim.log_sa[10])))
-    assert_allclose(found.log_sa, aim.log_sa, rtol=1e-9)
-    assert found.covariance is not None
+    conditional = read_target(tmp_path / "model.csv", given=(PERIODS[10], np.exp(aim.log_sa[10])))
+    assert_allclose(conditional.log_sa, aim.log_sa, rtol=1e-9)
+    assert conditional.covariance is not None
     assert aim.covariance is not None
-    assert_allclose(found.covariance, aim.covariance, atol=1e-12)
-    assert_allclose(found.epsilon, 1.9, rtol=1e-9)
+    assert_allclose(conditional.covariance, aim.covariance, atol=1e-12)
+    assert_allclose(conditional.epsilon, 1.9, rtol=1e-9)

@@ -33,16 +33,16 @@ def model(tmp_path: Path) -> Path:
 
 
 def test_correlations_are_those_of_the_authors_program() -> None:
-    for (one, other), expected in PRINTED.items():
-        assert_allclose(correlation([one, other], [one, other])[0, 1], expected, rtol=1e-9)
+    for (first, other), expected in PRINTED.items():
+        assert_allclose(correlation([first, other], [first, other])[0, 1], expected, rtol=1e-9)
 
 
 def test_correlations_are_symmetric_and_one_for_equal_periods() -> None:
     periods = np.geomspace(0.01, 10.0, 40)
-    found = correlation(periods, periods)
-    assert_allclose(found, found.T, rtol=0.0, atol=0.0)
-    assert_allclose(np.diag(found), 1.0, rtol=1e-12)
-    assert found.min() > 0.0
+    matrix = correlation(periods, periods)
+    assert_allclose(matrix, matrix.T, rtol=0.0, atol=0.0)
+    assert_allclose(np.diag(matrix), 1.0, rtol=1e-12)
+    assert matrix.min() > 0.0
 
 
 def test_periods_without_published_correlations_are_refused() -> None:
@@ -141,9 +141,9 @@ def test_a_uniform_spectrum_is_chosen_by_its_probability(tmp_path: Path) -> None
     heading = "lon,lat,0.1~PGA,0.1~SA(1.0),0.02~PGA,0.02~SA(1.0)"
     path.write_text(f'#,,,,,"investigation_time=50.0"\n{heading}\n0,0,1,0.2,2,0.4\n')
     assert_allclose(np.exp(read_target(path, probability=0.02).log_sa), 0.4 * GRAVITY)
-    for stated in (None, 0.05):
+    for deviation in (None, 0.05):
         with pytest.raises(InputError, match=r"State one of 0.1, 0.02 with --hazard-probability"):
-            read_target(path, probability=stated)
+            read_target(path, probability=deviation)
 
 
 #: A spectrum whose levels end at 0.8 g, as OpenQuake writes it, and its first line.

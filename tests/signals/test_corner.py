@@ -89,7 +89,9 @@ def test_a_straight_line_changes_neither_corner_nor_samples(
     corner = choose_corner(record, STEP, 3.0)
     assert choose_corner(moved_by_a_line, STEP, 3.0) == corner
     band = BandPass(corner.frequency)
-    samples, other = (correct(one, STEP, band)[0] for one in (record, moved_by_a_line))
+    samples, other = (
+        correct(samples_of, STEP, band)[0] for samples_of in (record, moved_by_a_line)
+    )
     assert np.abs(other - samples).max() <= 1e-11 * peak(moved_by_a_line)
 
 
@@ -103,13 +105,13 @@ def test_padding_on_a_straight_line_is_padding(slope: float) -> None:
 @pytest.mark.parametrize("slope", [1e-5, 1e-3, -0.1])
 def test_a_straight_line_is_no_noise(slope: float) -> None:
     record = hum(1e-4) + wavelet()
-    known = measures_of(record)
+    computed = measures_of(record)
     measures = measures_of(record + slope * TIME)
-    for one in (known, measures):
-        assert one.pre_event == pytest.approx(0.8 * QUIET, rel=0.02)
-    assert measures.noise_level == pytest.approx(known.noise_level, rel=1e-6)
-    assert measures.usable_period_longest == known.usable_period_longest
-    assert measures.opening_share == pytest.approx(known.opening_share, rel=1e-6)
+    for each in (computed, measures):
+        assert each.pre_event == pytest.approx(0.8 * QUIET, rel=0.02)
+    assert measures.noise_level == pytest.approx(computed.noise_level, rel=1e-6)
+    assert measures.usable_period_longest == computed.usable_period_longest
+    assert measures.opening_share == pytest.approx(computed.opening_share, rel=1e-6)
 
 
 def measures_of(samples: Float) -> Measures:
@@ -188,10 +190,10 @@ def test_weak_shocks_before_the_event_and_offsets_are_no_arrival() -> None:
         assert arrival(record + offset) * STEP == pytest.approx(QUIET + 2.4, abs=0.3)
 
 
-@pytest.mark.parametrize(("before", "found"), [(9, 0), (10, 10)])
-def test_an_arrival_needs_ten_samples_on_either_side(before: int, found: int) -> None:
+@pytest.mark.parametrize(("before", "expected"), [(9, 0), (10, 10)])
+def test_an_arrival_needs_ten_samples_on_either_side(before: int, expected: int) -> None:
     quiet, loud = 1e-3 * (-1.0) ** np.arange(before), np.r_[(-1.0) ** np.arange(9), 2.0]
-    assert arrival(np.r_[quiet, loud, np.zeros(20)]) == found
+    assert arrival(np.r_[quiet, loud, np.zeros(20)]) == expected
 
 
 @pytest.mark.parametrize(
@@ -201,7 +203,7 @@ def test_amplitudes_around_a_corner_are_those_of_an_octave(frequency: float, ins
     """A sine within half an octave of 1 Hz is seen there, and one outside is not."""
     time = 0.01 * np.arange(100_000)
     [around], [own] = (
-        _powers(np.sin(2 * np.pi * one * time), 0.01, [1.0]) for one in (frequency, 1.0)
+        _powers(np.sin(2 * np.pi * hertz * time), 0.01, [1.0]) for hertz in (frequency, 1.0)
     )
     assert (around > 0.5 * own) == inside
     assert inside or around < 0.01 * own

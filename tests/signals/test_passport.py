@@ -74,21 +74,21 @@ def test_arias_intensity_grows_with_the_square() -> None:
 
 def test_cav_of_a_sine_is_two_over_pi_of_its_amplitude_times_the_duration() -> None:
     sine = 3.0 * np.sin(2 * np.pi * TIME)
-    found = cumulative_absolute_velocity(sine, STEP)
-    assert found == pytest.approx(2.0 / math.pi * 3.0 * 40.0, rel=1e-3)
+    velocity = cumulative_absolute_velocity(sine, STEP)
+    assert velocity == pytest.approx(2.0 / math.pi * 3.0 * 40.0, rel=1e-3)
 
 
 def test_cav_grows_with_the_amplitude_and_does_not_depend_on_the_sign() -> None:
-    found = cumulative_absolute_velocity(-2 * shake(), STEP)
-    assert found == pytest.approx(2 * cumulative_absolute_velocity(shake(), STEP))
-    assert checked(shake()).measures.cumulative_absolute_velocity == pytest.approx(found / 2)
+    velocity = cumulative_absolute_velocity(-2 * shake(), STEP)
+    assert velocity == pytest.approx(2 * cumulative_absolute_velocity(shake(), STEP))
+    assert checked(shake()).measures.cumulative_absolute_velocity == pytest.approx(velocity / 2)
 
 
 def test_measures_of_a_scaled_motion_are_those_of_its_samples() -> None:
     """All of them, so that no new measure is forgotten."""
     samples = hum() + shake()
-    found = checked(samples).measures.scaled(0.3)
-    assert vars(found) == pytest.approx(vars(checked(0.3 * samples).measures), nan_ok=True)
+    scaled = checked(samples).measures.scaled(0.3)
+    assert vars(scaled) == pytest.approx(vars(checked(0.3 * samples).measures), nan_ok=True)
 
 
 @pytest.mark.parametrize(("end", "expected"), [(0.95, 36.0), (0.75, 28.0)])
@@ -474,8 +474,8 @@ def test_the_same_inputs_give_the_same_bytes(two_files: Path, tmp_path: Path) ->
     for name in ("a", "b"):
         ingest_stage([two_files], tmp_path / f"{name}.nc", options=options)
     for suffix in (".nc", ".csv"):
-        one, other = (tmp_path / f"{name}{suffix}" for name in ("a", "b"))
-        assert one.read_bytes() == other.read_bytes()
+        first, other = (tmp_path / f"{name}{suffix}" for name in ("a", "b"))
+        assert first.read_bytes() == other.read_bytes()
 
 
 def test_bundled_records_are_whole(bundled_records: Path, tmp_path: Path) -> None:
@@ -486,8 +486,8 @@ def test_bundled_records_are_whole(bundled_records: Path, tmp_path: Path) -> Non
 
 
 def test_the_papers_records_are_not_rejected(peer_records: Path, tmp_path: Path) -> None:
-    known = (peer_records / f"{name}.csv" for one in paper_records() for name in one.files)
-    files = [path for path in known if path.is_file()]
+    paths = (peer_records / f"{name}.csv" for file in paper_records() for name in file.files)
+    files = [path for path in paths if path.is_file()]
     assert len(files) == 6
     assert ingest_stage(files, tmp_path / "records.nc").rejections == ()
 
@@ -496,12 +496,12 @@ def test_stated_peaks_of_archives(shared: Path, tmp_path: Path) -> None:
     names = ("csmip/CE89146.V2", "geonet/20180212_211557_WPWS_20.V2A", "knet/AOM0170806140843.EW")
     output = tmp_path / "records.nc"
     result = ingest_stage([shared / name for name in names], output)
-    found = [record.passport.measures.stated_peak for record in result.accepted]
-    assert len(found) == 7
-    np.testing.assert_allclose(found[:6], 0.0, atol=1e-5)  # one unit of the last digit
-    assert 0.0 < found[6] < 0.01  # the stated peak has another baseline
+    peaks = [record.passport.measures.stated_peak for record in result.accepted]
+    assert len(peaks) == 7
+    np.testing.assert_allclose(peaks[:6], 0.0, atol=1e-5)  # one unit of the last digit
+    assert 0.0 < peaks[6] < 0.01  # the stated peak has another baseline
     ratios = [abs(record.peak_ratio - 1.0) for record in read_records(output)]
-    np.testing.assert_array_equal(ratios, found)
+    np.testing.assert_array_equal(ratios, peaks)
 
 
 @pytest.mark.parametrize("name", ["RSN77_SFERN_PUL164", "NIS090", "A-BPL160", "elCentro"])

@@ -26,9 +26,9 @@ NOISE = np.random.default_rng(1).normal(size=300) * np.hanning(300)
 @pytest.mark.parametrize("damping", [0.02, 0.05, 0.3])
 def test_sudden_acceleration_has_a_closed_form(damping: float) -> None:
     """A step a gives omega^2 max x = a (1 + exp(-pi zeta / sqrt(1 - zeta^2)))."""
-    found = spectral_acceleration(np.full(4000, 2.0), 0.001, [0.3, 1.0], damping=damping)
+    spectrum = spectral_acceleration(np.full(4000, 2.0), 0.001, [0.3, 1.0], damping=damping)
     over = math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))
-    assert_allclose(found, 2.0 * (1.0 + over), rtol=5e-5)
+    assert_allclose(spectrum, 2.0 * (1.0 + over), rtol=5e-5)
 
 
 @pytest.mark.parametrize("period", [0.1, 0.7, 3.0])
@@ -68,8 +68,8 @@ def test_a_record_lasts_from_its_first_sample_to_its_last(
     ground: list[float], period: float
 ) -> None:
     """It may begin and end with any ground acceleration, as a piece of a longer record does."""
-    found = spectral_acceleration(ground, STEP, [period])
-    assert_allclose(found, of_lsim(ground, STEP, period), rtol=5e-5)
+    spectrum = spectral_acceleration(ground, STEP, [period])
+    assert_allclose(spectrum, of_lsim(ground, STEP, period), rtol=5e-5)
 
 
 def test_the_peak_between_steps_is_found_to_five_in_100000() -> None:
@@ -78,9 +78,9 @@ def test_the_peak_between_steps_is_found_to_five_in_100000() -> None:
     samples, finer = np.arange(NOISE.size), np.arange(16 * (NOISE.size - 1) + 1) / 16
     for seed in (5, 7):
         noise = np.random.default_rng(seed).normal(size=NOISE.size) * np.hanning(NOISE.size)
-        found = spectral_acceleration(noise, STEP, periods)
+        spectrum = spectral_acceleration(noise, STEP, periods)
         same = spectral_acceleration(np.interp(finer, samples, noise), STEP / 16, periods)
-        assert_allclose(found, same, rtol=5e-5)
+        assert_allclose(spectrum, same, rtol=5e-5)
 
 
 def test_a_spectrum_does_not_depend_on_the_other_periods_of_the_request() -> None:
@@ -106,8 +106,8 @@ def test_stiff_oscillators_move_with_the_ground() -> None:
 def test_the_peak_after_the_end_counts() -> None:
     """An oscillator of 4 s peaks after a jolt: its peak is omega times the velocity gained."""
     jolt = np.array([0.0, 1.0, 0.0])
-    found = spectral_acceleration(jolt, 0.01, [4.0], damping=1e-9)
-    assert_allclose(found, 2.0 * math.pi / 4.0 * 0.01, rtol=1e-3)
+    spectrum = spectral_acceleration(jolt, 0.01, [4.0], damping=1e-9)
+    assert_allclose(spectrum, 2.0 * math.pi / 4.0 * 0.01, rtol=1e-3)
 
 
 def test_nothing_comes_in_again_at_the_beginning() -> None:
@@ -138,10 +138,10 @@ def test_impossible_oscillators_are_refused(periods: list[float], damping: float
 
 def test_housner_intensity_of_a_sudden_acceleration_has_a_closed_form() -> None:
     """PSV = a (1 + exp(-pi zeta / sqrt(1 - zeta^2))) T / 2 pi, whose integral is quadratic in T."""
-    found = housner_intensity(np.full(3000, 2.0), 0.002)
+    intensity = housner_intensity(np.full(3000, 2.0), 0.002)
     over = math.exp(-math.pi * 0.05 / math.sqrt(1.0 - 0.05**2))
     expected = 2.0 * (1.0 + over) * (2.5**2 - 0.1**2) / (4.0 * math.pi)
-    assert found == pytest.approx(expected, rel=5e-5)
+    assert intensity == pytest.approx(expected, rel=5e-5)
 
 
 def test_housner_intensity_is_the_integral_of_the_spectrum_at_twice_as_many_periods() -> None:
