@@ -161,7 +161,7 @@ def test_without_compilation_the_function_is_python(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
     here = again()
     assert here(2.0) == 4.0
-    assert here.made() is twice
+    assert here.dispatcher() is twice
     assert here.cached()
 
 

@@ -230,7 +230,7 @@ def test_a_wrong_value_is_named(bundled: list[Motion], name: str, value: str, wo
 
 def test_a_setting_left_out_is_named() -> None:
     with pytest.raises(
-        ParameterError, match=r"settings without 'record'\. Must state each setting"
+        ParameterError, match=r"Missing setting 'record'\. State each setting once"
     ):
         read_settings({"vertical": "1"})
 

@@ -208,10 +208,10 @@ def _computed(
 
 @contextmanager
 def _helped(*, drawing: bool = False) -> Iterator[tuple[bool, Engine]]:
-    """Start a process that compiles the vectorised kernel, unless it is compiled already, and
-    prepares to draw, while this one reads records.
+    """Start a second process while this one reads records.
 
-    Yields True if the kernel is not compiled, and the engine that draws.
+    The second process compiles the vectorised kernel, if that is not in the cache, and imports
+    what drawing needs. Yields True if the kernel had to be compiled, and the engine for drawing.
     """
     from rockframe.engines.engine import cores, helped
     from rockframe.rocking.kernels import lanes

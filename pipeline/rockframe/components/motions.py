@@ -86,11 +86,12 @@ class Channel(NamedTuple):
 
 
 def motions_of(channels: Sequence[Channel]) -> list[list[int]]:
-    """Return the numbers of the channels of each motion, in order of the first channels.
+    """Group the channels that recorded the same motion; return their numbers for each motion.
 
-    Channels of one event, station and format that overlap in time are of one motion if they are of
-    one instrument, as far as SEED codes and locations state it, and are no more than its two
-    horizontals and its vertical. More of them are of one motion if they begin together.
+    Channels belong to one motion if they are of one event, station and format, overlap in time, and
+    are of one instrument (as far as SEED codes and locations tell). An instrument has two
+    horizontals and a vertical; if there are more channels, those that begin together are one
+    motion. Motions are in the order of their first channels.
 
     Parameters
     ----------

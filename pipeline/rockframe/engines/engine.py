@@ -238,7 +238,7 @@ class Engine(Protocol):
 
 
 def resources_of(engine: Engine) -> Resources:
-    """Return the resources that an engine states, or those of an engine that states none.
+    """Return the resources of an engine; without an attribute `resources`, the defaults.
 
     Examples
     --------

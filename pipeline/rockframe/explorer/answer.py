@@ -98,9 +98,7 @@ def read_settings(given: Mapping[str, str]) -> Settings:
     """
     for name in _NAMES:
         if name not in given:
-            raise ParameterError(
-                f"Invalid settings without {name!r}. Must state each setting once."
-            )
+            raise ParameterError(f"Missing setting {name!r}. State each setting once.")
     for name in given:
         require_known("setting", name, _NAMES)
     numbers = {name: _number(name, given[name]) for name in _NUMBERS}

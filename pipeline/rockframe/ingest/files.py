@@ -314,7 +314,7 @@ class Reading:
     measures: Measures | None = None
 
     def completed(self, **changes: Any) -> Record:
-        """Return the record with the facts, and with these other changes.
+        """Return the record with the facts filled in, and with other fields replaced.
 
         Examples
         --------

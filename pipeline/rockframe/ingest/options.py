@@ -315,7 +315,9 @@ def read_options(options: FileOptions) -> ReadOptions:
 def factor_to_si(
     path: Path, stated: str | None, options: ReadOptions, line: int | None = None
 ) -> float:
-    """Return the size [m s-2] of the units: those of the file or, if it states none, the user's.
+    """Return the number of m s-2 in one unit of the samples.
+
+    The file states the unit; if it does not, the user does.
 
     Parameters
     ----------

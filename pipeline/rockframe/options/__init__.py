@@ -79,7 +79,7 @@ class Stage:
 
     @property
     def kind(self) -> str:
-        """The kind of that file."""
+        """The kind of the netCDF file that the stage writes: its name without ``.nc``."""
         return self.file.removesuffix(".nc")
 
     @property

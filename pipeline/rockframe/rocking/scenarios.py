@@ -527,7 +527,7 @@ def respond_many(
 
 
 def scales_of(scales: ArrayLike, **more: Sequence[object]) -> Float:
-    """Return scales as an array, after checking them and the others with `require_some`.
+    """Check the scales, and other sequences by name, and return the scales as an array.
 
     Raises
     ------

@@ -180,7 +180,9 @@ def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
     for file in files:
         kind = kind_of(file)
         if kind in given:
-            raise InputError(file, f"of kind {kind!r}, as is {given[kind]}. Must be one of a kind.")
+            raise InputError(
+                file, f"is of the same kind as {given[kind]}: {kind}. State one file of each kind."
+            )
         given[kind] = file
     missing = [kind for kind in _OF_RECORDS if kind not in given]
     if 0 < len(missing) < len(_OF_RECORDS):

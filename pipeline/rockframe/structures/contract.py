@@ -395,12 +395,12 @@ def most_critical(structures: Sequence[Structure], count: int) -> list[Structure
 
 
 def require_possible(structures: Sequence[Structure], ensemble: Ensemble | None) -> None:
-    """Require structures, and members of an ensemble of each, that can be computed.
+    """Raise an error if a structure, or a member of its ensemble, cannot be computed.
 
     Raises
     ------
     ParameterError
-        If there is another one.
+        For the first that cannot be computed.
     """
     for structure in structures:
         kind_of(structure).require_possible(structure, ensemble)

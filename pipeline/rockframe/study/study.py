@@ -127,7 +127,7 @@ class Study:
 
     @property
     def structures(self) -> Path:
-        """File with the ``[[structure]]`` tables: this one, or another."""
+        """File with the ``[[structure]]`` tables: the study file itself, or another one."""
         if self.tables.structure:
             return self.path
         stated = self.tables.structures

@@ -68,9 +68,10 @@ def _has(force: Quantity, row: Row) -> bool:
 
 
 def _in_kilonewtons(force: Quantity, row: Row, end: str) -> float:
-    """Return the value, or the quantile with this end of its name, in kN or kN s.
+    """Return a force [kN] or an impulse [kN s] of a row; NaN if the weight is not known.
 
-    It is NaN if the weight is not known.
+    The column is the name of the force with an ending: empty for the nominal value, or that of a
+    quantile.
     """
     value = float(row[f"{force.name}{end}"])
     if force.kind != "tie":
