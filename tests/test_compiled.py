@@ -87,7 +87,7 @@ def test_what_compiled_functions_call_is_compiled_once_and_is_part_of_their_code
     part = cast("Any", compiled(plus))
     monkeypatch.setitem(globals(), "plus", part)
     assert compiled(plus_three)(1.0) == 4.0
-    assert len(part.part().signatures) == 1
+    assert len(part.inner_function().signatures) == 1
     assert {file.name.split("-")[0].split(".")[1] for file in cached.rglob("*.nb?")} == {
         "plus_three"
     }

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rockframe.engines.engine import OneProcess, ProcessPool, map_tasks
-from rockframe.interruption import check, keeping, noting, raising
+from rockframe.interruption import keeping, noting, raise_if_interrupted, raising
 from rockframe.provenance import whole_file
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="sends itself a signal")
@@ -25,7 +25,7 @@ def signalled(one: int) -> None:
     os.kill(os.getpid(), one)
     for _ in range(10_000):
         try:
-            check()
+            raise_if_interrupted()
         except KeyboardInterrupt:
             return
         threading.Event().wait(0.001)
@@ -34,15 +34,15 @@ def signalled(one: int) -> None:
 
 @pytest.mark.parametrize("one", SIGNALS)
 def test_a_signal_is_only_noted(one: int) -> None:
-    """Code without `check` is not interrupted; the next `check` is where it ends."""
+    """Code is not interrupted before its next call of `raise_if_interrupted`."""
     with noting() as noted:
         assert not noted()
-        check()
+        raise_if_interrupted()
         signalled(one)
         assert noted()
         with keeping("batches are kept"), pytest.raises(KeyboardInterrupt, match="batches are"):
-            check()
-    check()
+            raise_if_interrupted()
+    raise_if_interrupted()
     assert signal.getsignal(one) in (signal.default_int_handler, signal.SIG_DFL)
 
 
@@ -73,7 +73,7 @@ def test_other_threads_are_not_interrupted() -> None:
 
     def elsewhere() -> None:
         try:
-            check()
+            raise_if_interrupted()
         except BaseException as error:  # noqa: BLE001
             raised.append(error)
 
@@ -127,7 +127,7 @@ with interruption.noting(), whole_file(folder / "a.txt") as partial:
 
 @pytest.mark.parametrize("how", ["waits", "second signal"])
 def test_a_computation_that_does_not_end_is_ended(tmp_path: Path, how: str) -> None:
-    """The computation reaches no `check`: the process ends all the same, and leaves no file."""
+    """It never calls `raise_if_interrupted`: the process ends all the same, and leaves no file."""
     script = tmp_path / "script.py"
     script.write_text(_STUCK)
     folder = tmp_path / "folder"

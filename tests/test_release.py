@@ -16,7 +16,7 @@ from tests.conftest import REPOSITORY
 
 import rockframe
 from rockframe.cli.main import main
-from rockframe.provenance import versions
+from rockframe.provenance import package_versions
 
 PROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text("utf-8"))
 #: An address that a link may begin with outside the repository.
@@ -48,7 +48,7 @@ def test_one_version_stands_in_all_places(capsys: pytest.CaptureFixture[str]) ->
     newest = re.search(r"^## (\S+)", text_of("CHANGELOG.md"), re.MULTILINE)
     assert newest is not None
     assert newest[1] == version
-    assert versions()["rockframe"] == version
+    assert package_versions()["rockframe"] == version
     with pytest.raises(SystemExit, match="0"):
         main(["--version"])
     assert capsys.readouterr().out == f"rockframe {version}\n"

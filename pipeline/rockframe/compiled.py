@@ -138,7 +138,7 @@ class _Compiled:
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
         self._function, self._options = function, options
         self._dispatcher: Any = None
-        self._part: Any = None
+        self._inner: Any = None
         update_wrapper(self, function)
 
     def __call__(self, *arguments: Any) -> Any:
@@ -174,18 +174,18 @@ class _Compiled:
         kept = getattr(self.dispatcher(), "_cache", None)
         return not isinstance(kept, _Cache) or kept.has_code()
 
-    def part(self) -> Any:
+    def inner_function(self) -> Any:
         """Return the function that compiled functions call."""
         with _MAKING:
-            if self._part is None:
+            if self._inner is None:
                 numba = _prepared_numba()
                 if not has_internals():
-                    self._part = _plain(self._function, cached=False)
-                    return self._part
+                    self._inner = _plain(self._function, cached=False)
+                    return self._inner
                 compiled = numba.njit(**self._options, no_cpython_wrapper=True)(self._function)
                 compiled.get_call_template = _of_any_value(compiled.get_call_template)
-                self._part = compiled
-            return self._part
+                self._inner = compiled
+            return self._inner
 
 
 def _without_collection(compile_: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -229,7 +229,7 @@ def _prepared_numba() -> Any:
 
     @typeof_impl.register(_Compiled)
     def _(value: _Compiled, _context: object) -> Any:
-        return numba.typeof(value.part())  # type: ignore[no-untyped-call]
+        return numba.typeof(value.inner_function())  # type: ignore[no-untyped-call]
 
     return numba
 

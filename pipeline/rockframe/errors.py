@@ -217,7 +217,7 @@ def trusting(*words: Collection[str]) -> Iterator[list[str]]:
 
 
 @contextmanager
-def noting() -> Iterator[list[str]]:
+def collecting_settled() -> Iterator[list[str]]:
     """Collect the contradictions that are settled within a ``with`` block, with the words trusted
     outside it: those of one record of a file.
     """

@@ -2,8 +2,9 @@
 
 Python would raise `KeyboardInterrupt` anywhere, also in the middle of netCDF or of a lock, where it
 can be lost or wait for ever. So a command only notes the signal (`noting`), and the code calls
-`check` between batches, files and steps and while it waits. A computation that reaches no `check`
-within 5 s, or a second signal, ends the process at once, after the partial files are removed.
+`raise_if_interrupted` between batches, files and steps and while it waits. If a computation does
+not call it within 5 s, or a second signal comes, the process ends at once, after the partial files
+are removed.
 """
 
 from __future__ import annotations
@@ -39,12 +40,12 @@ _undoing: list[Callable[[], object]] = []
 _kept: list[str] = []
 
 
-def check() -> None:
+def raise_if_interrupted() -> None:
     """Raise KeyboardInterrupt if a signal was noted; call it where nothing is half done.
 
     Examples
     --------
-    >>> check()
+    >>> raise_if_interrupted()
     """
     if _noted.is_set() and _in_main():
         raise KeyboardInterrupt(_what_remains())
@@ -93,7 +94,9 @@ def undoing(action: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def noting() -> Iterator[Callable[[], bool]]:
-    """Note SIGINT and SIGTERM in the block, for `check`; a signal that is ignored stays ignored.
+    """Note SIGINT and SIGTERM in the block, for `raise_if_interrupted`.
+
+    A signal that is ignored stays ignored.
 
     Yields a function that returns True if a signal was noted. Outside the main thread, nothing is
     changed.
@@ -136,7 +139,7 @@ def ignore() -> None:
 @contextmanager
 def raising() -> Iterator[None]:
     """Let signals raise KeyboardInterrupt at once: for waiting, where nothing can be half done."""
-    check()
+    raise_if_interrupted()
     known = [one for one in _DEFAULTS if signal.getsignal(one) is _ignore] if _in_main() else []
     for one in known:
         signal.signal(one, signal.default_int_handler)

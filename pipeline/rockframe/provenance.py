@@ -21,7 +21,7 @@ from pathlib import Path, PureWindowsPath
 from typing import Any, Final, Self
 
 from rockframe.errors import InputError, RockframeError
-from rockframe.interruption import check, undoing
+from rockframe.interruption import raise_if_interrupted, undoing
 
 #: Version of the package; the wheel and `rockframe --version` read it from here.
 __version__ = "1.0.0"
@@ -71,7 +71,7 @@ def sha256_of(path: Path) -> str:
     Traceback (most recent call last):
     rockframe.errors.InputError: no-such-file: cannot be read: No such file or directory.
     """
-    check()
+    raise_if_interrupted()
     try:
         if not (path.is_file() or path.is_dir()) and path.exists():  # reading a pipe would hang
             raise InputError(path, "is not a regular file.")
@@ -196,12 +196,12 @@ def _hash_of_package(suffixes: Collection[str]) -> str:
 _version = cache(importlib.metadata.version)
 
 
-def versions() -> dict[str, str]:
+def package_versions() -> dict[str, str]:
     """Return the versions of the packages that results depend on.
 
     Examples
     --------
-    >>> "numpy" in versions()
+    >>> "numpy" in package_versions()
     True
     """
     return {"rockframe": __version__} | {name: _version(name) for name in _DISTRIBUTIONS}
@@ -221,7 +221,7 @@ def key_of(*parts: Any) -> str:
     >>> key_of({"scales": [1.0]}) == key_of({"scales": [1.0]}) != key_of({"scales": [2.0]})
     True
     """
-    text = json.dumps([source_code_hash(), versions(), *parts], sort_keys=True)
+    text = json.dumps([source_code_hash(), package_versions(), *parts], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -359,7 +359,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     ...     [entry.name for entry in Path(folder).iterdir()]
     ['note.txt']
     """
-    check()
+    raise_if_interrupted()
     refuse_obstacles([path])
     try:
         make_folder(path.parent)
@@ -373,7 +373,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     try:
         with undoing(lambda: partial.unlink(missing_ok=True)):
             yield partial
-            _settle(partial, path)
+            _put_in_place(partial, path)
     except OSError as error:
         raise InputError(path, f"cannot be written: {_why(error, partial)}.") from error
     finally:
@@ -403,7 +403,7 @@ def _largest_file() -> float:
     return math.inf if limit == resource.RLIM_INFINITY else limit
 
 
-def _settle(partial: Path, path: Path) -> None:
+def _put_in_place(partial: Path, path: Path) -> None:
     with partial.open("r+b") as stream:  # Windows flushes only files that are open for writing
         os.fsync(stream.fileno())
     umask = os.umask(0)
@@ -524,7 +524,7 @@ def _removed(folder: Path) -> AbstractContextManager[None]:
 @contextmanager
 def _partial_folder(folder: Path, parent: Path, prefix: str, suffix: str = "") -> Iterator[Path]:
     """Yield a temporary folder in `parent`; errors name `folder`, the final place."""
-    check()
+    raise_if_interrupted()
     is_new = not parent.exists()
     try:
         make_folder(parent)
@@ -643,7 +643,7 @@ def write_manifest(
         "parameters": dict(parameters),
         "processor": processor(),
         "source_code_hash": source_code_hash(),
-        "versions": versions(),
+        "versions": package_versions(),
     }
     if steps is not None:
         content["steps"] = dict(steps)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rockframe.explorer.answer import Motion
+from rockframe.explorer.answer import ExploredMotion
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration
 from rockframe.study.structures import bundled_records, read_structures
@@ -18,16 +18,16 @@ from rockframe.study.structures import bundled_records, read_structures
 TOKEN = "a-token-of-the-tests"  # noqa: S105 -- it opens nothing else
 
 
-def motion(record: Record, vertical: Record | None = None) -> Motion:
+def motion(record: Record, vertical: Record | None = None) -> ExploredMotion:
     ground = GroundAcceleration.from_samples(record.acceleration, record.time_step)
     if vertical is not None:
         upward = GroundAcceleration.from_samples(vertical.acceleration, vertical.time_step)
         ground = ground.with_vertical(upward)
-    return Motion(record, ground)
+    return ExploredMotion(record, ground)
 
 
 @pytest.fixture(scope="session")
-def bundled() -> list[Motion]:
+def bundled() -> list[ExploredMotion]:
     """Both horizontals of one bundled station; the first one has its vertical."""
     from rockframe.ingest import read_file
 
@@ -38,7 +38,7 @@ def bundled() -> list[Motion]:
 
 
 @pytest.fixture(scope="session")
-def long() -> Motion:
+def long() -> ExploredMotion:
     """A motion of ten minutes at 100 Hz, that is, 60,000 samples."""
     time = 0.01 * np.arange(60_000)
     wave = np.random.default_rng(7).normal(0.0, 1.0, time.size)
@@ -63,7 +63,7 @@ class Address:
 
 
 @pytest.fixture(scope="session")
-def explorer(bundled: list[Motion], long: Motion) -> Iterator[Address]:
+def explorer(bundled: list[ExploredMotion], long: ExploredMotion) -> Iterator[Address]:
     """The address of a server that runs in a thread."""
     pytest.importorskip("starlette", reason="no starlette: make test-browser")
     uvicorn: Any = pytest.importorskip("uvicorn", reason="no uvicorn: make test-browser")

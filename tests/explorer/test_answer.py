@@ -11,7 +11,14 @@ import pytest
 from numpy.typing import NDArray
 
 from rockframe import Ensemble, GroundAcceleration, ParameterError, RockingFrame, margins, respond
-from rockframe.explorer.answer import Motion, Settings, _places, answer, margin, read_settings
+from rockframe.explorer.answer import (
+    ExploredMotion,
+    Settings,
+    _places,
+    answer,
+    margin,
+    read_settings,
+)
 from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
@@ -33,7 +40,7 @@ BENT = {
 }
 
 
-def asked(motions: list[Motion], **other: str) -> Any:
+def asked(motions: list[ExploredMotion], **other: str) -> Any:
     held = {motion.record.record_id: motion for motion in motions}
     return answer(held, read_settings({"record": next(iter(held)), **BENT, **other}))
 
@@ -45,7 +52,7 @@ def unpacked(content: bytes) -> tuple[dict[str, Any], NDArray[np.float32]]:
     return facts, np.frombuffer(content, "<f4", offset=end).reshape(5, facts["drawn"])
 
 
-def test_the_answer_is_that_of_respond(bundled: list[Motion]) -> None:
+def test_the_answer_is_that_of_respond(bundled: list[ExploredMotion]) -> None:
     reply = asked(bundled, scale="1.5")
     record = bundled[0].record
     frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
@@ -62,7 +69,7 @@ def test_the_answer_is_that_of_respond(bundled: list[Motion]) -> None:
 
 
 @pytest.fixture(scope="module")
-def strong(bundled: list[Motion]) -> Record:
+def strong(bundled: list[ExploredMotion]) -> Record:
     """The strong 30 s of a record of 100 s, enough for margins and members."""
     record = bundled[0].record
     return replace(record, acceleration=record.acceleration[2400:5400])
@@ -75,7 +82,7 @@ def test_members_are_shaken_by_the_versions_of_an_uncorrected_record(
     band = BandPass(0.063, 40.0)
     record = replace(strong, acceleration=correct(strong.acceleration, strong.time_step, band)[0])
     uncertain = Uncertain(record, AsRead(strong.acceleration, band))
-    motion = Motion(record, as_ground(record), uncertain=uncertain)
+    motion = ExploredMotion(record, as_ground(record), uncertain=uncertain)
     reply = margin({record.record_id: motion}, settings_of(record, scale=scale))
     frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     ground = as_ground(record).scaled(float(scale))
@@ -93,11 +100,11 @@ def settings_of(record: Record, **other: str) -> Settings:
     return read_settings({"record": record.record_id, **BENT, **other})
 
 
-def test_the_margin_is_that_of_margins(bundled: list[Motion], strong: Record) -> None:
+def test_the_margin_is_that_of_margins(bundled: list[ExploredMotion], strong: Record) -> None:
     column = RockingFrame(height=2.0, width=0.2)
     settings = {"height": "2", "width": "0.2", "mass_ratio": "0", "scale": "1"}
     held = {motion.record.record_id: motion for motion in bundled}
-    held[strong.record_id] = Motion(strong, as_ground(strong))
+    held[strong.record_id] = ExploredMotion(strong, as_ground(strong))
     reply = margin(held, settings_of(strong, **settings))
     [[expected]] = margins([strong], [column], ensemble=Ensemble())
     assert f"<title>{expected.strip.words}</title>" in reply["strip"]
@@ -108,7 +115,9 @@ def test_the_margin_is_that_of_margins(bundled: list[Motion], strong: Record) ->
     assert reply["words"].endswith(f"10 % overturn at {expected.robust.s10:.2f}")
 
 
-def test_the_envelope_on_the_page_contains_that_of_all_samples(bundled: list[Motion]) -> None:
+def test_the_envelope_on_the_page_contains_that_of_all_samples(
+    bundled: list[ExploredMotion],
+) -> None:
     """Each interval of time has the lowest and the highest of its samples."""
     held = {motion.record.record_id: motion for motion in bundled}
     settings = read_settings({"record": bundled[0].record.record_id, **BENT})
@@ -123,7 +132,7 @@ def test_the_envelope_on_the_page_contains_that_of_all_samples(bundled: list[Mot
     )
 
 
-def test_vertical_motion_counts_where_there_is_one(bundled: list[Motion]) -> None:
+def test_vertical_motion_counts_where_there_is_one(bundled: list[ExploredMotion]) -> None:
     plain, both = asked(bundled), asked(bundled, vertical="1")
     assert plain.response.peak_rotation != both.response.peak_rotation
     assert both.response.peak_rotation == pytest.approx(
@@ -131,7 +140,7 @@ def test_vertical_motion_counts_where_there_is_one(bundled: list[Motion]) -> Non
     )
 
 
-def test_the_pulse_alone_is_that_of_the_record(bundled: list[Motion]) -> None:
+def test_the_pulse_alone_is_that_of_the_record(bundled: list[ExploredMotion]) -> None:
     """The pulse is sampled like the record, so the responses differ only by interpolation."""
     reply = asked(bundled, pulse="1", scale="2")
     best = find_pulses(bundled[0].record, options=PulseOptions(surrogates=0))
@@ -142,12 +151,12 @@ def test_the_pulse_alone_is_that_of_the_record(bundled: list[Motion]) -> None:
     assert asked(bundled).facts()["pulse_words"] is None
 
 
-def test_a_record_without_a_usable_period_has_no_pulse(bundled: list[Motion]) -> None:
+def test_a_record_without_a_usable_period_has_no_pulse(bundled: list[ExploredMotion]) -> None:
     with pytest.raises(ParameterError, match=r"Invalid pulse '1' of record .*no usable periods"):
         asked([replace(bundled[0], search=None)], pulse="1")
 
 
-def test_the_section_counts(bundled: list[Motion]) -> None:
+def test_the_section_counts(bundled: list[ExploredMotion]) -> None:
     ratios = [
         asked(bundled, section=section).response.frame.inertia_ratio
         for section in ("rectangular", "circular", "1.25")
@@ -156,7 +165,7 @@ def test_the_section_counts(bundled: list[Motion]) -> None:
     assert ratios == [4.0 / 3.0, pytest.approx(1.331081, abs=1e-6), 1.25]
 
 
-def test_a_long_record_keeps_its_extremes(long: Motion) -> None:
+def test_a_long_record_keeps_its_extremes(long: ExploredMotion) -> None:
     reply = asked([long], scale="0.6")
     assert reply.response.verdict.name == "STANDS"
     places, response = reply.places, reply.response
@@ -170,13 +179,13 @@ def test_a_long_record_keeps_its_extremes(long: Motion) -> None:
             assert kept.min() == series[part].min()
 
 
-def test_what_is_zoomed_into_is_drawn_in_full(long: Motion) -> None:
+def test_what_is_zoomed_into_is_drawn_in_full(long: ExploredMotion) -> None:
     places = asked([long], **{"from": "200", "to": "210"}).places
     inside = places[(places >= 20_000) & (places <= 21_000)]
     assert np.array_equal(inside, np.arange(20_000, 21_001))
 
 
-def test_a_long_fall_ends_where_it_falls(long: Motion) -> None:
+def test_a_long_fall_ends_where_it_falls(long: ExploredMotion) -> None:
     reply = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
     theta = reply.response.theta
     standing = int(np.isfinite(theta).sum())
@@ -184,7 +193,7 @@ def test_a_long_fall_ends_where_it_falls(long: Motion) -> None:
     assert {standing - 1, standing} <= set(reply.places)
 
 
-def test_a_fall_that_ends_between_extremes_is_drawn_to_its_end(long: Motion) -> None:
+def test_a_fall_that_ends_between_extremes_is_drawn_to_its_end(long: ExploredMotion) -> None:
     """The curve ends at the last sample before the fall, whatever happens around it."""
     reply = asked([long], height="3", width="0.3", mass_ratio="0", scale="2")
     theta = np.full(60_000, np.nan)
@@ -195,7 +204,7 @@ def test_a_fall_that_ends_between_extremes_is_drawn_to_its_end(long: Motion) -> 
     assert {29_999, 30_000} <= set(places)
 
 
-def test_the_table_holds_every_sample(long: Motion) -> None:
+def test_the_table_holds_every_sample(long: ExploredMotion) -> None:
     reply = asked([long])
     lines = reply.table().splitlines()
     assert lines[0] == "time_s,acceleration_m_s2,theta_rad,u_m,v_m"
@@ -222,24 +231,26 @@ def test_the_table_holds_every_sample(long: Motion) -> None:
         ("number_of_columns", "4", "Invalid setting 'number_of_columns'. Must be one of: record"),
     ],
 )
-def test_a_wrong_value_is_named(bundled: list[Motion], name: str, value: str, words: str) -> None:
+def test_a_wrong_value_is_named(
+    bundled: list[ExploredMotion], name: str, value: str, words: str
+) -> None:
     with pytest.raises(ParameterError) as error:
         asked(bundled, **{name: value})
     assert words in str(error.value)
 
 
 def test_a_setting_left_out_is_named() -> None:
-    with pytest.raises(
-        ParameterError, match=r"Missing setting 'record'\. State each setting once"
-    ):
+    with pytest.raises(ParameterError, match=r"Missing setting 'record'\. State each setting once"):
         read_settings({"vertical": "1"})
 
 
-def test_no_vertical_is_made_up(bundled: list[Motion]) -> None:
+def test_no_vertical_is_made_up(bundled: list[ExploredMotion]) -> None:
     with pytest.raises(ParameterError, match="no vertical was recorded beside it"):
         asked(bundled[1:], vertical="1")
 
 
-def test_a_ground_that_falls_faster_than_the_frame_is_refused(bundled: list[Motion]) -> None:
+def test_a_ground_that_falls_faster_than_the_frame_is_refused(
+    bundled: list[ExploredMotion],
+) -> None:
     with pytest.raises(ParameterError, match="lose contact with the ground"):
         asked(bundled, vertical="1", scale="20")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rockframe import GroundAcceleration, RockingFrame, respond
-from rockframe.explorer.answer import Motion
+from rockframe.explorer.answer import ExploredMotion
 
 from .conftest import Address
 
@@ -68,7 +68,7 @@ def choose(page: Any, name: str, value: str) -> None:
 def test_a_slider_moves_the_plotted_peak_to_that_of_the_kernel(
     page: Any,
     explorer: Address,
-    bundled: list[Motion],
+    bundled: list[ExploredMotion],
     name: str,
     to: float,
     changed: dict[str, Any],

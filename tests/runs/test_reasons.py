@@ -199,7 +199,11 @@ def test_status_prints_the_reasons(home: Path, capsys: pytest.CaptureFixture[str
     ("name", "value", "reason"),
     [
         ("source_code_hash", "0" * 64, "code changed"),
-        ("versions", {**provenance.versions(), "numpy": "9.9"}, "numpy changed from "),
+        (
+            "package_versions",
+            {**provenance.package_versions(), "numpy": "9.9"},
+            "numpy changed from ",
+        ),
     ],
 )
 def test_code_and_packages_outdate_every_step(

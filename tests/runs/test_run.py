@@ -456,6 +456,6 @@ def test_upgrade_of_a_library_makes_everything_again(
     study = read_study(make_study(tmp_path))
     before = make_plan(study, tmp_path / "run").keys
     assert make_plan(study, tmp_path / "run").keys == before
-    monkeypatch.setattr("rockframe.runs.plan.versions", lambda: {"numpy": "99.0"})
+    monkeypatch.setattr("rockframe.runs.plan.package_versions", lambda: {"numpy": "99.0"})
     after = make_plan(study, tmp_path / "run").keys
     assert all(after[name] != before[name] for name in before)

@@ -19,7 +19,7 @@ from rockframe.errors import ParameterError, RockframeWarning
 from rockframe.interruption import raising
 
 if TYPE_CHECKING:
-    from rockframe.explorer.answer import Motion
+    from rockframe.explorer.answer import ExploredMotion
     from rockframe.frame import RockingFrame
     from rockframe.options.pulse import PulseOptions
     from rockframe.study.kinds import Structure
@@ -51,7 +51,7 @@ def run_explore(options: argparse.Namespace) -> None:
     from rockframe.stages.respond import choose_structures
 
     try:
-        from rockframe.explorer.server import LOOPBACK, application, serve
+        from rockframe.explorer.server import LOOPBACK, application, run_server
     except ImportError as error:
         package = (error.name or "").partition(".")[0]
         if package not in _EXTRA:
@@ -79,7 +79,7 @@ def run_explore(options: argparse.Namespace) -> None:
             with raising():
                 if not options.no_browser:
                     webbrowser.open(address)
-                serve(app, listening)
+                run_server(app, listening)
         except KeyboardInterrupt:
             print("rockframe: explorer stopped.", file=sys.stderr)
 
@@ -99,10 +99,10 @@ def _free(stated: Sequence[Structure]) -> list[RockingFrame]:
     return frames
 
 
-def _motions(options: argparse.Namespace) -> list[Motion]:
+def _motions(options: argparse.Namespace) -> list[ExploredMotion]:
     """Return the horizontal records, each with the vertical component of its station."""
     from rockframe.components import vertical_beside
-    from rockframe.explorer.answer import PULSE_SEARCH, Motion
+    from rockframe.explorer.answer import PULSE_SEARCH, ExploredMotion
     from rockframe.options.respond import Ensemble
     from rockframe.results.records import open_records
     from rockframe.results.versions import VersionSources
@@ -121,7 +121,7 @@ def _motions(options: argparse.Namespace) -> list[Motion]:
         uncertain = {name: sources.uncertain(file.read(name)) for name in names}
     beside = vertical_beside(everything)
     return [
-        Motion(
+        ExploredMotion(
             record,
             with_vertical(record, beside) if record.record_id in beside else as_ground(record),
             searches[record.record_id],

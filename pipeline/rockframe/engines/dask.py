@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 from rockframe.engines.engine import Resources, in_order
 from rockframe.errors import EngineError
-from rockframe.interruption import check
+from rockframe.interruption import raise_if_interrupted
 from rockframe.provenance import page_source_hash, source_code_hash
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class DaskScheduler:
         """Wait for a result while there are workers; without workers Dask would wait for ever."""
         seen = monotonic()
         while not future.done():
-            check()
+            raise_if_interrupted()
             try:
                 future.exception(timeout=_PAUSE)
             except TimeoutError:

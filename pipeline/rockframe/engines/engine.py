@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Final, Protocol, TypeVar
 
 from rockframe.engines.pool import ATTEMPTS, WorkerDiedError, WorkerPool, awaited
 from rockframe.errors import EngineError, ParameterError
-from rockframe.interruption import check
+from rockframe.interruption import raise_if_interrupted
 from rockframe.watch import watched
 
 Part = TypeVar("Part")
@@ -266,7 +266,7 @@ class OneProcess:
     ) -> Generator[Result, None, None]:
         """Yield the results of a function in the order of the tasks."""
         for task in tasks:
-            check()
+            raise_if_interrupted()
             yield function(task)
 
 
@@ -316,7 +316,7 @@ class ProcessPool:
         rest, spent, done = iter(tasks), 0.0, 0
         while workers == 1 or not self._worthwhile(spent, done, total):
             for task in rest:
-                check()
+                raise_if_interrupted()
                 begin = perf_counter()
                 result = function(task)
                 spent, done = spent + perf_counter() - begin, done + 1
@@ -362,7 +362,7 @@ class SharedWork:
         pending: deque[Future[Result]] = deque()
         numbers = count(1)
         for task in tasks:
-            check()
+            raise_if_interrupted()
             if self.ready.done() and all(future.done() for future in pending):
                 pending.append(self.pool.submit(function, task))
             else:
@@ -434,5 +434,5 @@ def map_tasks(
     results = (ProcessPool() if engine is None else engine).map(function, tasks)
     with closing(watched(iter(results), total)) as awaited_results:
         for result in awaited_results:
-            check()
+            raise_if_interrupted()
             yield result

@@ -16,7 +16,7 @@ from threading import Lock
 from typing import Any, Final, ParamSpec, Self, TypeVar
 
 from rockframe.errors import ParameterError
-from rockframe.interruption import check, undoing
+from rockframe.interruption import raise_if_interrupted, undoing
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -184,9 +184,9 @@ class WorkerPool(Executor):
 def awaited(future: Future[T]) -> T:
     """Return the result of a call in a worker; while it is awaited, signals are acted on."""
     while not future.done():
-        check()
+        raise_if_interrupted()
         wait([future], timeout=_PAUSE)
-    check()
+    raise_if_interrupted()
     return future.result()
 
 

@@ -147,12 +147,12 @@ _INSIDE: Final = 1_000
 _OUTSIDE: Final = 200
 
 
-#: The page shows the best pulse only, without the test against noise.
+#: The page shows the selected pulse only, without the test against noise.
 PULSE_SEARCH: Final = PulseOptions(surrogates=0, runners_up=0)
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class ExploredMotion:
     """A record to choose on the page.
 
     Parameters
@@ -267,12 +267,12 @@ class Answer:
         return head + np.stack(series).astype("<f4").tobytes()
 
 
-def answer(motions: Mapping[str, Motion], settings: Settings) -> Answer:
+def answer(motions: Mapping[str, ExploredMotion], settings: Settings) -> Answer:
     """Compute the response of the frame to the motion.
 
     Parameters
     ----------
-    motions : mapping of str to Motion
+    motions : mapping of str to ExploredMotion
         Motions by the identifiers of their records.
     settings : Settings
         Settings of the request.
@@ -289,7 +289,7 @@ def answer(motions: Mapping[str, Motion], settings: Settings) -> Answer:
     return Answer(response, scaled, _places(response, scaled, settings.window), pulse)
 
 
-def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, Any]:
+def margin(motions: Mapping[str, ExploredMotion], settings: Settings) -> dict[str, Any]:
     """Compute the ensemble and the margin (some tenths of a second), and return verdict, bands and
     strip.
 
@@ -314,7 +314,7 @@ def margin(motions: Mapping[str, Motion], settings: Settings) -> dict[str, Any]:
     }
 
 
-def _versions(motion: Motion, settings: Settings) -> Versions | None:
+def _versions(motion: ExploredMotion, settings: Settings) -> Versions | None:
     """Return the versions of the motion of the settings, if the record has several."""
     if settings.pulse or motion.uncertain is None:
         return None
@@ -341,7 +341,7 @@ def _envelope(response: Response) -> dict[str, list[float]]:
     }
 
 
-def _ground_motion(motions: Mapping[str, Motion], settings: Settings) -> GroundAcceleration:
+def _ground_motion(motions: Mapping[str, ExploredMotion], settings: Settings) -> GroundAcceleration:
     """Return the ground motion of the settings."""
     require_known("record", settings.record, motions)
     motion = motions[settings.record]
@@ -361,7 +361,7 @@ def _ground_motion(motions: Mapping[str, Motion], settings: Settings) -> GroundA
 
 
 @cache
-def _pulse_of(motion: Motion) -> Pulse:
+def _pulse_of(motion: ExploredMotion) -> Pulse:
     """Return the pulse that `rockframe pulse` selects; the search takes some tenths of a second."""
     if motion.search is None:
         raise ParameterError(

@@ -21,7 +21,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from rockframe.errors import ParameterError
-from rockframe.explorer.answer import Motion, Settings, answer, margin, read_settings
+from rockframe.explorer.answer import ExploredMotion, Settings, answer, margin, read_settings
 from rockframe.frame import RockingFrame
 from rockframe.parts import RECTANGULAR, SECTIONS, inertia_ratio_of
 from rockframe.web import render_page
@@ -50,13 +50,13 @@ _HEADERS: Final = {
 
 
 def application(
-    motions: Sequence[Motion], frames: Sequence[RockingFrame], token: str, port: int
+    motions: Sequence[ExploredMotion], frames: Sequence[RockingFrame], token: str, port: int
 ) -> ASGIApp:
     """Return the application that serves the page and its requests.
 
     Parameters
     ----------
-    motions : sequence of Motion
+    motions : sequence of ExploredMotion
         Records to choose from.
     frames : sequence of RockingFrame
         Structures to choose from.
@@ -96,7 +96,7 @@ def application(
     return _Guard(Starlette(routes=routes), port)
 
 
-def _computed(form: str, motions: Mapping[str, Motion], settings: Settings) -> Response:
+def _computed(form: str, motions: Mapping[str, ExploredMotion], settings: Settings) -> Response:
     """Compute a response in the form that was requested; not in the event loop, which serves all.
 
     Raises
@@ -126,7 +126,7 @@ def configured(app: ASGIApp) -> uvicorn.Config:
     )
 
 
-def serve(app: ASGIApp, listening: socket.socket) -> None:
+def run_server(app: ASGIApp, listening: socket.socket) -> None:
     """Serve until the process is interrupted.
 
     Raises
@@ -230,12 +230,12 @@ def _refused(quantity: str) -> Response:
     return PlainTextResponse(f"Invalid {quantity}.\n", status_code=403)
 
 
-def render(motions: Sequence[Motion], frames: Sequence[RockingFrame]) -> tuple[str, str]:
+def render(motions: Sequence[ExploredMotion], frames: Sequence[RockingFrame]) -> tuple[str, str]:
     """Return the page and its Content-Security-Policy; the page only calls its own server.
 
     Parameters
     ----------
-    motions : sequence of Motion
+    motions : sequence of ExploredMotion
         Records to choose from.
     frames : sequence of RockingFrame
         Structures to choose from; the first is shown.
@@ -246,7 +246,7 @@ def render(motions: Sequence[Motion], frames: Sequence[RockingFrame]) -> tuple[s
     return render_page(Path(__file__).parent, parts, connect="'self'", facts=facts)
 
 
-def _record(motion: Motion) -> dict[str, Any]:
+def _record(motion: ExploredMotion) -> dict[str, Any]:
     record = motion.record
     place = "/".join(part for part in (record.station, record.component) if part)
     return {

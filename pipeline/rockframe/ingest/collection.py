@@ -19,7 +19,7 @@ from rockframe.ingest.containers import printable
 from rockframe.ingest.files import Catalogue, Reading, Source, read_outcomes, sources_of
 from rockframe.ingest.identify import other_ids
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.interruption import check
+from rockframe.interruption import raise_if_interrupted
 from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 from rockframe.signals.passport import measured
@@ -198,7 +198,7 @@ def _outcomes(
     """Yield the outcomes of each file, in order."""
     if workers == 0:
         for path, options in calls:
-            check()
+            raise_if_interrupted()
             yield list(read(path, options))
         return
     with closing(serve(read, calls, workers, limits or Limits())) as served:

@@ -13,7 +13,7 @@ from itertools import dropwhile, takewhile
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.errors import InputError, noting
+from rockframe.errors import InputError, collecting_settled
 from rockframe.record import LONGEST_ID, Orientation, Record, SiteType, is_record_id
 
 _VERTICAL: Final = frozenset(["UP", "V", "VER", "VRT", "VERT", "VERTICAL", "Z", "UD"])
@@ -144,7 +144,7 @@ def noted(read: Callable[[], Record]) -> Record:
     >>> noted(lambda: Record(record_id="a", acceleration=[0.0, 1.0], time_step=0.1)).trusted
     ()
     """
-    with noting() as settled:
+    with collecting_settled() as settled:
         record = read()
     return with_trusted(record, settled)
 

@@ -75,7 +75,7 @@ _MOST_EVENTS: Final = 10_000
 #: Largest number of steps to a root.
 _ROOT_STEPS: Final = 200
 #: Largest number of steps after the motion. An oscillator with a strength of a millionth of its
-#: restoring force, and no damping, needs more to come to rest: see `_settle`.
+#: restoring force, and no damping, needs more to come to rest: see `_come_to_rest`.
 _MOST_TAIL: Final = 1_000_000
 
 
@@ -639,7 +639,9 @@ def _note_collapse(
 
 
 @compiled
-def _settle(time: float, oscillator: Constants, state: State, summary: Float, work: Float) -> bool:
+def _come_to_rest(
+    time: float, oscillator: Constants, state: State, summary: Float, work: Float
+) -> bool:
     """Follow the oscillator over still ground until neither a new peak nor yielding can occur.
 
     Returns True if it collapses. If k is positive, the energy falls in each cycle, so the peaks are
@@ -764,7 +766,7 @@ def integrate(  # noqa: C901  one loop, see above
                 force = _held_force(scale * _value(rows, i - 1, degree, h), k * u, q)
             histories[0, i], histories[1, i], histories[2, i] = u, v, force
     end = time + rows.shape[0] * h
-    if i < rows.shape[0] or _settle(end, oscillator, state, summary, work):
+    if i < rows.shape[0] or _come_to_rest(end, oscillator, state, summary, work):
         _note_collapse(oscillator, strongest, histories, summary)
 
 

@@ -29,7 +29,6 @@ from rockframe.rocking.verdict import (
     sometime,
 )
 from rockframe.units import GRAVITY
-from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 Oscillator = IsolatedDeck | FixedFrame
-Motion = Record | Pulse | GroundAcceleration
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ def judged(holds: bool) -> Finding:
 
 
 @dataclass(frozen=True)
-class Check:
+class Judgement:
     """The finding on a claim, and our values in the texts of the claim.
 
     The texts are in ``data/claims.toml``. Without a finding, the value `ours` is compared with the
@@ -98,11 +98,11 @@ class Check:
     values: Mapping[str, Any]
 
 
-def check(finding: bool | Finding, /, **values: Any) -> Check:
+def judgement(finding: bool | Finding, /, **values: Any) -> Judgement:
     """Return the result of checking a claim; True agrees, False differs."""
-    return Check(finding if isinstance(finding, Finding) else judged(finding), values)
+    return Judgement(finding if isinstance(finding, Finding) else judged(finding), values)
 
 
-def number(ours: float, /, **further: float) -> Check:
+def number(ours: float, /, **further: float) -> Judgement:
     """Return our value of a printed number, and other values in the texts of its claim."""
-    return Check(None, {"ours": ours, **further})
+    return Judgement(None, {"ours": ours, **further})

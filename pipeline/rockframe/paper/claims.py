@@ -10,7 +10,7 @@ from typing import Any
 
 from jinja2 import Environment
 
-from rockframe.paper.claim import Check, Claim, Finding, agrees_to_last_digit, check
+from rockframe.paper.claim import Claim, Finding, Judgement, agrees_to_last_digit, judgement
 from rockframe.paper.derivation import derivation_checks
 from rockframe.paper.equations import (
     frame_checks,
@@ -23,15 +23,15 @@ from rockframe.paper.equations import (
     stability_checks,
 )
 from rockframe.paper.pulses import pulse_checks
-from rockframe.provenance import source_code_hash, versions
+from rockframe.provenance import package_versions, source_code_hash
 
 
 def all_claims() -> list[Claim]:
     """Check all claims that need no records, in the order of the page; this takes seconds."""
     texts = _texts()["claim"]
     checks = (
-        {name: check(Finding.MISPRINT) for name in texts if name.startswith("text-")}
-        | {"table1-events": check(Finding.OPEN)}
+        {name: judgement(Finding.MISPRINT) for name in texts if name.startswith("text-")}
+        | {"table1-events": judgement(Finding.OPEN)}
         | motion_checks()
         | derivation_checks()
         | misprint_checks()
@@ -51,7 +51,7 @@ def _texts() -> dict[str, Any]:
     return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
-def _claim(name: str, text: Mapping[str, str], checked: Check) -> Claim:
+def _claim(name: str, text: Mapping[str, str], checked: Judgement) -> Claim:
     """Return a claim with our values in its texts; a number gets two digits more than printed."""
     printed, ours, finding = text["printed"], text.get("ours", ""), checked.finding
     if finding is None:
@@ -103,6 +103,6 @@ def checked_page(claims: Sequence[Claim], figures: Mapping[str, str], records: s
         records=records,
         commands=commands,
         figures=figures,
-        versions=versions(),
+        versions=package_versions(),
         source=source_code_hash()[:16],
     )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.paper.claim import Check, check
+from rockframe.paper.claim import Judgement, judgement
 from rockframe.rocking import GroundAcceleration, respond
 from rockframe.units import GRAVITY
 
@@ -30,7 +30,7 @@ _TURN: Final = 1e-5
 _STEP: Final = 1e-3
 
 
-def derivation_checks() -> dict[str, Check]:
+def derivation_checks() -> dict[str, Judgement]:
     """Check each of equations (13) to (21) at rotations theta < 0, for which they are printed.
 
     Examples
@@ -49,7 +49,7 @@ def derivation_checks() -> dict[str, Check]:
     force, inertia = _lagrange()
     return {
         "eq-13": _equal(inertia, force, 1e-5),
-        "eq-14": check(bool((np.sign(force) == np.sign(inertia)).all()), nodes=force.size),
+        "eq-14": judgement(bool((np.sign(force) == np.sign(inertia)).all()), nodes=force.size),
         "eq-15": _equal(printed * _TURN, of_bodies, 1e-8),
         "eq-16": _equal(energy, _energy_of_bodies(), 1e-12),
         "eq-17": _equal(reduced, energy, 1e-12),
@@ -60,10 +60,10 @@ def derivation_checks() -> dict[str, Check]:
     }
 
 
-def _equal(printed: Float, ours: Float, tolerance: float) -> Check:
+def _equal(printed: Float, ours: Float, tolerance: float) -> Judgement:
     """Compare two forms; the difference is relative to the largest value."""
     worst = float(np.abs(printed - ours).max() / np.abs(ours).max())
-    return check(worst < tolerance, worst=worst)
+    return judgement(worst < tolerance, worst=worst)
 
 
 def _factor() -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
-from rockframe.paper.claim import Check, Finding, check, judged, number
+from rockframe.paper.claim import Finding, Judgement, judged, judgement, number
 from rockframe.parts import inertia_ratio_of
 from rockframe.rocking import (
     GroundAcceleration,
@@ -32,14 +32,14 @@ BRIDGE: Final = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 _MASS_RATIOS: Final = (0.0, 0.25, 0.3, 1.0, 4.0, 20.0, 1e3)
 
 
-def number_checks() -> dict[str, Check]:
+def number_checks() -> dict[str, Judgement]:
     """Check the numbers printed for the brick, the block, the temple and the bridge."""
     p, bridge_p = TEMPLE.frequency_parameter, BRIDGE.frequency_parameter
     tangent = TEMPLE.uplift_acceleration / GRAVITY
     cylinder = inertia_ratio_of("circular", BRIDGE.height, BRIDGE.width)
     round_piers = RockingFrame(height=BRIDGE.height, width=BRIDGE.width, inertia_ratio=cylinder)
     return {
-        "brick-p": check(Finding.OPEN, diagonal=100.0 * 2.0 * 0.75 * GRAVITY / 8.0**2),
+        "brick-p": judgement(Finding.OPEN, diagonal=100.0 * 2.0 * 0.75 * GRAVITY / 8.0**2),
         "plastic-limit": number(math.degrees(TEMPLE.slenderness_limit)),
         "temple-p": number(p),
         "temple-slenderness": number(math.degrees(TEMPLE.slenderness)),
@@ -54,7 +54,7 @@ def number_checks() -> dict[str, Check]:
     }
 
 
-def frame_checks() -> dict[str, Check]:
+def frame_checks() -> dict[str, Judgement]:
     """Check the claims about size, frequency, uplift and restitution of frames."""
     heavy = RockingFrame(height=9.6, width=1.6, mass_ratio=1e15)
     ratio = (heavy.effective_frequency_parameter / heavy.frequency_parameter) ** 2
@@ -62,21 +62,21 @@ def frame_checks() -> dict[str, Check]:
     uplift = _uplift_ratios()
     at_once = all(part == "1.000000000" for part in uplift.split(", "))
     return {
-        "eq-6": check(block < 1e-14, worst=block),
-        "eq-28": check(abs(ratio - 2.0 / 3.0) < 1e-12, ratio=ratio),
-        "eq-29": check(forms < 1e-13, worst=forms),
-        "eq-36": check(at_once, ratios=uplift),
-        "restitution-order": check(less > 0.0, least=less),
+        "eq-6": judgement(block < 1e-14, worst=block),
+        "eq-28": judgement(abs(ratio - 2.0 / 3.0) < 1e-12, ratio=ratio),
+        "eq-29": judgement(forms < 1e-13, worst=forms),
+        "eq-36": judgement(at_once, ratios=uplift),
+        "restitution-order": judgement(less > 0.0, least=less),
     }
 
 
-def _drift_and_lift() -> Check:
+def _drift_and_lift() -> Judgement:
     theta = np.linspace(0.0, BRIDGE.slenderness, 100_001)
     drift = BRIDGE.horizontal_displacement(theta)
     lift = BRIDGE.vertical_displacement(theta)
     v_of_50 = 100.0 * float(np.interp(0.50, drift, lift))
     u_of_5 = 100.0 * float(np.interp(0.05, lift, drift))
-    return check(v_of_50 <= 5.5, lift=v_of_50, drift=u_of_5)
+    return judgement(v_of_50 <= 5.5, lift=v_of_50, drift=u_of_5)
 
 
 def _block_restitution() -> float:
@@ -130,7 +130,7 @@ _GROWTH: Final = BRIDGE.effective_size / BRIDGE.size
 _COLUMN: Final = RockingFrame(height=_GROWTH * BRIDGE.height, width=_GROWTH * BRIDGE.width)
 
 
-def one_column_checks() -> dict[str, Check]:
+def one_column_checks() -> dict[str, Judgement]:
     """Check the equivalent column, with its own and with the frame's restitution.
 
     Examples
@@ -146,7 +146,7 @@ def one_column_checks() -> dict[str, Check]:
     rate, of_column = (abs(each.impact_velocities[_IMPACT - 1]) for each in (frame, own))
     apart, apart_losing = (np.abs(frame.theta - each.theta).max() for each in (own, lossy))
     return {
-        "one-column": check(
+        "one-column": judgement(
             bool(apart < 1e-9),
             apart=apart,
             T_p=_PULSE.T_p,
@@ -154,7 +154,9 @@ def one_column_checks() -> dict[str, Check]:
             rate=rate,
             of_column=of_column,
         ),
-        "one-column-losses": check(bool(apart_losing < 1e-9), apart=apart_losing, T_p=_PULSE.T_p),
+        "one-column-losses": judgement(
+            bool(apart_losing < 1e-9), apart=apart_losing, T_p=_PULSE.T_p
+        ),
     }
 
 
@@ -173,7 +175,7 @@ _MARGINAL: Final = 0.1
 _ISLAND: Final = 2.45
 
 
-def stability_checks() -> dict[str, Check]:
+def stability_checks() -> dict[str, Judgement]:
     """Check the claims about overturning."""
     least = _least(_SLENDERNESSES, _BEAMS, (*_LOW, *_HIGH), _LARGEST)
     return {
@@ -186,31 +188,31 @@ def stability_checks() -> dict[str, Check]:
     }
 
 
-def _no_overturning(mass_ratio: float, frequency_ratio: float, bound: float) -> Check:
+def _no_overturning(mass_ratio: float, frequency_ratio: float, bound: float) -> Judgement:
     """Check that no pulse up to a bound overturns the temple (section 7), by a scan to 60."""
     least = _least((14.0,), (mass_ratio,), (frequency_ratio,), 60.0)[:, 0, 0, 0]
     least_amplitudes = f"{least[0]:.4f} (symmetric), {least[1]:.4f} (antisymmetric)"
     if np.isnan(least).all():
         least_amplitudes = "no pulse up to 60 g tan α overturns"
-    return check(not (least <= bound).any(), found=least_amplitudes, step=_STEP)
+    return judgement(not (least <= bound).any(), found=least_amplitudes, step=_STEP)
 
 
-def _marginal(least: Float) -> Check:
+def _marginal(least: Float) -> Judgement:
     """Compare the heaviest beam with the column alone in the four panels."""
     gain = least[:, :, -1] / least[:, :, 0] - 1.0
     at_4, below = _span(gain[..., -1]), _span(gain[..., :-1])
     small = bool((gain < _MARGINAL).all())
-    return check(small, at_4=at_4, below=below, step=_STEP, largest=_LARGEST)
+    return judgement(small, at_4=at_4, below=below, step=_STEP, largest=_LARGEST)
 
 
-def _enhanced(least: Float) -> Check:
+def _enhanced(least: Float) -> Judgement:
     """Compare the heaviest beam with the column alone from a frequency ratio of 4 on."""
     alone = least[:, :, 0]
     frame = np.where(np.isnan(least[:, :, -1]), np.inf, least[:, :, -1])
     gain = np.where(np.isnan(alone), np.inf, frame / alone - 1.0)
     grows = bool((gain[..., 1:] >= gain[..., :-1]).all())
     at_5 = gain[..., 1]
-    return check(
+    return judgement(
         grows and bool((gain[..., 1:] > 0.0).all()),
         at_5=_span(at_5[np.isfinite(at_5)]),
         never=np.isinf(gain[..., 2]).sum(),
@@ -220,14 +222,14 @@ def _enhanced(least: Float) -> Check:
     )
 
 
-def _heavier_is_safer(least: Float) -> Check:
+def _heavier_is_safer(least: Float) -> Judgement:
     lighter, heavier = least[:, :, :-1], least[:, :, 1:]  # NaN: nothing up to the largest overturns
     falls = int((heavier < lighter).sum() + (np.isnan(lighter) & ~np.isnan(heavier)).sum())
     edges = ", ".join(f"{edge:.2f}" for edge in least[0, 0, :, 1])
-    return check(falls == 0, falls=falls, steps=(~np.isnan(lighter)).sum(), edges=edges)
+    return judgement(falls == 0, falls=falls, steps=(~np.isnan(lighter)).sum(), edges=edges)
 
 
-def _every_amplitude() -> Check:
+def _every_amplitude() -> Judgement:
     """Compare a column that does not overturn under a pulse with a frame that does."""
     falls = {}
     for gamma in (0.0, 0.25):
@@ -239,7 +241,7 @@ def _every_amplitude() -> Check:
         )
         falls[gamma] = respond_many([pulse], [frame]).verdict.item() == Verdict.OVERTURNS
     words = {True: "overturns", False: "stands"}
-    return check(
+    return judgement(
         falls[0.0] or not falls[0.25],
         amplitude=_ISLAND,
         column=words[falls[0.0]],
@@ -253,7 +255,7 @@ _SCALES: Final = tuple(np.linspace(1.0, 8.0, 29).tolist())
 _NO_FRIEZE: Final = 0.3
 
 
-def scale_checks() -> dict[str, Check]:
+def scale_checks() -> dict[str, Judgement]:
     """Check Housner's scale effects, the safe region above the spectrum, and gamma of the temple.
 
     By eq (47) a similar block of another size under one pulse, and one block under a pulse of
@@ -279,17 +281,17 @@ def scale_checks() -> dict[str, Check]:
     effect = {"steps": steps, "drops": drops, "step": _STEP, "largest": _LARGEST}
     column = TEMPLE.height * TEMPLE.width**2 * math.pi / 4.0
     return {
-        "larger-block": check(drops == 0, **effect),
-        "longer-pulse": check(drops == 0, **effect),
-        "scale-every-amplitude": check(not shorter_alone.any(), share=100.0 * share),
+        "larger-block": judgement(drops == 0, **effect),
+        "longer-pulse": judgement(drops == 0, **effect),
+        "scale-every-amplitude": judgement(not shorter_alone.any(), share=100.0 * share),
         "safe-region": _safe_region(falls, at_once, spectrum.amplitude > least[..., None] + _STEP),
-        "temple-gamma": check(Finding.OPEN, volume=_NO_FRIEZE * column, column=column),
+        "temple-gamma": judgement(Finding.OPEN, volume=_NO_FRIEZE * column, column=column),
     }
 
 
 def _safe_region(
     falls: NDArray[np.bool_], at_once: NDArray[np.bool_], above: NDArray[np.bool_]
-) -> Check:
+) -> Judgement:
     """Check that frames stand above the least amplitude, and that both modes of overturning occur:
     at once, without an impact, and later.
     """
@@ -299,7 +301,7 @@ def _safe_region(
     where = np.array(_SCALES)[ratios.reshape(-1, len(_SCALES)).any(axis=0)]
     span = f"{where.min():g} to {where.max():g}" if where.size else "none"
     panels = int(ratios.any(axis=-1).sum())
-    return check(
+    return judgement(
         bool(islands.any()) and modes,
         panels=panels,
         of=ratios.shape[0] * ratios.shape[1],
@@ -342,21 +344,21 @@ _RATE: Final = -0.8
 _DIFFERENCE: Final = 1e-4
 
 
-def motion_checks() -> dict[str, Check]:
+def motion_checks() -> dict[str, Judgement]:
     """Check the claims about kinematics and the equation of motion, section 3."""
     residual, frequency = _kinematic_residual(), _frequency_difference()
     push = GroundAcceleration.from_samples([0.0, 4.0, 4.0], 0.2)
     theta = float(respond(BRIDGE, push).theta[-1])
     return {
-        "eq-7-11": check(residual < 1e-6, worst=residual),
-        "eq-26": check(frequency < 1e-13, worst=frequency),
+        "eq-7-11": judgement(residual < 1e-6, worst=residual),
+        "eq-26": judgement(frequency < 1e-13, worst=frequency),
         "energy": _energy_check(),
-        "sign": check(theta < 0.0, theta=theta),
+        "sign": judgement(theta < 0.0, theta=theta),
         "eq-47": _similarity_check(),
     }
 
 
-def misprint_checks() -> dict[str, Check]:
+def misprint_checks() -> dict[str, Judgement]:
     """Check the misprinted equations, with values of both forms."""
     alpha = BRIDGE.slenderness
     printed = _work_slope(math.cos(alpha + _THETA), math.sin(alpha + _THETA))
@@ -364,20 +366,20 @@ def misprint_checks() -> dict[str, Check]:
     slope = (_work(_THETA + _DIFFERENCE) - _work(_THETA - _DIFFERENCE)) / (2.0 * _DIFFERENCE)
     return {
         "eq-12": _lift_check(),
-        "eq-23": check(Finding.MISPRINT, printed=8.0 + 2.0, meant=8.0 + 0.5 * 2.0),
+        "eq-23": judgement(Finding.MISPRINT, printed=8.0 + 2.0, meant=8.0 + 0.5 * 2.0),
         "eq-24": _misprint(printed, slope, meant),
         "eq-34": _uplift_check(),
     }
 
 
-def impact_checks() -> dict[str, Check]:
+def impact_checks() -> dict[str, Judgement]:
     """Check eq (43) against the solution of eqs (37) to (41), section 5."""
     worst = 0.0
     for gamma in (0.0, 0.3, 1.0, 4.0, 100.0):
         for alpha in np.radians([5.0, 10.0, 14.0, 30.0]):
             frame = RockingFrame(height=5.0, width=5.0 * math.tan(alpha), mass_ratio=gamma)
             worst = max(worst, abs(_impact(alpha, gamma) - frame.restitution))
-    return {"eq-43": check(worst < 1e-13, worst=worst)}
+    return {"eq-43": judgement(worst < 1e-13, worst=worst)}
 
 
 def _kinematic_residual() -> float:
@@ -414,7 +416,7 @@ def _printed_rates(side: float) -> tuple[float, float, float, float]:
     )
 
 
-def _lift_check() -> Check:
+def _lift_check() -> Judgement:
     """Check eq (12) for theta > 0, where one of its signs contradicts (11)."""
     _, right = _differences(BRIDGE.vertical_displacement, 1.0)
     printed = _printed_rates(1.0)[3]
@@ -434,7 +436,7 @@ def _frequency_difference() -> float:
     return worst
 
 
-def _energy_check() -> Check:
+def _energy_check() -> Judgement:
     ground = GroundAcceleration.from_samples(np.zeros(2001), 0.005)
     response = respond(BRIDGE, ground, initial_rotation=0.8 * BRIDGE.slenderness)
     energy = 0.5 * response.omega**2 + BRIDGE.effective_frequency_parameter**2 * (
@@ -445,20 +447,20 @@ def _energy_check() -> Check:
     moment = restoring_moment(BRIDGE, np.array([1e-15, BRIDGE.slenderness]))
     first, last = moment[0], abs(moment[1])
     holds = drift < 1e-12 and abs(first - 1.0) < 1e-12 and last < 1e-12
-    return check(bool(holds), drift=drift, first=first, last=last)
+    return judgement(bool(holds), drift=drift, first=first, last=last)
 
 
-def _similarity_check() -> Check:
+def _similarity_check() -> Judgement:
     """Compare two sizes of frame with the same five products of eq (47)."""
     scale = 0.3
     small = RockingFrame(height=scale * 9.6, width=scale * 1.6, mass_ratio=4.0)
     full = respond(BRIDGE, Pulse(wavelet="symmetric_ricker", a_p=5.0, T_p=1.6))
     reduced = respond(small, Pulse(wavelet="symmetric_ricker", a_p=5.0, T_p=1.6 * math.sqrt(scale)))
     apart = float(np.abs(full.theta - reduced.theta).max())
-    return check(apart < 1e-11, scale=scale, apart=apart)
+    return judgement(apart < 1e-11, scale=scale, apart=apart)
 
 
-def _uplift_check() -> Check:
+def _uplift_check() -> Judgement:
     """Check eq (34) at theta > 0, where the printed equation treats the columns as unrotated."""
     alpha, gamma = BRIDGE.slenderness, BRIDGE.mass_ratio
     beam = alpha - _THETA
@@ -468,12 +470,12 @@ def _uplift_check() -> Check:
     return _misprint(printed, math.tan(beam), math.tan(beam))
 
 
-def _misprint(printed: float, right: float, meant: float, **further: float) -> Check:
+def _misprint(printed: float, right: float, meant: float, **further: float) -> Judgement:
     """Return MISPRINT if the printed value is wrong and the intended value is right."""
     near = math.isclose(meant, right, rel_tol=1e-6)
     wrong = near and not math.isclose(printed, right, rel_tol=1e-3)
     finding = Finding.MISPRINT if wrong else judged(near)
-    return check(finding, printed=printed, right=right, meant=meant, **further)
+    return judgement(finding, printed=printed, right=right, meant=meant, **further)
 
 
 def _work(theta: float) -> float:

@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 
 from rockframe.matching.match import match_pulses
 from rockframe.options.pulse import PulseOptions
-from rockframe.paper.claim import Check, Claim, Finding, agrees_to_last_digit, check, judged, number
+from rockframe.paper.claim import (
+    Claim,
+    Finding,
+    Judgement,
+    agrees_to_last_digit,
+    judged,
+    judgement,
+    number,
+)
 from rockframe.record import Record
 from rockframe.results.tables.rows import Row
 from rockframe.units import GRAVITY
@@ -180,7 +188,7 @@ _PERIOD: Final = 1.27
 _TIME: Final = np.linspace(-3.0, 3.0, 60_001) * _PERIOD
 
 
-def pulse_checks() -> dict[str, Check]:
+def pulse_checks() -> dict[str, Judgement]:
     """Check the claims about the two pulses.
 
     Examples
@@ -190,7 +198,7 @@ def pulse_checks() -> dict[str, Check]:
     """
     symmetric = _symmetric_difference()
     return {
-        "eq-44": check(symmetric < 1e-14, worst=symmetric),
+        "eq-44": judgement(symmetric < 1e-14, worst=symmetric),
         "eq-45": _antisymmetric_check(),
         "beta": number(BETA),
         "spectrum": _spectrum_check(),
@@ -203,7 +211,7 @@ def _symmetric_difference() -> float:
     return float(np.abs((1.0 - 2.0 * y) * np.exp(-y) - ours).max())
 
 
-def _antisymmetric_check() -> Check:
+def _antisymmetric_check() -> Judgement:
     """Check eq (45), which is printed with t in place of 2 pi t / (sqrt(3) T_p)."""
     x = math.tau * _TIME / (math.sqrt(3.0) * _PERIOD)
     printed = np.abs((x**2 - 3.0) * _TIME * np.exp(-0.5 * x**2) / BETA).max()
@@ -212,10 +220,10 @@ def _antisymmetric_check() -> Check:
     sound = all(math.isclose(largest, 1.0, rel_tol=1e-6) for largest in (meant, ours.max()))
     misprint = sound and not math.isclose(printed, 1.0, rel_tol=0.01)
     finding = Finding.MISPRINT if misprint else judged(sound)
-    return check(finding, printed=printed, T_p=_PERIOD, maximum=ours.max())
+    return judgement(finding, printed=printed, T_p=_PERIOD, maximum=ours.max())
 
 
-def _spectrum_check() -> Check:
+def _spectrum_check() -> Judgement:
     """Find the peak of the Fourier spectrum on a grid of frequencies around 2 pi / T_p."""
     ratio = np.linspace(0.8, 1.2, 401)
     time = _TIME[::10]
@@ -226,7 +234,7 @@ def _spectrum_check() -> Check:
         spectrum = np.abs(waves @ samples)
         periods.append(float(1.0 / ratio[int(np.argmax(spectrum))]))
     near = all(abs(period - 1.0) < 1.5e-3 for period in periods)
-    return check(near, symmetric=periods[0], antisymmetric=periods[1])
+    return judgement(near, symmetric=periods[0], antisymmetric=periods[1])
 
 
 _COMMAND: Final = "rockframe table1 --records FOLDER"

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.interruption import check
+from rockframe.interruption import raise_if_interrupted
 from rockframe.results.reading import opened
 from rockframe.results.writing import growing, named, put, slices
 
@@ -97,7 +97,7 @@ def _small_variables(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset]
     left_out: dict[str, str] = {}
     first: Mapping[str, Any] = {}
     for number, path in enumerate(parts, 1):
-        check()
+        raise_if_interrupted()
         with opened(path, kind, empty=True) as part:
             stated, wanted = part.attrs.pop("batch", "1/1"), f"{number}/{len(parts)}"
             if stated != wanted:
@@ -153,7 +153,7 @@ def _with_matrices(
     values = {name: np.empty((records, *like[name].shape[1:]), like[name].dtype) for name in names}
     start = 0
     for path in parts:
-        check()
+        raise_if_interrupted()
         with opened(path, kind, empty=True) as part:
             end = start + part.sizes.get("record", 0)
             for name, whole in values.items() if end > start else ():
@@ -185,7 +185,7 @@ def _samples(
     parts: Sequence[Path], kind: str, series: Mapping[str, xr.Variable]
 ) -> Iterator[dict[str, Any]]:
     for path in parts:
-        check()
+        raise_if_interrupted()
         with opened(path, kind, empty=True) as part:
             if "record_id" in part:
                 yield {name: part[name].to_numpy() for name in series}

@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import InputError
-from rockframe.provenance import sha256_of, source_code_hash, versions, whole_file
+from rockframe.provenance import package_versions, sha256_of, source_code_hash, whole_file
 from rockframe.results.schema import KINDS
 from rockframe.results.schema.declare import FileKind
 from rockframe.results.stored import CHUNK, WITHOUT_RECORDS, open_netcdf
@@ -109,7 +109,7 @@ def put(
 ) -> None:
     """Write a dataset and its origin into a file of `named`; mode ``a`` adds to the file."""
     stage = KINDS[kind].stage
-    version = versions()["rockframe"]
+    version = package_versions()["rockframe"]
     of_all = {
         "Conventions": "CF-1.11",
         "history": f"rockframe {stage} (rockframe {version})",

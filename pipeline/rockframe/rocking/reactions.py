@@ -21,15 +21,12 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.parts import Lever
-from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import Response, RestraintResponse, as_ground
+from rockframe.rocking.response import Motion, Response, RestraintResponse, as_ground
 from rockframe.rocking.verdict import MODEL_ENDS
 from rockframe.units import GRAVITY
-from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
-Motion = Record | Pulse | GroundAcceleration
 
 
 def angular_acceleration(

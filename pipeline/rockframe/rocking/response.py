@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Float = NDArray[np.float64]
+#: Motions that shake a frame.
+Motion = Record | Pulse | GroundAcceleration
 
 #: Largest moment of ties over that of gravity. The stronger the ties, the smaller the kernel's
 #: steps.

@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.engines.engine import on_threads, threads
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.record import Record
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import NO_UPLIFT, kernel, lanes, steps
 from rockframe.rocking.kernels.tails import DISTANCE, EXCURSION_SIZE, fill_ahead
 from rockframe.rocking.kernels.ties import ELASTIC
 from rockframe.rocking.reactions import demands_at_rest, levers_of
 from rockframe.rocking.response import (
+    Motion,
     as_ground,
     refuse_flight,
     require_some,
@@ -28,7 +28,6 @@ from rockframe.rocking.response import (
     vertical_in_g,
 )
 from rockframe.units import GRAVITY
-from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -319,8 +318,6 @@ def _bounds(rows: Float, *, curved: bool) -> Float:
     return np.ascontiguousarray(ends)
 
 
-Motion = Record | Pulse | GroundAcceleration | Prepared
-
 #: Number of scenarios for which another thread pays off.
 _WORTH_A_THREAD: Final = 256
 
@@ -398,7 +395,7 @@ class Peaks:
 
 
 def respond_scenarios(
-    grounds: Sequence[Motion],
+    grounds: Sequence[Motion | Prepared],
     frames: Sequence[RockingFrame],
     ground: ArrayLike,
     frame: ArrayLike,
@@ -486,7 +483,7 @@ def respond_scenarios(
 
 
 def respond_many(
-    motions: Sequence[Motion],
+    motions: Sequence[Motion | Prepared],
     frames: Sequence[RockingFrame],
     scales: ArrayLike = (1.0,),
 ) -> Peaks:
@@ -541,7 +538,7 @@ def scales_of(scales: ArrayLike, **more: Sequence[object]) -> Float:
     return factors
 
 
-def _refuse_flights(grounds: Sequence[Motion], which: Index, factors: Float) -> None:
+def _refuse_flights(grounds: Sequence[Motion | Prepared], which: Index, factors: Float) -> None:
     """Raise an error if a motion falls faster than gravity at one of its scales."""
     for k, motion in enumerate(grounds):
         ground = motion.ground if isinstance(motion, Prepared) else motion
@@ -551,7 +548,7 @@ def _refuse_flights(grounds: Sequence[Motion], which: Index, factors: Float) -> 
                 refuse_flight(ground, float(scale))
 
 
-def _ground_of(motion: Motion) -> GroundAcceleration:
+def _ground_of(motion: Motion | Prepared) -> GroundAcceleration:
     return motion.ground if isinstance(motion, Prepared) else as_ground(motion)
 
 

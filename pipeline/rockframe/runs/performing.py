@@ -14,7 +14,7 @@ import xarray as xr
 from rockframe.engines.choice import choose_engine
 from rockframe.engines.engine import Engine, map_tasks, resources_of, serve
 from rockframe.errors import InputError, RockframeError
-from rockframe.interruption import check
+from rockframe.interruption import raise_if_interrupted
 from rockframe.options import STAGES, STRUCTURES, Stage, loaded
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import FigureOptions, ReportOptions
@@ -163,7 +163,7 @@ def _perform(
 ) -> None:
     done = 0
     for works, how, where in _parallel_work(plan, todo, folder, engine):
-        check()
+        raise_if_interrupted()
         for work, _ in zip(works, map_tasks(how, works, engine=where), strict=True):
             done += 1
             on_step(work.step.name, done, len(todo))

@@ -21,13 +21,13 @@ from rockframe.options.model import Options
 from rockframe.provenance import (
     MANIFEST,
     is_sealed,
+    package_versions,
     page_source_hash,
     read_json,
     refuse_obstacles,
     refuse_overwriting,
     sha256_of,
     source_code_hash,
-    versions,
 )
 from rockframe.study.structures import read_bridges
 from rockframe.study.study import Study, structures_text
@@ -95,7 +95,7 @@ class Step:
         """
         return {
             "code": source_code_hash(),
-            "packages": versions(),
+            "packages": package_versions(),
             "stage": self.stage,
             "options": _without_folders(self.options),
             "batch": list(self.batch),
@@ -523,11 +523,11 @@ def _count(inputs: tuple[Input, ...]) -> int:
     count = 0
     for file in inputs:
         if file.path.suffix.lower() not in _BESIDE and not is_catalogue(file.path):
-            count += _members(file.path)
+            count += _count_archived(file.path)
     return max(count, 1)
 
 
-def _members(path: Path) -> int:
+def _count_archived(path: Path) -> int:
     """Return the number of files in an archive; 1 for other files and corrupted archives."""
     try:
         if zipfile.is_zipfile(path):

@@ -525,7 +525,7 @@ def finish(folder: Path) -> int:
     inputs = {file.name: file.sha256 for file in plan.inputs}
     changed, read = changed_inputs(plan.inputs), _read_by_ingest(folder)
     if not changed:
-        inputs = _members(plan, set(read.values()) - set(inputs.values())) | inputs
+        inputs = _archived_files(plan, set(read.values()) - set(inputs.values())) | inputs
         hashes = set(inputs.values())
         changed = [(name, "changed") for name, sha256 in read.items() if sha256 not in hashes]
     for name, reason in changed:
@@ -580,7 +580,7 @@ def _read_by_ingest(folder: Path) -> dict[str, str]:
     return inputs
 
 
-def _members(plan: Plan, wanted: Collection[str]) -> dict[str, str]:
+def _archived_files(plan: Plan, wanted: Collection[str]) -> dict[str, str]:
     """Return the name and SHA-256 of each archive member that has one of these hashes.
 
     A record states the hash of its archive member; the plan states the hash of the archive.

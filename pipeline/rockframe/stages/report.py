@@ -19,6 +19,7 @@ from rockframe.options.model import ReportOptions
 from rockframe.provenance import (
     MANIFEST,
     is_whole_page,
+    package_versions,
     processor,
     read_manifest,
     refuse_obstacles,
@@ -27,7 +28,6 @@ from rockframe.provenance import (
     sealed_page,
     sha256_of,
     source_code_hash,
-    versions,
     whole_file,
     write_manifest,
 )
@@ -122,7 +122,7 @@ def verify_run(folder: str | Path) -> Verification:
 
 
 def _other_versions(manifest: Mapping[str, Any]) -> dict[str, str]:
-    here, stated = versions(), manifest["versions"]
+    here, stated = package_versions(), manifest["versions"]
     return {name: str(made) for name, made in stated.items() if here.get(name, made) != made}
 
 

@@ -22,7 +22,7 @@ from markupsafe import Markup
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.cells import plain, plain_values
-from rockframe.provenance import versions
+from rockframe.provenance import package_versions
 from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE, SpreadVerdict, Strip
 
 _HOME: Final = Path(__file__).parent
@@ -56,7 +56,7 @@ def render_page(
         plotter="uPlot 1.6.32, © Leon Sorokin, MIT licence",
         rule=VERDICT_RULE,
         legend=MARGIN_LEGEND,
-        version=versions()["rockframe"],
+        version=package_versions()["rockframe"],
         **_plain(content),
     )
     return page, rules
@@ -78,7 +78,7 @@ def render_still(home: Path, template: str, **content: Any) -> str:
     return _template(home, template).render(
         policy=policy("", look, images=bool(content.get("logo"))),
         style=Markup(look),  # noqa: S704 -- our own file
-        version=versions()["rockframe"],
+        version=package_versions()["rockframe"],
         **_plain(content),
     )
 

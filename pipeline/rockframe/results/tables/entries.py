@@ -14,7 +14,7 @@ from rockframe.cells import TABLE_FORMATS, read_rows, write_table
 from rockframe.errors import InputError, ParameterError
 from rockframe.options import STAGES
 from rockframe.outcome import InputOutcome
-from rockframe.provenance import versions, whole_file
+from rockframe.provenance import package_versions, whole_file
 from rockframe.results.stored import attributes_of
 
 if TYPE_CHECKING:
@@ -220,7 +220,7 @@ def parameter_rows(*files: tuple[Path, str]) -> list[dict[str, Any]]:
         rows += [(f"{kind}: SHA-256 of inputs", *one) for one in hashes.items()]
         options = _flat(json.loads(attributes["parameters"]))
         rows += [(f"{kind}: options", *one) for one in options]
-    rows += [("versions of libraries", *one) for one in versions().items()]
+    rows += [("versions of libraries", *one) for one in package_versions().items()]
     return [dict(zip(PARAMETERS, row, strict=True)) for row in rows]
 
 

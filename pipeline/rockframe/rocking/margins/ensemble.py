@@ -15,7 +15,6 @@ from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.parts import Lever
 from rockframe.quantities import QUANTILES
-from rockframe.record import Record
 from rockframe.rocking.assessments import Band, Bands, EnsembleResponse, JointForces
 from rockframe.rocking.contact import impact_friction_demand, joint_forces
 from rockframe.rocking.excitation import GroundAcceleration
@@ -28,13 +27,11 @@ from rockframe.rocking.margins.members import (
     require_motion,
 )
 from rockframe.rocking.reactions import valid_reactions
-from rockframe.rocking.response import Response, as_ground, require_some, respond
+from rockframe.rocking.response import Motion, Response, as_ground, require_some, respond
 from rockframe.rocking.scenarios import Prepared, Scenarios, respond_scenarios
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, Verdict
-from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
-Motion = Record | Pulse | GroundAcceleration
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,16 +24,13 @@ from rockframe.rocking.margins.first_overturning import (
 from rockframe.rocking.margins.robust import (
     robust_margins,
 )
-from rockframe.rocking.response import Response, as_ground, refuse_flight, require_some
+from rockframe.rocking.response import Motion, Response, as_ground, refuse_flight, require_some
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
     pass
 
 Float = NDArray[np.float64]
-
-
-Motion = Record | Pulse | GroundAcceleration
 
 
 @overload

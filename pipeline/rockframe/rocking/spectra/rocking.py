@@ -18,19 +18,16 @@ from rockframe.engines.engine import Engine, OneProcess, map_tasks
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown
-from rockframe.record import Record
-from rockframe.rocking.excitation import GroundAcceleration
+from rockframe.rocking.response import Motion
 from rockframe.rocking.scenarios import Scenarios, respond_scenarios
 from rockframe.rocking.spectra.overturning import columns_of
 from rockframe.rocking.verdict import Verdict
-from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
 Float = NDArray[np.float64]
-Motion = Record | Pulse | GroundAcceleration
 
 
 @dataclass(frozen=True, eq=False, repr=False)
