@@ -20,7 +20,7 @@ import uvicorn
 from playwright.sync_api import sync_playwright
 from tests.benchmarks.size import sized
 
-from rockframe.explorer.answer import Motion, answer, read_settings
+from rockframe.explorer.answer import ExploredMotion, answer, read_settings
 from rockframe.explorer.server import application, configured
 from rockframe.ingest import read_file
 from rockframe.record import Record
@@ -51,12 +51,13 @@ def long_record() -> Record:
     return Record(record_id="long", acceleration=strong, time_step=0.01)
 
 
-def shakings() -> list[Motion]:
+def shakings() -> list[ExploredMotion]:
     """Return a bundled record and a long one as motions."""
     records = [read_file(bundled_records() / "Ridgecrest2019-CCC.V1")[0], long_record()]
     records = records[: sized(None, 1)]
     return [
-        Motion(r, GroundAcceleration.from_samples(r.acceleration, r.time_step)) for r in records
+        ExploredMotion(r, GroundAcceleration.from_samples(r.acceleration, r.time_step))
+        for r in records
     ]
 
 
@@ -65,7 +66,7 @@ def moves() -> Sequence[float]:
     return [float(scale) for scale in np.linspace(0.1, 2.0, sized(100, 2))]
 
 
-def served(held: list[Motion]) -> dict[str, float]:
+def served(held: list[ExploredMotion]) -> dict[str, float]:
     """Return the median time of an answer as bytes [ms]."""
     found = {}
     for shaking in held:

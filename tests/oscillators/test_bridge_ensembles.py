@@ -107,9 +107,9 @@ def test_rocking_bridges_have_the_ensemble_of_respond() -> None:
 
 
 def test_the_model_of_a_fixed_bridge_ends_at_its_ductility() -> None:
-    found = compared(RUBBER, BridgeEnsemble())
-    fixed = found["fixed"].ensemble
-    assert found["fixed"].model_end is ModelEnd.DUCTILITY_EXCEEDED
+    models = compared(RUBBER, BridgeEnsemble())
+    fixed = models["fixed"].ensemble
+    assert models["fixed"].model_end is ModelEnd.DUCTILITY_EXCEEDED
     assert fixed is not None
     assert fixed.share_model_ends == 1.0
     assert models["isolated"].ensemble is not None

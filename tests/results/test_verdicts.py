@@ -17,7 +17,7 @@ from tests.screening import sine
 
 from rockframe import GroundAcceleration, open_records, open_response
 from rockframe.cli import console
-from rockframe.explorer.answer import Motion, answer, margin, read_settings
+from rockframe.explorer.answer import ExploredMotion, answer, margin, read_settings
 from rockframe.explorer.server import render
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.margins import draw_margin_strips
@@ -159,7 +159,7 @@ def test_the_explorer_calls_a_verdict_without_an_ensemble_nominal(folder: Path) 
         values = {"height": height, "width": width, "mass_ratio": mass_ratio}
         asked = {key: str(value) for key, value in values.items()}
         settings = read_settings({"record": RECORD, "restitution_factor": "1", **stated, **asked})
-        motions = {RECORD: Motion(record, ground, uncertain=made_of)}
+        motions = {RECORD: ExploredMotion(record, ground, uncertain=made_of)}
         assert answer(motions, settings).facts()["words"].startswith("nominally ")
         assert margin(motions, settings)["words"] == EXPECTED[name]
 

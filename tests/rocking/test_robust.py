@@ -113,7 +113,7 @@ def test_errors_are_standard_errors() -> None:
     draws, the 16 % quantile is the 16.84th of 101 intervals.
     """
     falls = np.arange(100)[:, None] >= np.arange(100)
-    found = [FamilySearch(np.ones(100), 0.1, 10.0, seed)._margin(0, falls) for seed in range(40)]  # noqa: SLF001
+    drawn = [FamilySearch(np.ones(100), 0.1, 10.0, seed)._margin(0, falls) for seed in range(40)]  # noqa: SLF001
     ratios = []
     for share, name in ((0.10, "error10"), (0.25, "error25"), (0.50, "error50")):
         error = np.log1p([getattr(margin, name) for margin in drawn]).mean() / math.log(1.01)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.options.respond import BridgeEnsemble, Ensemble
 from rockframe.oscillators.response import (
-    Motion,
     Oscillator,
     OscillatorResponse,
     respond_oscillator,
@@ -32,7 +31,7 @@ from rockframe.rocking.margins.members import (
     require_members,
     turned_degrees,
 )
-from rockframe.rocking.response import as_ground
+from rockframe.rocking.response import Motion, as_ground
 from rockframe.rocking.verdict import ModelEnd, Verdict
 
 Float = NDArray[np.float64]

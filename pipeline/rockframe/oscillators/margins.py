@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rockframe.options.respond import BridgeEnsemble
 from rockframe.oscillators.ensemble import bridge_members
-from rockframe.oscillators.response import Motion, Oscillator, OscillatorPeaks, respond_pairs
+from rockframe.oscillators.response import Oscillator, OscillatorPeaks, respond_pairs
 from rockframe.rivals import FixedFrame
 from rockframe.rocking.assessments import FirstOverturning, Margin, RobustMargin
 from rockframe.rocking.excitation import GroundAcceleration
@@ -20,7 +20,7 @@ from rockframe.rocking.kernels.tails import DISTANCE, EXCURSION_SIZE
 from rockframe.rocking.margins.first_overturning import LARGEST_SCALE, SliverSearch
 from rockframe.rocking.margins.members import draws
 from rockframe.rocking.margins.robust import FamilySearch, resampled
-from rockframe.rocking.response import as_ground
+from rockframe.rocking.response import Motion, as_ground
 
 Float = NDArray[np.float64]
 

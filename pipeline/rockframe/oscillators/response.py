@@ -14,11 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.engines.engine import on_threads
 from rockframe.notebook import Shown, history_dataset
 from rockframe.oscillators import kernel
-from rockframe.record import Record
 from rockframe.rivals import COLUMN_SHARE, FixedFrame, IsolatedDeck
 from rockframe.rocking.assessments import EnsembleResponse, Margin, PartResponse, verdict_of
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import ToPulse, as_ground, first_crossing
+from rockframe.rocking.response import Motion, ToPulse, as_ground, first_crossing
 from rockframe.rocking.scenarios import scales_of
 from rockframe.rocking.verdict import (
     MODEL_ENDS,

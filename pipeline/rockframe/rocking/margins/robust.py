@@ -280,7 +280,7 @@ class FamilySearch:
         # counts are exact on every processor; a share may equal one of the levels of a crossing
         weights = np.concatenate([np.ones((1, count), dtype=np.int64), again])
         shares = self._averaged(falls.astype(np.int64) @ weights.T) / count
-        found = []
+        margins = []
         for share in SHARES:
             crossing = _crossing(shares, share)
             low, high = np.quantile(np.nan_to_num(crossing[1:], nan=len(falls)), (0.16, 0.84))
