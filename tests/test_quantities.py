@@ -60,7 +60,7 @@ assert main(["table1", "--records", record, "--output", folder, *table]) == 0
 assert main(["report", folder]) == 0
 
 from rockframe import open_records
-from rockframe.explorer.answer import Motion, answer, read_settings
+from rockframe.explorer.answer import ExploredMotion, answer, read_settings
 from rockframe.rocking import as_ground
 
 with open_records(Path(folder, "records.nc")) as file:
@@ -68,7 +68,7 @@ with open_records(Path(folder, "records.nc")) as file:
 sizes = {"height": "9.6", "width": "1.6", "mass_ratio": "4", "restitution_factor": "1"}
 asked = {"section": "rectangular", "scale": "1", "vertical": "0", "pulse": "0"}
 times = {"from": "0", "to": "100", "record": record.record_id}
-motions = {record.record_id: Motion(record, as_ground(record))}
+motions = {record.record_id: ExploredMotion(record, as_ground(record))}
 facts = answer(motions, read_settings({**sizes, **asked, **times})).facts()
 print(json.dumps(facts["peaks"]))
 """

@@ -284,7 +284,7 @@ def test_list_of_figures_that_is_gone_is_named_and_they_are_made_again(
 @pytest.mark.parametrize(
     ("names", "words"),
     [
-        (["screen.nc", "screen.nc"], "of kind 'screen', as is"),
+        (["screen.nc", "screen.nc"], "is of the same kind as"),
         (
             ["records.nc", "response.nc"],
             "stated without pulses. Figures of records need three files",

@@ -258,6 +258,7 @@ def respond_oscillator(
     Examples
     --------
     >>> deck = IsolatedDeck.friction_pendulum(radius=2.0, friction=0.06)
+    >>> from rockframe import Pulse
     >>> response = respond_oscillator(deck, Pulse(wavelet="symmetric_ricker", a_p=4.9, T_p=1.5))
     >>> round(response.peak_displacement, 4), round(response.residual_displacement, 4)
     (0.6035, -0.0011)
@@ -353,6 +354,7 @@ def respond_oscillators(
     Examples
     --------
     >>> frame = FixedFrame(period=0.5, strength_ratio=0.2)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=4.9, T_p=1.5)
     >>> respond_oscillators([frame], [pulse], [0.1, 1.0]).ductility.round(2).tolist()
     [[[0.31, 30.54]]]
@@ -382,6 +384,7 @@ def respond_pairs(
     Examples
     --------
     >>> frame = FixedFrame(period=0.5, strength_ratio=0.2)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=4.9, T_p=1.5)
     >>> respond_pairs([frame], pulse, [0, 0], [0.1, 1.0]).ductility.round(2).tolist()
     [0.31, 30.54]

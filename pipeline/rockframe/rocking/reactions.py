@@ -132,6 +132,7 @@ def reactions(response: Response, motion: Motion) -> Reactions:
     --------
     >>> from rockframe.rocking.response import respond
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
     >>> forces = reactions(respond(bent, pulse), pulse)
     >>> round(float(forces.base_friction_demand.max()), 4)
@@ -276,6 +277,7 @@ def column_forces(
     --------
     >>> from rockframe.rocking.response import respond
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
     >>> forces = column_forces(respond(bent, pulse), pulse, spacing=12.0, beam_centre=1.0)
     >>> round(float(np.nanmin(forces.top_vertical)), 3)

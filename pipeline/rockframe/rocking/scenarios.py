@@ -438,6 +438,7 @@ def respond_scenarios(
     --------
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
     >>> column = RockingFrame(height=9.6, width=1.6)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=9.81, T_p=1.5)
     >>> found = respond_scenarios([pulse], [bent, column], [0, 0, 0], [0, 0, 1], [0.1, 0.5, 0.5])
     >>> found.peak_rotation_ratio.round(4)
@@ -512,6 +513,7 @@ def respond_many(
     Examples
     --------
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=9.81, T_p=1.5)
     >>> respond_many([pulse], [bent], [0.1, 0.5, 1.0]).peak_rotation_ratio[0, 0, :2].round(4)
     array([0.    , 0.6517])

@@ -90,6 +90,7 @@ def ensemble_responses(
     Examples
     --------
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.54 * 9.81, T_p=1.5)
     >>> [[found]] = ensemble_responses([pulse], [bent])
     >>> found.overturned, [round(ratio, 2) for ratio in found.bands.peak_rotation_ratio]
@@ -152,6 +153,7 @@ def with_ensemble(
     Examples
     --------
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.55 * 9.81, T_p=1.5)
     >>> [response] = with_ensemble([respond(bent, pulse)], pulse)
     >>> response.verdict.label, response.spread_verdict.kind.label
@@ -179,6 +181,7 @@ def with_envelope(
     Examples
     --------
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=5.0, T_p=1.5)
     >>> response = with_envelope(respond(bent, pulse), pulse)
     >>> bool((response.theta_low <= response.theta_high).all())
@@ -233,6 +236,7 @@ def with_forces(
     Examples
     --------
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.5)
     >>> response = with_forces(respond(bent, pulse), pulse, Ensemble(members=16))
     >>> [round(force, 3) for force in response.force_bands.peak_base_shear]
@@ -307,6 +311,7 @@ def member_peaks(
     Examples
     --------
     >>> bent = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.54 * 9.81, T_p=1.5)
     >>> member_peaks([pulse], [bent], Ensemble()).peaks["peak_u"].shape
     (1, 1, 64)

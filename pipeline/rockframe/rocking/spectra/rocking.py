@@ -111,6 +111,7 @@ def rocking_spectrum(
 
     Examples
     --------
+    >>> from rockframe import Pulse
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4 * 9.81, T_p=1.0)
     >>> found = rocking_spectrum([pulse], [0.17453292519943295], [0.0, 4.0], [3.0, 6.0])
     >>> found.peak_rotation_ratio[0, 0].round(4).tolist()
