@@ -118,9 +118,8 @@ def _state(plan: Plan, step: Step, stamp: Stamp | None, folder: Path) -> StepSta
     for path, fault in stamp.faults(folder):
         gone, name = fault == MISSING, path.relative_to(folder).as_posix()
         kind = "to do" if gone and step.temporary else "damaged"
-        return StepState(
-            step, kind, f"{path}: {fault}", f"{name} {'is missing' if gone else fault}"
-        )
+        reason = f"{name} {'is missing' if gone else fault}"
+        return StepState(step, kind, f"{path}: {fault}", reason)
     return StepState(step, "done")
 
 
@@ -529,10 +528,8 @@ def finish(folder: Path) -> int:
         hashes = set(inputs.values())
         changed = [(name, "changed") for name, sha256 in read.items() if sha256 not in hashes]
     for name, reason in changed:
-        raise InputError(
-            name,
-            f"{reason} since the run began. Run again, and do not change inputs before the end.",
-        )
+        advice = "Run again, and do not change inputs before the end."
+        raise InputError(name, f"{reason} since the run began. {advice}")
     last = next(k for k, step in enumerate(plan.steps) if step.stage == "manifest")
     kept = [name for step in plan.steps[:last] if not step.temporary for name in step.outputs]
     outputs = sorted([*plan.files, *files_of(kept, folder)])
