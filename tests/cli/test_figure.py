@@ -32,13 +32,14 @@ from rockframe.wavelets.pulse import Pulse
 
 @pytest.fixture(scope="module")
 def motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of two text records without metadata."""
+    """A folder of two text records that state their units."""
     folder = tmp_path_factory.mktemp("figures") / "motions"
     folder.mkdir()
     for name, a_p, period in (("weak", 0.3, 0.8), ("strong", 0.45, 1.0)):
         pulse = Pulse(wavelet="antisymmetric_ricker", a_p=a_p, T_p=period, time=3.0)
-        samples = pulse.acceleration(0.01 * np.arange(801))
-        np.savetxt(folder / f"{name}.csv", samples, fmt="%.8f")
+        table = [0.01 * np.arange(801), pulse.acceleration(0.01 * np.arange(801))]
+        rows = {"fmt": ["%.2f", "%.8f"], "delimiter": ",", "header": "time_s,acc_g"}
+        np.savetxt(folder / f"{name}.csv", np.transpose(table), comments="", **rows)
     return folder
 
 
@@ -47,10 +48,7 @@ def run(*words: str | Path) -> int:
 
 
 def read(motions: Path) -> tuple[str | Path, ...]:
-    return (
-        *("--records", motions, "--units", "g", "--time-step", "0.01", "--workers", "0"),
-        *("--grid", "12"),
-    )
+    return ("--records", motions, "--grid", "12")
 
 
 def stated(motions: Path, figure: str) -> tuple[str | Path, ...]:
@@ -288,13 +286,13 @@ def test_each_option_reaches_the_figure_or_is_refused_in_one_line(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All pairs of figure and option, as the parser states them; nothing is drawn here."""
-    reached: list[argparse.Namespace] = []
+    reached: list[list[Path] | None] = []
 
-    def note(options: argparse.Namespace) -> AbstractContextManager[tuple[Path, int]]:
-        reached.append(options)
+    def note(given: list[Path] | None) -> AbstractContextManager[tuple[Path, int]]:
+        reached.append(given)
         raise ParameterError("reached")
 
-    monkeypatch.setattr("rockframe.cli.arguments.stated_records", note)
+    monkeypatch.setattr("rockframe.cli.arguments.records_file", note)
     for action in options_of_figures():
         words = words_of(action)
         taken = FIGURES[name].takes(action.dest)
@@ -303,7 +301,7 @@ def test_each_option_reaches_the_figure_or_is_refused_in_one_line(
         assert run("figure", name, "--output", tmp_path / "a.png", *words) == 2, words
         error = capsys.readouterr().err
         if taken:
-            assert hasattr(reached.pop(), action.dest), words
+            assert (reached.pop() is not None) == (action.dest == "records"), words
         else:
             flag = f"--{action.dest.replace('_', '-')}"
             assert f"{flag} has no effect on figure {name}. Leave it out, or draw" in error
@@ -316,7 +314,7 @@ def test_each_option_reaches_the_figure_or_is_refused_in_one_line(
 def test_each_option_changes_the_picture_and_the_caption(
     motions: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """All options of a figure that are no options of reading, as the parser states them."""
+    """All options of a figure besides the records, as the parser states them."""
 
     def shaken_upwards(record: Record, _beside: Mapping[str, Record]) -> GroundAcceleration:
         upwards = GroundAcceleration.from_samples(0.5 * record.acceleration[::-1], 0.01)

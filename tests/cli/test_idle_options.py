@@ -37,20 +37,10 @@ COMMANDS: Final[dict[str, tuple[str, tuple[type[Options], ...]]]] = {
         (FetchOptions,),
     ),
     "ingest": ("a.csv --output r.nc", (IngestOptions,)),
-    "select": ("r.nc --target t.csv --output s.nc", (SelectOptions, IngestOptions)),
+    "select": ("r.nc --target t.csv --output s.nc", (SelectOptions,)),
     "pulse": ("r.nc --surrogates 0 --wavelet symmetric_ricker --output p.nc", (PulseOptions,)),
     "respond": ("r.nc --ensemble-members 0 --output x.nc", (RespondOptions,)),
-    "screen": ("r.nc --output x.nc", (ScreenOptions, IngestOptions)),
-    "table1": (
-        "--surrogates 0 --wavelet symmetric_ricker --ensemble-members 0 --output t",
-        (RespondOptions, PulseOptions, IngestOptions),
-    ),
-    "figure": ("11 --output a.png", (IngestOptions,)),
-    "explore": ("", (IngestOptions,)),
-    "paper": (
-        "--surrogates 0 --wavelet symmetric_ricker --output t",
-        (PulseOptions, IngestOptions),
-    ),
+    "screen": ("r.nc --output x.nc", (ScreenOptions,)),
 }
 DESIGN: Final = (
     *("--design-dimension", "height", "--design-range", "6", "12"),
@@ -148,9 +138,8 @@ def test_conditions_are_of_options_of_their_model_and_the_default_is_allowed() -
 
 @pytest.mark.parametrize(
     "words",
-    [("--grid", "20"), ("--output", "elsewhere"), ("--surrogates", "20"), ("--records", "a.csv"),
-     ("--uncorrected",)],
-)  # fmt: skip
+    [("--grid", "20"), ("--output", "elsewhere"), ("--records", "a.csv")],
+)
 def test_a_claim_alone_takes_no_other_options(
     words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
 ) -> None:

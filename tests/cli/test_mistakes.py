@@ -228,7 +228,6 @@ def test_a_mistake_leaves_a_finished_run_as_it_was(motion: Path, tmp_path: Path)
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     for mistake in (
         ("--structure", "typo"),
-        ("--periods", "3", "1"),
         ("--band-pass", "40", "1"),
         ("--records", "no-such-file"),
         ("--catalogue", "no-such-file"),
@@ -273,9 +272,8 @@ OF_WORKERS = [
     "pulse records.nc --output p.nc",
     "respond records.nc --output r.nc",
     "screen motions --output s.nc",
-    "explore --records records.nc",
 ]
-OF_READERS = ["table1 --output run", "ingest motions --output r.nc", "explore", "paper --output p"]
+OF_READERS = ["table1 --output run", "ingest motions --output r.nc"]
 
 
 @pytest.mark.parametrize(
@@ -386,17 +384,6 @@ def test_ensembles_that_cannot_be(
     (error,) = (line for line in lines if not line.startswith("rockframe: warning: "))
     assert told in error
     assert not output.exists()
-
-
-@pytest.mark.parametrize("verb", ["respond", "screen", "table1"])
-def test_the_old_option_names_the_new_one(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, verb: str
-) -> None:
-    output = tmp_path / ("run" if verb == "table1" else "file.nc")
-    first = [] if verb == "table1" else ["records.nc"]
-    with pytest.raises(SystemExit, match="2"):
-        run(verb, *first, "--output", output, "--no-margins")
-    assert "--no-margins. Use --margins none." in capsys.readouterr().err
 
 
 def test_verify_accepts_the_folder_after_recompute(

@@ -274,8 +274,10 @@ def test_another_page_is_refused(explorer: Address) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="no signal for one process on this system")
 @pytest.mark.usefixtures("explorer")
 def test_the_command_says_where_and_stops_with_one_line(motion: Path) -> None:
-    record = ["--records", str(motion), "--units", "g", "--time-step", "0.01"]
-    words = [COMMAND, "explore", "--no-browser", "--json", *record]
+    records = motion.with_name("records.nc")
+    stated = ["--units", "g", "--time-step", "0.01", "--output", str(records)]
+    assert main(["ingest", str(motion), *stated]) == 0
+    words = [COMMAND, "explore", "--no-browser", "--json", "--records", str(records)]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     said = ""

@@ -42,7 +42,14 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def options(verb: str, records: Path) -> list[object]:
     """Return options for a quick run; five structures would take longer and run the same code."""
-    few = ["--structures", structures(records.parent), "--margins", "first", "--members", "16"]
+    few = [
+        "--structures",
+        structures(records.parent),
+        "--margins",
+        "first",
+        "--ensemble-members",
+        "16",
+    ]
     return few if verb == "respond" else ["--surrogates", "19"]
 
 

@@ -43,8 +43,8 @@ def test_sheets_are_the_tables_of_csv(records: Path, tmp_path: Path) -> None:
     """Each number of a sheet is that of the CSV table, and so are the names of its columns."""
     structures = tmp_path / "two.toml"
     structures.write_text(STRUCTURE + STRUCTURE.replace("portico", "other"))
-    asked = ("respond", records, "--structures", structures, "--margins", "none", "--members", "16",
-             "--forces", "--scales", "0.9", "1.1", "--output", tmp_path / "r.nc")  # fmt: skip
+    few = ("--margins", "none", "--ensemble-members", "16", "--scales", "0.9", "1.1", "--forces")
+    asked = ("respond", records, "--structures", structures, *few, "--output", tmp_path / "r.nc")
     for table_format in ("xlsx", "csv"):
         assert run(*asked, "--format", table_format) == 0
     book = openpyxl.load_workbook(tmp_path / "r.xlsx")

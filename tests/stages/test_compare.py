@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError, ParameterError
 from rockframe.figures.histories import draw_comparison
 from rockframe.frame import RockingFrame, crushed
+from rockframe.options.ingest import Filters
 from rockframe.options.respond import DesignOptions
 from rockframe.parts import Pivot
 from rockframe.results.response import comparison_rows, read_histories
@@ -186,18 +188,16 @@ def test_workers_change_no_byte(several: tuple[Path, Path, Path], tmp_path: Path
 
 
 def test_records_outside_the_filters_are_not_compared(
-    several: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    several: tuple[Path, Path, Path], tmp_path: Path
 ) -> None:
     bridge, output = structures(tmp_path, BENT + RIVALS), tmp_path / "compare.nc"
-    asked = ("compare", several[0], "--structures", bridge, "--output", output, "--against",
-             "isolated")  # fmt: skip
-    assert run(*asked, "--pga-g", "0.3", "1") == 0
+    asked = partial(compare_stage, several[0], output, bridge, against=["isolated"])
+    asked(filters=Filters(pga_g=(0.3, 1.0)))
     assert {row["record_id"] for row in comparison_rows(output)} == {"first"}
-    assert "1 of 2 records left out" in capsys.readouterr().out
     with xr.open_dataset(output, decode_times=False) as stored:
         assert "Must be from 0.3 to 1" in json.loads(stored.attrs["left_out"])["second"]
-    assert run(*asked, "--pga-g", "3", "4") == 2
-    assert "no record is left to compare; 'first': pga_g 0.39" in (capsys.readouterr().err)
+    with pytest.raises(ParameterError, match="no record is left to compare; 'first': pga_g 0\\.39"):
+        asked(filters=Filters(pga_g=(3.0, 4.0)))
 
 
 def test_a_comparison_has_tables_and_a_page(

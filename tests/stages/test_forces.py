@@ -169,7 +169,7 @@ def test_the_command_prints_forces_in_kilonewtons(
     home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["respond", str(home / "records.nc"), "--structures", str(home / "structures.toml")]
-    words += ["--margins", "none", "--members", "16", "--output", str(tmp_path / "r.nc")]
+    words += ["--margins", "none", "--ensemble-members", "16", "--output", str(tmp_path / "r.nc")]
     assert main([*words, "--forces"]) == 0
     printed = capsys.readouterr().out.partition("Forces in")[2]
     shown = [line.split() for line in printed.splitlines()]
@@ -193,7 +193,7 @@ def test_without_an_ensemble_the_table_has_no_quantiles(
     """In a narrow terminal too, the values stay: what is left out first is the weight."""
     monkeypatch.setenv("COLUMNS", "46")
     words = ["respond", str(home / "records.nc"), "--structures", str(home / "structures.toml")]
-    words += ["--margins", "none", "--members", "0", "--output", str(tmp_path / "r.nc")]
+    words += ["--margins", "none", "--ensemble-members", "0", "--output", str(tmp_path / "r.nc")]
     assert main([*words, "--forces"]) == 0
     printed = capsys.readouterr().out.partition("Forces in")[2]
     assert " 50 %" not in printed
@@ -206,7 +206,7 @@ def test_figures_need_forces_and_are_drawn_for_each_record(
     home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["respond", str(home / "records.nc"), "--structures", str(home / "structures.toml")]
-    words += ["--margins", "none", "--members", "16", "--output", str(tmp_path / "r.nc")]
+    words += ["--margins", "none", "--ensemble-members", "16", "--output", str(tmp_path / "r.nc")]
     words += ["--figures", str(tmp_path / "drawn")]
     assert main(words) == 2
     assert (

@@ -224,12 +224,12 @@ def test_the_command_prints_shares_and_bands(
 ) -> None:
     words = ["--structure", "bridge-bent", "--output", str(tmp_path / "response.nc")]
     words += ["--margins", "none"]
-    assert main(["respond", str(records_file), *words, "--members", "16"]) == 0
+    assert main(["respond", str(records_file), *words, "--ensemble-members", "16"]) == 0
     lines = capsys.readouterr().out.splitlines()
     [fallen] = [line for line in lines if line.strip().startswith("fallen")]
     assert " 100 % (83 to 100) " in fallen
     assert " overturns  " in fallen
-    assert main(["respond", str(records_file), *words, "--members", "15"]) == 2
+    assert main(["respond", str(records_file), *words, "--ensemble-members", "15"]) == 2
     error = "rockframe: error: --ensemble-members 15. Must be 0, or at least 16"
     assert error in capsys.readouterr().err
 

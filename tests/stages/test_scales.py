@@ -142,7 +142,7 @@ def test_a_record_that_falls_faster_than_gravity_is_rejected(tmp_path: Path) -> 
 
 def command(home: Path, tmp_path: Path, *more: str) -> list[str]:
     words = ["respond", str(home / "records.nc"), "--structures", str(home / "structures.toml")]
-    words += ["--margins", "none", "--members", "16", "--output", str(tmp_path / "r.nc")]
+    words += ["--margins", "none", "--ensemble-members", "16", "--output", str(tmp_path / "r.nc")]
     return [*words, *more]
 
 

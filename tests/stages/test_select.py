@@ -21,6 +21,7 @@ from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import integrate, peak
 from rockframe.stages.ingest import ingest_stage
 from rockframe.stages.select import Selection, read_selection, select_stage
+from rockframe.study.structures import bundled_records
 from rockframe.units import GRAVITY
 
 TARGET = "period_s,sa_g,sigma_ln_sa\n0.2,0.5,0.5\n0.5,0.6,0.5\n1,0.4,0.5\n2,0.2,0.6\n"
@@ -297,11 +298,29 @@ def test_the_command_prints_the_motions_and_the_largest_differences(
 
 
 @pytest.mark.parametrize("stated", [["--uncorrected"], ["--trust", "samples"]])
-def test_options_for_record_files_are_not_ignored(
+def test_options_of_reading_belong_to_ingest(
     stated: list[str], real: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The records of a netCDF file are read already, so such an option would change nothing."""
     words = ["select", f"{real}/records.nc", "--target", f"{real}/target.csv", "--motions", "2"]
-    assert main([*words, *stated, "--output", f"{real}/read.nc"]) == 2
-    assert f"records.nc: {stated[0]} is for record files, and this one" in capsys.readouterr().err
+    with pytest.raises(SystemExit, match="2"):
+        main([*words, *stated, "--output", f"{real}/read.nc"])
+    said = capsys.readouterr().err
+    assert f"unknown option {stated[0]}. It is one of `rockframe ingest`: give its" in said
+    assert said.count("\n") == 1
     assert not list(real.glob("read*"))
+
+
+def test_a_file_that_needs_options_points_to_ingest(
+    real: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`select` reads files that state their units; the others are rejected or, alone, an error."""
+    (tmp_path / "bare.csv").write_text("0.0\n0.1\n-0.1\n0.05\n0.0\n", encoding="utf-8")
+    words = ["--target", f"{real}/target.csv", "--motions", "2", "--output", f"{tmp_path}/s.nc"]
+    assert main(["select", f"{tmp_path}/bare.csv", *words]) == 2
+    said = capsys.readouterr().err
+    assert "--units. State such options to `rockframe ingest`, and give its records.nc" in said
+    assert main(["select", f"{tmp_path}/bare.csv", str(bundled_records()), *words]) == 1
+    *_, rejected, pointed = capsys.readouterr().err.splitlines()
+    assert "rejected: bare.csv" in rejected
+    assert pointed.startswith("rockframe: State such options to `rockframe ingest`")

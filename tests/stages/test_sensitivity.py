@@ -93,7 +93,7 @@ def test_the_command_prints_what_matters_most(
 @pytest.mark.parametrize(
     ("stated", "lack"),
     [
-        (["--members", "0"], "--members is 0"),
+        (["--ensemble-members", "0"], "--ensemble-members is 0"),
         (
             [
                 *("--ensemble-height", "0", "--ensemble-width", "0", "--ensemble-amplitude", "0"),

@@ -143,7 +143,14 @@ def test_the_command_prints_the_motions(
     home: Path, records: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["--structures", str(home / "structures.toml"), "--structure", "held"]
-    words += ["--margins", "none", "--members", "0", "--output", str(tmp_path / "response.nc")]
+    words += [
+        "--margins",
+        "none",
+        "--ensemble-members",
+        "0",
+        "--output",
+        str(tmp_path / "response.nc"),
+    ]
     assert main(["respond", str(records), *words]) == 0
     printed = capsys.readouterr().out
     assert "Motions of the sequences" in printed

@@ -5,16 +5,15 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import TABLE_FORMATS
-from rockframe.cli.console import show_rejections
-from rockframe.cli.options import Once, add_options, chosen, file_to_write, flag, path
-from rockframe.errors import InputError, ParameterError
-from rockframe.options.ingest import IngestOptions
-from rockframe.options.model import ExecutionOptions, ReadingOptions
+from rockframe.cli.console import complain, show_rejections
+from rockframe.cli.options import Once, chosen, file_to_write, path
+from rockframe.errors import InputError
+from rockframe.options.model import ExecutionOptions
 from rockframe.provenance import scratch_folder
 from rockframe.quantities import MATRICES
 
@@ -23,18 +22,10 @@ if TYPE_CHECKING:
     from rockframe.stages.common import Batch
 
 
+#: Which record files a command reads that has no options of reading them.
+_WITHOUT_WORDS: Final = "`rockframe ingest` reads files that need units, a time step or a layout"
 #: Title of the filters in help texts.
 FILTERS: Final = "filters (records outside the range are listed as filtered out)"
-
-
-def add_reading(
-    parser: argparse.ArgumentParser, *, processes: bool = True, spectra: bool = False
-) -> None:
-    """Add the options of reading record files; with `spectra`, also of spectra in records.nc."""
-    without = () if spectra else ("spectral_periods_s",)
-    add_options(parser, IngestOptions, title="reading record files", without=without)
-    if processes:
-        add_options(parser, ReadingOptions, title="reading record files")
 
 
 def bundled() -> list[Path]:
@@ -66,7 +57,7 @@ def add_records(parser: argparse.ArgumentParser, *, ready: bool = True) -> None:
         nargs="+",
         type=path,
         metavar="PATH",
-        help=f"record files or folders{', or one records.nc' if ready else ''} "
+        help=f"record files or folders{f', or one records.nc; {_WITHOUT_WORDS}' if ready else ''} "
         "(default: the bundled 2019 Ridgecrest records)",
     )
 
@@ -77,7 +68,7 @@ def add_motions(parser: argparse.ArgumentParser) -> None:
         "records",
         type=path,
         nargs="+",
-        help="output of `rockframe ingest`, or record files and folders",
+        help=f"output of `rockframe ingest`, or record files and folders; {_WITHOUT_WORDS}",
     )
     add_output(parser)
     parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
@@ -183,49 +174,45 @@ def chosen_engine(options: argparse.Namespace, *, shares_folder: bool = True) ->
     return choose_engine(execution.workers, execution.scheduler, shares_folder=shares_folder)
 
 
-def reading_workers(options: argparse.Namespace) -> int | None:
-    """Return the stated number of processes that read files, or None."""
-    return chosen(options, ReadingOptions).workers
-
-
 @contextmanager
 def records_file(
-    given: Sequence[Path] | None, ingest: IngestOptions, workers: int | None
+    given: Sequence[Path] | None, workers: int | None = None
 ) -> Iterator[tuple[Path, int]]:
-    """Yield the stated records.nc, or a temporary one made from files, and the exit status."""
+    """Yield the stated records.nc, or a temporary one made from files, and the exit status.
+
+    Files that need options, such as units, are rejected; the message names the command that has
+    these options.
+    """
     from rockframe.stages.ingest import ingest_stage
 
     given = given or bundled()
     if len(given) == 1 and given[0].suffix == ".nc":
-        if workers == 0:
-            raise ParameterError(
-                "Invalid --workers 0. Must be at least 1, because no record file is read."
-            )
-        _refuse_reading(given[0], ingest)
         yield given[0], 0
         return
     with scratch_folder() as folder:
-        made = folder / "records.nc"
-        # No command reads the spectra of a temporary file.
-        ingested = ingest_stage(
-            given, made, ingest.replaced(spectral_periods_s=None), workers=workers
-        )
-        yield made, show_rejections(ingested.rejections)
+        file = folder / "records.nc"
+        try:
+            ingested = ingest_stage(given, file, workers=workers)
+        except InputError as error:
+            raise _pointing_to_ingest(error) from None
+        status = show_rejections(ingested.rejections)
+        if any(_OPTION.search(rejection.reason) for rejection in ingested.rejections):
+            complain(_OF_INGEST)
+        yield file, status
 
 
-def _refuse_reading(path: Path, ingest: IngestOptions) -> None:
-    """Raise an error if options for reading record files are stated, which would be ignored."""
-    # Periods of spectra are also an option of `screen`, which reads records.nc.
-    for name, value in ingest.replaced(spectral_periods_s=None):
-        if value != IngestOptions.model_fields[name].default:
-            message = f"{flag(name)} is for record files, and this one is read already. State it to"
-            raise InputError(path, f"{message} `rockframe ingest`.")
+#: An option in the reason of a rejection, and where such options are.
+_OPTION: Final = re.compile(r"(?<!\S)--[a-z]")
+_OF_INGEST: Final = (
+    "State such options to `rockframe ingest`, and give its records.nc to this command."
+)
 
 
-def stated_records(options: argparse.Namespace) -> AbstractContextManager[tuple[Path, int]]:
-    """Return `records_file` for a command with ``--records`` and the options for reading files."""
-    ingest = chosen(options, IngestOptions)
-    return records_file(options.records, ingest, reading_workers(options))
+def _pointing_to_ingest(error: InputError) -> InputError:
+    """Return the error; if its reason names options, with the command that has them."""
+    if not _OPTION.search(error.reason):
+        return error
+    return InputError(error.path, f"{error.reason} {_OF_INGEST}", error.line)
 
 
 def refuse_folder_of_records(options: argparse.Namespace) -> None:

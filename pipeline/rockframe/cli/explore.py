@@ -43,7 +43,6 @@ def add_explore(parser: argparse.ArgumentParser) -> None:
         "--no-browser", action="store_true", help="print the address without opening a browser"
     )
     arguments.add_structures(parser)
-    arguments.add_reading(parser)
 
 
 def run_explore(options: argparse.Namespace) -> None:
@@ -111,7 +110,7 @@ def _motions(options: argparse.Namespace) -> list[ExploredMotion]:
     from rockframe.stages.pulse import usable
     from rockframe.stages.respond import with_vertical
 
-    with arguments.stated_records(options) as (given, _), open_records(given) as file:
+    with arguments.records_file(options.records) as (given, _), open_records(given) as file:
         names, everything = set(horizontal(file)), list(file)
         searches: dict[str, PulseOptions | None] = dict.fromkeys(names)
         for name in names:

@@ -52,7 +52,6 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
     add_joints(parser)
     add_grid(parser)
     arguments.add_structures(parser)
-    arguments.add_reading(parser)
 
 
 def add_grid(parser: argparse.ArgumentParser) -> None:
@@ -105,7 +104,7 @@ def run_figure(options: argparse.Namespace) -> int:
     output: Path = options.output
     refuse_obstacles([output, caption_path(output)])
     request = FigureRequest(
-        records=partial(arguments.stated_records, options),
+        records=partial(arguments.records_file, options.records),
         structures=arguments.chosen_structures(options),
         **_stated(options),
     )
@@ -198,7 +197,7 @@ class Drawing:
             return option in (*self.options, *_TAKEN[self.shows])
         if option == "structures":
             return "structure" in _TAKEN[self.shows]
-        return self.shows != "nothing"  # records, and the options of reading them
+        return self.shows != "nothing"  # records
 
     def draw(self, request: FigureRequest) -> tuple[Captioned, int]:
         """Return the figure and the exit status."""

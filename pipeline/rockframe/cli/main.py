@@ -13,7 +13,7 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout, suppress
 from functools import partial
 from importlib import import_module
@@ -87,6 +87,45 @@ EXAMPLES: Final = {
     "paper": "rockframe paper --claim eq-45",
     "formats": "rockframe formats",
 }
+#: The options that most people use, of commands with many; the help lists the others below them.
+FIRST: Final[Mapping[str, tuple[str, ...]]] = {
+    "table1": (
+        *("--records", "--structures", "--structure", "--output", "--units", "--time-step-s"),
+        *("--catalogue", "--vertical", "--margins", "--format"),
+    ),
+    "fetch": (
+        *("--url", "--event", "--start", "--end", "--network", "--station", "--channel"),
+        *("--max-radius", "--radius-km", "--output"),
+    ),
+    "ingest": (
+        *("--output", "--units", "--time-step-s", "--column", "--channels", "--catalogue"),
+        *("--station-xml", "--trust", "--uncorrected", "--format"),
+    ),
+    "select": (
+        *("--output", "--target", "--motions", "--periods-s", "--scale-bounds"),
+        *("--scale-period-s", "--scale-pgv-m-s", "--most-per-station", "--pulses", "--figure"),
+    ),
+    "pulse": (
+        *("--output", "--wavelet", "--pulse-wavelet", "--periods-s", "--runners-up"),
+        *("--surrogates", "--paper", "--format", "--batch", "--workers"),
+    ),
+    "respond": (
+        *("--output", "--structures", "--structure", "--vertical", "--margins", "--histories"),
+        *("--forces", "--scales", "--figures", "--format"),
+    ),
+    "screen": (
+        *("--output", "--structures", "--structure", "--pulses", "--scales", "--margins"),
+        *("--scenario-members", "--limit-peak-rotation-ratio", "--hazard", "--format"),
+    ),
+    "spectrum": (
+        *("--wavelet", "--slenderness-degree", "--mass-ratio", "--frequency-ratio"),
+        *("--half-cycles", "--records", "--output", "--format", "--workers"),
+    ),
+    "formats": (
+        *("--units", "--time-step-s", "--column", "--channels", "--time-column"),
+        *("--skip-lines", "--separator", "--decimal", "--first-line", "--trust"),
+    ),
+}
 #: Shells in which `rockframe --completion` works.
 SHELLS: Final = ("bash", "zsh", "fish")
 #: Exit status of an internal error, as in sysexits.h.
@@ -108,8 +147,11 @@ _OF_SYSTEM: Final = {
 #: System errors on streams that the user can correct; for files, the code that writes reports them.
 _OF_STREAM: Final = frozenset([errno.EBADF, errno.EFBIG, errno.EIO, errno.ENOSPC])
 
-#: Renamed options, and what to use instead.
-_RENAMED: Final = {"--no-margins": "--margins none"}
+#: Commands that read records, and whose users may look there for an option of `ingest`.
+_OF_RECORDS: Final = (
+    *("table1", "paper", "select", "pulse", "respond", "spectrum", "screen", "compare"),
+    *("figure", "explore"),
+)
 #: Negative numbers; argparse would treat -1e-5 and -inf as options.
 _NEGATIVE: Final = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf", re.IGNORECASE)
 
@@ -133,9 +175,30 @@ def _documentation() -> str:
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser that prints errors in one line, without the usage that argparse prints."""
+    """A parser that prints errors in one line, without the usage that argparse prints.
+
+    The help of a command with many options begins with those of `FIRST`; the usage names only
+    what must be stated.
+    """
 
     _words: Sequence[str] = ()
+    _further: Any = None
+    _stated: tuple[argparse.Action, ...] = ()
+
+    def add_argument(self, *names: Any, **how: Any) -> argparse.Action:
+        """Add an argument; an option that few people use goes to a group of its own."""
+        *_, command = self.prog.split()
+        first = FIRST.get(command)
+        if first is None or not {"--help", "--json", *first}.isdisjoint(names):
+            place: Any = super()
+        elif not names[0].startswith("-"):
+            place = super()
+        else:
+            self._further = self._further or self.add_argument_group("further options")
+            place = self._further
+        action: argparse.Action = place.add_argument(*names, **how)
+        self._stated = (*self._stated, action)
+        return action
 
     def _parse_optional(self, word: str) -> Any:
         return None if _NEGATIVE.fullmatch(word) else super()._parse_optional(word)
@@ -151,6 +214,10 @@ class _Parser(argparse.ArgumentParser):
     def format_help(self) -> str:
         """Return the help, with an example of the command and the place of the documentation."""
         *_, command = self.prog.split()
+        if command in FIRST:
+            required = [one for one in self._stated if one.required]
+            named = " ".join(_as_used(one) for one in sorted(required, key=_is_positional))
+            self.usage = f"%(prog)s [options] {named}".rstrip()
         example = EXAMPLES.get(command, "rockframe table1, then rockframe report outputs/table1")
         where = f"Documentation: {place}\n" if (place := _documentation()) else ""
         return f"{super().format_help()}\nExample: {example}\n{where}"
@@ -164,8 +231,9 @@ class _Parser(argparse.ArgumentParser):
         if choice:
             message = f"unknown command {choice[1]!r}.{meant(choice[1], _VERBS)}"
         elif unknown:
-            wanted = f" Use {_RENAMED[unknown[0]]}." if unknown[0] in _RENAMED else ""
-            message = f"unknown option {unknown[0]}.{wanted or meant(unknown[0], known)}"
+            *_, command = self.prog.split()
+            where = _where_else(unknown[0]) if command in _OF_RECORDS else ""
+            message = f"unknown option {unknown[0]}.{where or meant(unknown[0], known)}"
         message = message.rstrip(".")
         end = "" if message.endswith("?") else "."
         self.exit(2, f"rockframe: error: {message}{end} See {self.prog} --help.\n")
@@ -176,6 +244,28 @@ class _Parser(argparse.ArgumentParser):
     def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
         sys.stdout.flush()
         super().exit(status, message)
+
+
+def _is_positional(action: argparse.Action) -> bool:
+    return not action.option_strings
+
+
+def _as_used(action: argparse.Action) -> str:
+    """Return an argument that must be stated, as the usage names it."""
+    value = str(action.metavar or action.dest.upper()).replace("-", "_")
+    if action.nargs == "*":
+        return f"[{value} ...]"
+    return " ".join([*action.option_strings[:1], value, *["..."] * (action.nargs == "+")])
+
+
+def _where_else(option: str) -> str:
+    """Return that `ingest` has an option, or ""."""
+    from rockframe.options.ingest import Filters, IngestOptions
+
+    for name in (*IngestOptions.model_fields, *Filters.model_fields):
+        if f"--{name.replace('_', '-')}".startswith(option):
+            return " It is one of `rockframe ingest`: give its records.nc to this command."
+    return ""
 
 
 class _Completion(argparse.Action):

@@ -55,16 +55,17 @@ def add_options(
     """Add an option ``--field-name`` for each field of a model, with its help and default.
 
     Fields without a default are required options. If `required` is false, argparse does not check
-    this, and `chosen` reports a missing value. Fields in `without` get no option.
+    this, and `chosen` reports a missing value. Fields in `without` get no option; ``ensemble.seed``
+    is a field of a table within.
     """
     group = parser.add_argument_group(title) if title else parser
     for name, field in model.model_fields.items():
-        if name in without:
+        if f"{prefix}{name}".replace("-", ".") in without:
             continue
         within = options_within(field.annotation)
         if within is not None:
             heading = (within.__doc__ or name).split("\n")[0].rstrip(".").lower()
-            add_options(parser, within, title=heading, prefix=f"{prefix}{name}-")
+            add_options(parser, within, title=heading, prefix=f"{prefix}{name}-", without=without)
             continue
         try:
             stated = group.add_argument(

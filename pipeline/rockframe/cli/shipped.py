@@ -29,9 +29,9 @@ from rockframe.compiled import tell_of_compiling
 from rockframe.errors import ParameterError, require_known
 from rockframe.matching.record_pulses import LEVEL
 from rockframe.options.ingest import IngestOptions
-from rockframe.options.model import Options
+from rockframe.options.model import Options, ReadingOptions
 from rockframe.options.pulse import PulseOptions
-from rockframe.options.respond import RespondOptions
+from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.paper.pulses import BORROWED, QUANTITIES, paper_comparisons, statements
 from rockframe.results.tables.rows import (
     Row,
@@ -66,9 +66,19 @@ def add_table1(parser: argparse.ArgumentParser) -> None:
     arguments.add_format(parser)
     arguments.add_matrix(parser)
     arguments.add_structures(parser, one=False)
-    add_options(parser, RespondOptions)
-    add_options(parser, PulseOptions, title="pulses")
-    arguments.add_reading(parser, spectra=True)
+    add_options(parser, RespondOptions, without=_WITH_RESPOND)
+    add_options(parser, PulseOptions, without=_WITH_PULSE)
+    add_options(parser, IngestOptions, without=_WITH_INGEST)
+    add_options(parser, ReadingOptions)
+
+
+#: Options that `table1` does not have: they are keys of a study, and options of single stages.
+_WITH_RESPOND: Final = [f"ensemble.{name}" for name in Ensemble.model_fields if name != "members"]
+_WITH_PULSE: Final = [name for name in PulseOptions.model_fields if name != "surrogates"]
+_WITH_INGEST: Final = (
+    *("selection", "catalogue_columns", "limits", "sequence", "rest_s", "strict"),
+    *("azimuth_degree", "strike_degree", "spectral_periods_s"),
+)
 
 
 def run_table1(options: argparse.Namespace) -> int:
@@ -201,7 +211,7 @@ def _computed(
         arguments.chosen_structures(options),
         folder,
         # the threads of one process use all cores for the responses
-        workers={"ingest": arguments.reading_workers(options), "respond": 1},
+        workers={"ingest": chosen(options, ReadingOptions).workers, "respond": 1},
         watch=partial(_watch, note=", compiling for this first run" if first_run else ""),
     )
 
@@ -360,8 +370,6 @@ def add_paper(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--claim", metavar="NAME", help="print only this claim, and write nothing")
     arguments.add_records(parser, ready=False)
-    add_options(parser, PulseOptions, title="pulses")
-    arguments.add_reading(parser)
     add_grid(parser)
     parser.set_defaults(structures=None, grid=_PAPER_GRID)
 

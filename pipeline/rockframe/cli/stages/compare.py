@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, get_args
 
 from rockframe.cli import arguments, console
-from rockframe.cli.options import add_options, chosen, file_to_write, folder_to_write, path
+from rockframe.cli.options import add_options, file_to_write, folder_to_write, path
 from rockframe.cli.stages.respond import MOST_RESPONSES
 from rockframe.errors import ParameterError
-from rockframe.options.ingest import Filters
 from rockframe.options.model import ExecutionOptions
 
 if TYPE_CHECKING:
@@ -53,7 +52,6 @@ def add_compare(parser: argparse.ArgumentParser) -> None:
         help="folder for figures of the records with the largest drifts",
     )
     arguments.add_structures(parser)
-    add_options(parser, Filters, title=arguments.FILTERS)
     add_options(parser, ExecutionOptions)
 
 
@@ -87,7 +85,6 @@ def run_compare(options: argparse.Namespace) -> int:
             options.structures,
             against=options.against,
             structure=options.structure,
-            filters=chosen(options, Filters),
             engine=arguments.chosen_engine(options),
             progress=progress,
             written=written.append,

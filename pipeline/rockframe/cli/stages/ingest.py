@@ -120,7 +120,7 @@ def run_ingest(options: argparse.Namespace) -> int:
             stated,
             filters=chosen(options, Filters),
             progress=progress,
-            workers=arguments.reading_workers(options),
+            workers=chosen(options, ReadingOptions).workers,
             listed=listed,
             table_format=options.format,
         )

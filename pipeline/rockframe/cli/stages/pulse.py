@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, file_to_write, path
 from rockframe.errors import InputError, ParameterError
-from rockframe.options.ingest import IngestOptions
 from rockframe.options.model import ExecutionOptions
 from rockframe.options.pulse import PulseOptions
 
@@ -193,7 +192,7 @@ def _records(options: argparse.Namespace) -> tuple[list[tuple[Record, PulseOptio
     from rockframe.stages.pulse import usable
 
     wanted = chosen(options, PulseOptions)
-    reading = arguments.records_file([options.records], IngestOptions(), None)
+    reading = arguments.records_file([options.records])
     with reading as (path, status), open_records(path) as file:
         return [(file.read(name), usable(name, file, wanted)) for name in horizontal(file)], status
 

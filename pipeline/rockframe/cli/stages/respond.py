@@ -18,7 +18,6 @@ from rockframe.cli.options import (
     folder_to_write,
     numbers,
     path,
-    whole_number,
 )
 from rockframe.errors import ParameterError, require_known
 from rockframe.options.model import ExecutionOptions
@@ -44,14 +43,6 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
     arguments.add_output(parser)
     arguments.add_structures(parser, one=False)
     add_options(parser, RespondOptions)
-    parser.add_argument(
-        "--members",
-        dest="ensemble-members",
-        type=whole_number,
-        default=argparse.SUPPRESS,
-        metavar="N",
-        help="the same as --ensemble-members",
-    )
     parser.add_argument(
         "--sensitivity",
         action="store_true",
@@ -277,7 +268,7 @@ def _require_spreads(ensemble: Ensemble) -> None:
     from rockframe.rocking import spreads_of
 
     if not (ensemble.members and spreads_of(ensemble)):
-        lack = "all its spreads are switched off" if ensemble.members else "--members is 0"
+        lack = "all its spreads are switched off" if ensemble.members else "--ensemble-members is 0"
         raise ParameterError(f"--sensitivity without an ensemble: {lack}. State another one.")
 
 

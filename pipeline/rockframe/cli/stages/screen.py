@@ -12,7 +12,7 @@ from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen
 from rockframe.cli.stages.respond import matrices, show_responses
 from rockframe.interruption import keeping
-from rockframe.options.ingest import Filters, IngestOptions
+from rockframe.options.ingest import Filters
 from rockframe.options.model import ExecutionOptions
 from rockframe.options.respond import ScreenOptions
 
@@ -32,7 +32,6 @@ def add_screen(parser: argparse.ArgumentParser) -> None:
     arguments.add_structures(parser, one=False)
     add_options(parser, ScreenOptions)
     add_options(parser, Filters, title=arguments.FILTERS)
-    arguments.add_reading(parser, processes=False)
     add_options(parser, ExecutionOptions)
 
 
@@ -43,7 +42,7 @@ def run_screen(options: argparse.Namespace) -> int:
     screening, filters = chosen(options, ScreenOptions), chosen(options, Filters)
     written: list[xr.Dataset] = []
     engine, workers = arguments.chosen_engine(options), chosen(options, ExecutionOptions).workers
-    given = arguments.records_file(options.records, chosen(options, IngestOptions), workers)
+    given = arguments.records_file(options.records, workers)
     bar = console.progress_bar("screening")
     with keeping(_RESUMES), given as (records, status), bar as progress:
         done = screen_stage(

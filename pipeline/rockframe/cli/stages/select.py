@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, file_to_write
-from rockframe.options.ingest import Filters, IngestOptions, SelectOptions
+from rockframe.options.ingest import Filters, SelectOptions
 from rockframe.provenance import refuse_obstacles
 
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ def add_select(parser: argparse.ArgumentParser) -> None:
     )
     add_options(parser, SelectOptions)
     add_options(parser, Filters, title=arguments.FILTERS)
-    arguments.add_reading(parser)
 
 
 def run_select(options: argparse.Namespace) -> int:
@@ -38,9 +37,7 @@ def run_select(options: argparse.Namespace) -> int:
     wanted = chosen(options, SelectOptions)
     if options.figure is not None:
         refuse_obstacles([options.figure, options.figure.with_suffix(".caption.txt")])
-    given = arguments.records_file(
-        options.records, chosen(options, IngestOptions), arguments.reading_workers(options)
-    )
+    given = arguments.records_file(options.records)
     bar = console.progress_bar("computing spectra")
     with given as (records, status), bar as progress:
         found = select_stage(
