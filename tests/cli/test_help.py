@@ -34,7 +34,7 @@ def first_group(help_text: str) -> list[str]:
 
 @pytest.mark.parametrize("command", [*commands()])
 def test_the_help_of_a_command_begins_with_at_most_ten_options(command: str) -> None:
-    """Where there are more, the table of the first ones names options that the command has."""
+    """Commands with more have them in a table, which names options that the command has."""
     whole = {name for action in options_of(command) for name in action.option_strings}
     listed = first_group(commands()[command].format_help())
     assert len(listed) <= 10
