@@ -29,6 +29,7 @@ from rockframe.parts import (
 from rockframe.units import GRAVITY
 
 #: Dimensions of a frame [m].
+_MOST_COLUMNS: Final = 1000
 _LENGTHS: Final = ("height", "width", "top_width", "centre_of_gravity", "beam_depth")
 #: Smallest and largest dimension of a free-standing structure [m].
 _SMALLEST: Final = 0.001
@@ -99,6 +100,9 @@ class RockingFrame:
     beam_depth : float, optional
         Depth of the beam [m]; its centre of mass is at half the depth. Only the least spacing of
         two columns depends on it.
+    columns : int, optional
+        Number of columns below the beam, which figures draw; by default two. The motion does not
+        depend on it.
     column_mass : float, optional
         Mass of one column [kg]. Restraints and forces in newtons need it; free rocking does not
         depend on it.
@@ -155,6 +159,7 @@ class RockingFrame:
     top_width: float | None = None
     centre_of_gravity: float | None = None
     beam_depth: float | None = None
+    columns: int | None = None
     column_mass: float | None = None
     section: str | None = None
     section_both: str | None = None
@@ -196,9 +201,16 @@ class RockingFrame:
         friction = self.friction_coefficient
         if friction is not None and not 0.0 <= friction < math.inf:
             raise self._invalid("friction_coefficient", "zero or above")
+        self._require_columns()
         self._fill_in_length()
         self._require_loss()
         self._require_section_both()
+
+    def _require_columns(self) -> None:
+        most = _MOST_COLUMNS if self.mass_ratio > 0.0 else 1
+        if self.columns is not None and not 1 <= self.columns <= most:
+            allowed = f"an integer from 1 to {most}" if most > 1 else "1: without a beam"
+            raise self._invalid("columns", allowed)
 
     def _require_section_both(self) -> None:
         if self.section_both not in (None, "circular"):

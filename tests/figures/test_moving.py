@@ -42,6 +42,17 @@ def test_a_column_alone_has_no_beam() -> None:
     assert (len(columns), beam) == (1, None)
 
 
+def test_as_many_columns_are_drawn_as_there_are() -> None:
+    """They stand in the same place under the same beam, which rests on all of them."""
+    six = rockframe.RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, columns=6)
+    columns, beam = outlines(six, 0.1, 7.0)
+    assert len(columns) == 6
+    assert beam is not None
+    np.testing.assert_allclose(np.diff([corners[0, 0] for corners in columns]), 7.0)
+    assert beam[:, 0].min() < columns[0][3, 0]
+    assert columns[-1][3, 0] < beam[:, 0].max()
+
+
 @pytest.fixture(scope="module")
 def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("moving")

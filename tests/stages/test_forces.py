@@ -43,7 +43,7 @@ from rockframe.results.tables.forces import (
     kilonewtons,
 )
 from rockframe.rocking import joint_forces, with_forces
-from rockframe.study.structures import StructureEntry
+from rockframe.study.frames import StructureEntry
 from rockframe.units import GRAVITY
 
 STRUCTURES = """

@@ -71,7 +71,7 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
         ("9.6", "1e300", r":4: height_m 1e\+300. Must"),
         ("9.6", "nan", r":4: height_m nan. Must"),
         ("4.0", "-1.0", r":6: mass_ratio -1.0. Must"),
-        ("1.6", "10.0", r"Invalid slenderness 46.17 degrees .* Must be below 45.56 degrees"),
+        ("1.6", "10.0", r"Invalid slenderness 46.17 degrees.*Must be below 45.56 degrees"),
         ('"bent"', '"a bent"', r":3: name 'a bent'. Must be 1 to 64 letters"),
         ('"bent"', "7", r":3: name 7. Must be text"),
         ("[[structure]]", "[structure]", r":2: no \[\[structure\]\] table. State at least one"),
@@ -232,3 +232,53 @@ def test_a_misspelt_key_is_not_taken_for_a_structure_that_is_not_modelled(tmp_pa
     path.write_text('[[structure]]\nname = "a"\nhieght_m = 7.0\n', encoding="utf-8")
     with pytest.raises(InputError, match="Did you mean height_m"):
         read_structures(path)
+
+
+MASSES = """
+[[structure]]
+name = "stoa"
+height_m = 6.0
+width_m = 1.0
+section = "circular"
+density_kg_m3 = 2500.0
+columns = 6
+"""
+SOLID = "beam_length_m = 15.0\nbeam_width_m = 0.9\nbeam_depth_m = 0.8\n"
+
+
+def test_masses_of_beam_and_columns_give_their_ratio(tmp_path: Path) -> None:
+    """The ratio is that of the masses: 640 t on six columns, or a solid beam of the same stone."""
+    column = 0.25 * math.pi * 6.0  # m3
+    (stated,) = read_structures(written(tmp_path, MASSES + "beam_mass_kg = 640e3\n"))
+    assert stated.mass_ratio == pytest.approx(640e3 / (6.0 * 2500.0 * column))
+    (solid,) = read_structures(written(tmp_path, MASSES + SOLID))
+    assert solid.mass_ratio == pytest.approx(15.0 * 0.9 * 0.8 / (6.0 * column))  # any density
+    assert (solid.columns, solid.beam_depth) == (6, 0.8)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (MASSES + "beam_mass_kg = -1.0\n", r"beam_mass_kg -1.0.*Must be positive"),
+        (MASSES + "beam_mass_kg = 1e5\nmass_ratio = 4.0\n", r"mass_ratio 4.0.*Must be absent"),
+        (MASSES + SOLID + "beam_mass_kg = 1e5\n", "beam_mass_kg.*absent where beam_length_m"),
+        (
+            MASSES.replace("columns = 6", "") + "beam_mass_kg = 1e5\n",
+            "beam_mass_kg.*stated with columns, their number",
+        ),
+        (
+            MASSES.replace("density_kg_m3 = 2500.0", "") + "beam_mass_kg = 1e5\n",
+            "stated with columns, their number, and with column_mass_kg or density_kg_m3",
+        ),
+        (MASSES + SOLID.replace("beam_depth_m = 0.8", ""), "beam_length_m 15.0.*beam_depth_m and"),
+        (MASSES + "beam_width_m = 0.9\n", "beam_width_m 0.9.*stated with beam_length_m"),
+        (MASSES + "mass_ratio = 0.0\n", "columns 6.*Must be 1: without a beam"),
+        (
+            MASSES.replace("columns = 6", "columns = 0") + "beam_mass_kg = 1e5\n",
+            "columns 0.*Must be an integer from 1 to 1000",
+        ),
+    ],
+)
+def test_masses_that_do_not_give_a_ratio_are_refused(tmp_path: Path, text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        read_structures(written(tmp_path, text))

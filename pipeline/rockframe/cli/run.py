@@ -6,7 +6,7 @@ import argparse
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rockframe.runs.plan import Plan
     from rockframe.runs.state import StepState
 
+_RESTRAINTS: Final = ("tendon", "dissipater", "abutment")
 _RESUMES: Final = "finished steps are kept; the same command resumes"
 
 
@@ -127,17 +128,23 @@ def _warn(text: str) -> None:
     console.complain(text)
 
 
+def _restrained(structures: Iterable[Any]) -> str:
+    """Return the names of the restrained frames, each with its restraints; "" if none is."""
+    tables = {s.name: [key for key in _RESTRAINTS if getattr(s, key, None)] for s in structures}
+    return ", ".join(f"{name} ({', '.join(own)})" for name, own in tables.items() if own)
+
+
 def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
     from rockframe.options import STRUCTURES
     from rockframe.provenance import MANIFEST, listed_outputs
     from rockframe.results.tables.entries import rows_of
-    from rockframe.study.structures import read_structures, restrained_in_words
+    from rockframe.study.structures import read_structures
 
     files = len(listed_outputs(folder / MANIFEST))
     summary = list(rows_of(folder / "summary.csv"))
     console.show_first(summary)
     console.show_summary(summary)
-    restrained = restrained_in_words(read_structures(folder / STRUCTURES)) if summary else ""
+    restrained = _restrained(read_structures(folder / STRUCTURES)) if summary else ""
     if restrained:
         print(f"With their restraints: {restrained}. `[compare]` has them without.")
     did = f"{done} steps done" if done else "nothing to do"

@@ -66,7 +66,7 @@ class Moving(Captioned):
 
 
 def outlines(frame: RockingFrame, theta: float, spacing: float) -> tuple[list[Float], Float | None]:
-    """Return the corners of two columns, or of one alone, and of their beam.
+    """Return the corners of all columns, or of two where no number is stated, and of their beam.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def outlines(frame: RockingFrame, theta: float, spacing: float) -> tuple[list[Fl
     theta : float
         Rotation [rad], positive to the right.
     spacing : float
-        Distance of the axes of the columns [m].
+        Distance of the axes of neighbouring columns [m].
 
     Returns
     -------
@@ -97,13 +97,18 @@ def outlines(frame: RockingFrame, theta: float, spacing: float) -> tuple[list[Fl
     turned = (corners - pivot) @ turn.T + pivot
     if frame.mass_ratio == 0.0:
         return [turned], None
-    axes = (-0.5 * spacing, 0.5 * spacing)
+    axes = spacing * (np.arange(_count(frame)) - 0.5 * (_count(frame) - 1))
     carrying = 3 if side > 0.0 else 2
     moved = turned[carrying] - corners[carrying]
-    half, depth = 0.5 * spacing + 1.6 * max(b, top), _BEAM * height
+    half, depth = axes[-1] + 1.6 * max(b, top), _BEAM * height
     beam = np.array([[-half, 0.0], [half, 0.0], [half, depth], [-half, depth]])
     columns = [turned + np.array([x, 0.0]) for x in axes]
     return columns, beam + np.array([0.0, height]) + moved
+
+
+def _count(frame: RockingFrame) -> int:
+    """Return the number of columns that are drawn."""
+    return frame.columns or (1 if frame.mass_ratio == 0.0 else 2)
 
 
 def draw_animation(
@@ -124,7 +129,7 @@ def draw_animation(
     motion : GroundAcceleration, optional
         Motion of the ground, if it includes the vertical acceleration.
     spacing : float, optional
-        Distance of the axes of the two columns that are drawn [m]; by default three quarters of the
+        Distance of the axes of neighbouring columns [m]; by default three quarters of the
         height, or two and a half widths.
     """
     ground = as_ground(motion or record)
@@ -172,7 +177,9 @@ def draw_animation(
     count = max(2, min(_MOST_FRAMES, math.ceil(_PER_SECOND * (high - low))))
     with styled():
         move(furthest)
-    drawn = "One column" if frame.mass_ratio == 0.0 else "Two columns of the frame and the beam"
+    drawn = "One column" if _count(frame) == 1 else f"{_count(frame)} columns"
+    if frame.mass_ratio > 0.0:
+        drawn += " and the beam" if frame.columns else " of the frame and the beam"
     caption = (
         f"{drawn} from the side, to scale, with the ground, which moves by "
         f"the displacement of the record; below, ground acceleration and rotation. The motion is "
@@ -184,7 +191,7 @@ def draw_animation(
 def _scene(scene: Axes, frame: RockingFrame, spacing: float, travel: float) -> list[Polygon]:
     """Set up the axes, and return the shapes: columns, beam if there is one, ground."""
     beam = frame.mass_ratio > 0.0
-    half = (0.5 * spacing if beam else 0.0) + 0.9 * frame.height + travel
+    half = 0.5 * spacing * (_count(frame) - 1) + 0.9 * frame.height + travel
     top = (1.25 + _BEAM) * frame.height if beam else 1.25 * frame.height
     scene.set_xlim(-half, half)
     scene.set_ylim(-0.1 * frame.height, top)
@@ -192,8 +199,7 @@ def _scene(scene: Axes, frame: RockingFrame, spacing: float, travel: float) -> l
     scene.set_ylabel("[m]")
     scene.grid(visible=False)
     stone: dict[str, Any] = {"facecolor": "#e6dfd0", "edgecolor": "#4f4738", "linewidth": 0.9}
-    count = 3 if beam else 1
-    shapes = [Polygon(np.zeros((4, 2)), **stone) for _ in range(count)]
+    shapes = [Polygon(np.zeros((4, 2)), **stone) for _ in range(_count(frame) + beam)]
     for shape in shapes:
         scene.add_patch(shape)
     soil = Polygon(_ground(scene, 0.0), facecolor="#b9b4a8", edgecolor="#4f4738", hatch="///")

@@ -37,10 +37,10 @@ from rockframe.stages.common import (
 )
 from rockframe.structures.comparison import Rivals, compare
 from rockframe.structures.contract import Compared, require_possible
+from rockframe.study.frames import StructureEntry
 from rockframe.study.structures import (
     CompareEntry,
     FixedEntry,
-    StructureEntry,
     StructureTable,
     read_bridges,
 )

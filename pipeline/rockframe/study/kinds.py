@@ -44,7 +44,7 @@ class DeclaredKind:
 KINDS: Final[Mapping[str, DeclaredKind]] = {
     "rocking": DeclaredKind(
         contract="rockframe.structures.rocking:ROCKING",
-        table="rockframe.study.structures:StructureEntry",
+        table="rockframe.study.frames:StructureEntry",
         rocks=True,
     ),
     "isolated": DeclaredKind(

@@ -270,6 +270,8 @@ _STRUCTURE: Final = """\
 # height_m = 9.6     # of a column
 # width_m = 1.6
 # mass_ratio = 4.0   # mass of the beam over that of all columns; 0: a column alone
+# In place of mass_ratio, with column_mass_kg or density_kg_m3: columns (their number) and
+# beam_mass_kg, or beam_length_m, beam_width_m and beam_depth_m of a solid beam.
 # Columns of other shapes: section, top_width_m, inner_width_m, depth_m, inner_depth_m,
 # inertia_ratio, centre_of_gravity_m, beam_depth_m; section_both = "circular" for a motion in both
 # directions, where the plane keeps a rectangle. Impacts with another restitution:
