@@ -152,7 +152,20 @@ def test_verdicts_are_the_same_whatever_is_kept(
     none_file = tmp_path / "none.nc"
     respond_stage(records_file, none_file, PLAIN.replaced(histories="none"))
     assert equal_but_for_histories(all_file, some_file)
-    assert equal_but_for_histories(all_file, none_file)
+    assert_agree_but_for_histories(all_file, none_file)
+
+
+def assert_agree_but_for_histories(one: Path, other: Path) -> None:
+    """Without histories the vectorised kernel computes the responses: equal up to round-off."""
+    with xr.open_dataset(one) as first, xr.open_dataset(other) as second:
+        kept = {"time", "theta", "u", "v", "history", "row_size"}
+        names = {str(name) for name in first.variables} - kept
+        for name in sorted(names):
+            mine, theirs = first[name].values, second[name].values
+            if mine.dtype.kind == "f":
+                np.testing.assert_allclose(theirs, mine, rtol=0, atol=5e-10, err_msg=name)
+            else:
+                assert (mine == theirs).all(), name
 
 
 def test_selected_histories_are_those_that_overturn_or_come_near(

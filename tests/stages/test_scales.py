@@ -27,7 +27,8 @@ from rockframe.results.records import open_records
 from rockframe.results.tables.table import response_rows
 from rockframe.results.versions import VersionSources
 from rockframe.rocking import as_ground, ensemble_responses
-from rockframe.stages.respond import choose_structures, scaled_rows
+from rockframe.stages.common import choose_structures
+from rockframe.stages.respond import scaled_rows
 from rockframe.study.structures import SHIPPED_STRUCTURES
 
 STRUCTURES = """

@@ -47,7 +47,7 @@ def add_explore(parser: argparse.ArgumentParser) -> None:
 
 def run_explore(options: argparse.Namespace) -> None:
     """Read the records, print the address, and serve until interrupted."""
-    from rockframe.stages.respond import choose_structures
+    from rockframe.stages.common import choose_structures
 
     try:
         from rockframe.explorer.server import LOOPBACK, application, run_server

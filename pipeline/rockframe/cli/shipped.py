@@ -166,7 +166,7 @@ def _files(table_format: str) -> list[str]:
 def _validate(options: argparse.Namespace, tables: Mapping[str, Any]) -> None:
     """Validate files and structures that are stated, before anything is computed."""
     from rockframe.results.tables.entries import require_format
-    from rockframe.stages.respond import choose_structures
+    from rockframe.stages.common import choose_structures
     from rockframe.study.toml import read_limits
 
     require_format(Path("table" + TABLE_FORMATS[options.format]))

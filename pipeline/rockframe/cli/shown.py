@@ -20,9 +20,9 @@ from rockframe.paper.pulses import find_paper_record
 from rockframe.record import Record
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.rocking import GroundAcceleration, Verdict, respond
-from rockframe.stages.common import horizontal
+from rockframe.stages.common import choose_structures, horizontal, only_frames
 from rockframe.stages.pulse import usable
-from rockframe.stages.respond import choose_structures, only_frames, with_vertical
+from rockframe.stages.respond import with_vertical
 from rockframe.study.structures import SHIPPED_STRUCTURES
 from rockframe.wavelets.family import RICKERS
 

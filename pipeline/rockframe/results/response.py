@@ -6,8 +6,9 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Final, NamedTuple, Self, Unpack
 
 import numpy as np
@@ -47,6 +48,7 @@ from rockframe.results.writing import Row as WrittenRow
 from rockframe.rocking import (
     EnsembleResponse,
     Margin,
+    NominalResponses,
     PartResponse,
     ToPulse,
     correlation_by_chance,
@@ -186,6 +188,41 @@ def response_row(
     names = _HISTORIES + (_OF_BOTH if parameters.get("pairs") else ())
     names += _ENVELOPES if _has_envelopes(parameters) else ()
     return _histories(responses, names), _values(name, responses, components)
+
+
+def nominal_row(name: str, found: NominalResponses) -> WrittenRow:
+    """Return what `response_row` returns, for responses without histories that are in arrays."""
+    count = len(found.frames)
+    none = [None] * count
+    beside = {part: none for part in _PARTS if part not in _AS_ARRAYS}
+    alone = found.to_pulse and _of_arrays("to_pulse", SimpleNamespace(**found.to_pulse), count)
+    values = {
+        "record_id": name,
+        "components": "",
+        "components_remark": "",
+        "row_size": 0,
+        "history": [False] * count,
+        **{key: row[0] for key, row in _of_arrays("response", found, count).items()},
+        **beside,
+        **dict.fromkeys(_AS_ARRAYS),
+        "to_pulse": alone or _without_pulse(count),
+        "contact": _of_arrays("contact", SimpleNamespace(**found.contact), count),
+        _CORRELATIONS: _Correlations.of(none),
+    }
+    return {"time": np.empty(0), **{key: np.empty((count, 0)) for key in _HISTORIES}}, values
+
+
+@cache
+def _without_pulse(count: int) -> dict[str, NDArray[Any]]:
+    return RESPONSE_NC.arrays(to_pulse_values([[None] * count]))
+
+
+def _of_arrays(source: str, arrays: object, count: int) -> dict[str, NDArray[Any]]:
+    """Return the values of one record by variable, shape (1, structures), from arrays that are
+    attributes; unknown where there is none.
+    """
+    filled = RESPONSE_NC.arrays(RESPONSE_NC.filled(source, arrays))
+    return {name: np.broadcast_to(values, (1, count)) for name, values in filled.items()}
 
 
 def _values(

@@ -45,6 +45,8 @@ from .margins.members import require_motion as require_motion
 from .margins.members import spreads_of as spreads_of
 from .margins.members import turned_degrees as turned_degrees
 from .margins.robust import robust_margins as robust_margins
+from .nominal import NominalResponses as NominalResponses
+from .nominal import nominal_responses as nominal_responses
 from .portrait import barrier_rate as barrier_rate
 from .portrait import restoring_moment as restoring_moment
 from .portrait import trajectory as trajectory

@@ -274,7 +274,7 @@ class ScenarioPacker:
                 np.ascontiguousarray(constants[some, _TIES:]),
             )
             verdicts[some], summaries[some] = verdict, summary
-        summaries[:, [kernel.BASE_SHEAR, kernel.FRICTION]] = math.nan
+        summaries[:, kernel.BASE_SHEAR :] = math.nan
         self._results.verdicts[scenarios] = verdicts
         self._results.summaries[scenarios] = summaries
 
@@ -286,18 +286,14 @@ def _rows(coefficients: Float, time_step: float, pieces: int) -> Float:
     rows[:, : coefficients.shape[1]] = coefficients * time_step ** np.arange(coefficients.shape[1])
     if pieces == 1:
         return rows
-    shifts = np.array(
-        [
-            [
-                [
-                    math.comb(k, j) * (piece / pieces) ** (k - j) / pieces**j if k >= j else 0.0
-                    for j in range(powers)
-                ]
-                for k in range(powers)
-            ]
-            for piece in range(pieces)
-        ]
-    )
+    if powers == 2:
+        starts = rows[:, :1] + np.arange(pieces) / pieces * rows[:, 1:]
+        slopes = np.broadcast_to(rows[:, 1:] / pieces, starts.shape)
+        return np.stack([starts, slopes], axis=2).reshape(-1, powers)
+    shifts = np.zeros((pieces, powers, powers))
+    for piece, k, j in np.ndindex(shifts.shape):
+        if k >= j:
+            shifts[piece, k, j] = math.comb(k, j) * (piece / pieces) ** (k - j) / pieces**j
     return np.ascontiguousarray(np.einsum("ik,pkj->ipj", rows, shifts)).reshape(-1, powers)
 
 
@@ -462,7 +458,7 @@ def respond_scenarios(
         packer.complete()
 
     on_threads(compute, _parts(order))
-    forces = results.summaries[:, [kernel.BASE_SHEAR, kernel.FRICTION]]
+    forces = lanes.shear_and_friction(results.summaries)
     still = np.flatnonzero(results.verdicts == NO_UPLIFT) if demands else np.arange(0)
     for k in np.unique(which[still]).tolist():
         chosen = still[which[still] == k]

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import xarray as xr
 
-from rockframe.errors import ParameterError
+from rockframe.errors import ParameterError, require_known
 from rockframe.options.ingest import Filters
 from rockframe.results.records import RecordsFile
 from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
     from rockframe.figures.captioned import Captioned
+    from rockframe.frame import RockingFrame
+    from rockframe.structures.contract import Structure
+    from rockframe.study.structures import StructureTable
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -194,3 +198,57 @@ def filtered_by_pulse(wanted: bool | None, known: bool | None) -> str:
         return ""
     words = "unknown" if known is None else "yes" if known else "no"
     return f"pulse_like {words}. Must be {'yes' if wanted else 'no'}"
+
+
+def choose_structures(path: Path, name: str | None) -> list[Any]:
+    """Return the structures of a file, or only the one with this name.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    ParameterError
+        If there is no structure of that name.
+
+    Examples
+    --------
+    >>> from rockframe.study.structures import SHIPPED_STRUCTURES
+    >>> [one.name for one in choose_structures(SHIPPED_STRUCTURES, "apollo-frame")]
+    ['apollo-frame']
+    """
+    from rockframe.study.structures import read_structures  # stages without structures need none
+
+    return _named(read_structures(path), name)
+
+
+def made_structures(entries: Iterable[StructureTable], name: str | None) -> tuple[Structure, ...]:
+    """Return the structures of a study, or only the one with this name."""
+    return tuple(_named([entry.made() for entry in entries], name))
+
+
+def _named(structures: list[Structure], name: str | None) -> list[Structure]:
+    if name is None:
+        return structures
+    require_known("structure", name, [one.name for one in structures])
+    return [one for one in structures if one.name == name]
+
+
+def only_frames(structures: Iterable[Structure], what: str) -> list[RockingFrame]:
+    """Return structures that have to be rocking structures.
+
+    Raises
+    ------
+    ParameterError
+        If one is of another kind; the message names it and `what` needs frames.
+    """
+    from rockframe.frame import RockingFrame
+
+    frames = []
+    for one in structures:
+        if not isinstance(one, RockingFrame):
+            raise ParameterError(
+                f"Invalid kind {one.kind} of structure {one.name!r} for {what}. Must be rocking: "
+                "choose another structure."
+            )
+        frames.append(one)
+    return frames

@@ -10,12 +10,11 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
+from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
 from rockframe.components import vertical_beside
 from rockframe.engines.engine import Engine, map_tasks, on_threads
 from rockframe.errors import ParameterError, RockframeWarning, require_known
-from rockframe.frame import RockingFrame
 from rockframe.options.respond import RespondOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
@@ -31,6 +30,7 @@ from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.response import (
     NO_COMPONENTS,
     Components,
+    nominal_row,
     response_row,
     write_response_rows,
 )
@@ -42,6 +42,7 @@ from rockframe.results.writing import input_hash
 from rockframe.rocking import (
     EnsembleResponse,
     GroundAcceleration,
+    NominalResponses,
     Versions,
     as_ground,
     not_at_rest,
@@ -53,7 +54,9 @@ from rockframe.stages.common import (
     Progress,
     Written,
     accepted,
+    choose_structures,
     horizontal,
+    made_structures,
     silent,
     unseen,
 )
@@ -64,10 +67,11 @@ from rockframe.structures.contract import (
     computed_in_both_directions,
     ensembles_of_each,
     most_critical,
+    nominal_of_each,
     require_possible,
     respond_each,
 )
-from rockframe.study.structures import SHIPPED_STRUCTURES, StructureTable, read_structures
+from rockframe.study.structures import SHIPPED_STRUCTURES, StructureTable
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
@@ -77,7 +81,8 @@ if TYPE_CHECKING:
 
 #: Largest number of samples times structures in a task, which limits memory for histories.
 _NODES: Final = 200_000
-
+#: Factor of it for tasks that compute many nominal responses at once.
+_AT_ONCE: Final = 10
 
 _WITHOUT_VERTICAL: Final = (
     "no vertical record of the same event, station and time step has 95 % of its energy in the "
@@ -181,7 +186,9 @@ def respond_stage(
         pulses = _Pulses.read(next(iter(beside), None), names)
         tasks = Counted(
             _tasks(motions, tuple(structures), options, pulses, bool(pairs)),
-            math.ceil((2 if pairs else 1) * file.samples(names) * len(structures) / _NODES),
+            math.ceil(
+                (2 if pairs else 1) * file.samples(names) * len(structures) / _nodes(options)
+            ),
         )
         every = _with_pairs(names, pairs)
         answers = chain.from_iterable(map_tasks(_rows, tasks, engine=engine))
@@ -298,6 +305,11 @@ def _motions(
                 left_out[pairs[name].name] = str(error)
 
 
+def _nodes(options: RespondOptions) -> int:
+    """Return the largest number of samples times structures in a task."""
+    return _NODES * (_AT_ONCE if _nominal_only(options) else 1)
+
+
 def _tasks(
     motions: Iterable[_Motion],
     structures: tuple[Structure, ...],
@@ -308,7 +320,7 @@ def _tasks(
     held: list[_Motion] = []
     for motion in motions:
         held.append(motion)
-        if sum(one.samples for one in held) * len(structures) >= _NODES:
+        if sum(one.samples for one in held) * len(structures) >= _nodes(options):
             yield _task(held, structures, options, pulses, pairs)
             held = []
     if held:
@@ -363,6 +375,9 @@ class _Pulses:
 
 def _rows(task: ResponseTask) -> list[tuple[str, WrittenRow | None, str]]:
     """Return what is written of each record, or the reason why it is rejected."""
+    together = _together(task)
+    if together is not None:
+        return [(name, nominal_row(name, found), "") for name, found in together.items()]
     stated = task.options.stated() | {"pairs": task.pairs}
 
     def row(name: str, responses: Sequence[StructureResponse]) -> WrittenRow:
@@ -373,6 +388,28 @@ def _rows(task: ResponseTask) -> list[tuple[str, WrittenRow | None, str]]:
         (name, row(name, responses) if responses else None, reason)
         for name, responses, reason in answer_task(task)
     ]
+
+
+def _nominal_only(options: RespondOptions) -> bool:
+    """Return True if only nominal values are wanted: neither histories, margins nor members."""
+    further = options.forces or options.vertical or options.ensemble.members > 0
+    return options.histories == "none" and options.margins == "none" and not further
+
+
+def _together(task: ResponseTask) -> dict[str, NominalResponses] | None:
+    """Return the nominal responses to each motion, if all can be computed at once.
+
+    A motion that is not possible is found by computing them one by one.
+    """
+    if not _nominal_only(task.options) or task.parts or task.pairs:
+        return None
+    motions = [motion for motion in task.motions.values() if isinstance(motion, Record)]
+    pulses = [task.pulses.get(name) for name in task.motions]
+    try:
+        found = nominal_of_each(task.structures, motions, pulses)
+    except ParameterError:
+        return None
+    return None if found is None else dict(zip(task.motions, found, strict=True))
 
 
 def answer_task(task: ResponseTask) -> list[tuple[str, list[StructureResponse] | None, str]]:
@@ -495,7 +532,8 @@ def _at_scales(
     """Yield the rows of one record, by structure and scale."""
     grounds = [ground.scaled(scale) for scale in scales]
     every = [None if versions is None else versions.scaled(scale) for scale in scales]
-    ensemble, alone = options.ensemble, options.replaced(margins="none", forces=False)
+    ensemble = options.ensemble
+    alone = options.replaced(margins="none", forces=False, histories="none")
     spread = ensembles_of_each(structures, grounds, ensemble, every) if ensemble.members else None
     nominal = [respond_each(structures, Shaking(motion, alone)) for motion in grounds]
     for k, structure in enumerate(structures):
@@ -543,52 +581,3 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
     return across.with_vertical(
         GroundAcceleration.from_samples(sign * upward.acceleration, upward.time_step)
     )
-
-
-def choose_structures(path: Path, name: str | None) -> list[Any]:
-    """Return the structures of a file, or only the one with this name.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read.
-    ParameterError
-        If there is no structure of that name.
-
-    Examples
-    --------
-    >>> [one.name for one in choose_structures(SHIPPED_STRUCTURES, "apollo-frame")]
-    ['apollo-frame']
-    """
-    return _named(read_structures(path), name)
-
-
-def made_structures(entries: Iterable[StructureTable], name: str | None) -> tuple[Structure, ...]:
-    """Return the structures of a study, or only the one with this name."""
-    return tuple(_named([entry.made() for entry in entries], name))
-
-
-def _named(structures: list[Structure], name: str | None) -> list[Structure]:
-    if name is None:
-        return structures
-    require_known("structure", name, [one.name for one in structures])
-    return [one for one in structures if one.name == name]
-
-
-def only_frames(structures: Iterable[Structure], what: str) -> list[RockingFrame]:
-    """Return structures that have to be rocking structures.
-
-    Raises
-    ------
-    ParameterError
-        If one is of another kind; the message names it and `what` needs frames.
-    """
-    frames = []
-    for one in structures:
-        if not isinstance(one, RockingFrame):
-            raise ParameterError(
-                f"Invalid kind {one.kind} of structure {one.name!r} for {what}. Must be rocking: "
-                "choose another structure."
-            )
-        frames.append(one)
-    return frames

@@ -57,8 +57,15 @@ from rockframe.risk.distribution import Band
 from rockframe.risk.fragility import Curve
 from rockframe.rocking import Design, quantiles
 from rockframe.rocking.verdict import COMPUTED
-from rockframe.stages.common import NamedFigure, Progress, Written, silent, unseen
-from rockframe.stages.respond import choose_structures, made_structures
+from rockframe.stages.common import (
+    NamedFigure,
+    Progress,
+    Written,
+    choose_structures,
+    made_structures,
+    silent,
+    unseen,
+)
 from rockframe.stages.screen_batches import ScreeningRequest, ScreeningRun, is_free
 from rockframe.stages.screen_motions import Motions
 from rockframe.structures.screening import has_quantity

@@ -40,6 +40,8 @@ The rules of a kind:
     alike. They agree with the responses of `history`.
 13. `resized` keeps the proportions that the dimension leaves free, and raises a `ParameterError` if
     the structure has no such dimension.
+14. A kind may have the method ``nominal(structures, motions, pulses)``: nominal responses to many
+    motions at once, as `NominalResponses` has them, or None. They agree with those of `respond`.
 """
 
 from __future__ import annotations
@@ -61,6 +63,7 @@ from rockframe.rocking import (
     EnsembleResponse,
     GroundAcceleration,
     Margin,
+    NominalResponses,
     SpreadVerdict,
     Verdict,
     Versions,
@@ -447,6 +450,38 @@ def respond_each(structures: Sequence[Structure], shaking: Shaking) -> list[Stru
         return NotComputed(structure, reason)
 
     return _by_kind(structures, shaking.motion, respond, not_computed)
+
+
+def nominal_of_each(
+    structures: Sequence[Structure], motions: Sequence[Motion], pulses: Sequence[Pulse | None]
+) -> Sequence[NominalResponses] | None:
+    """Return the nominal responses to each motion as arrays, without histories.
+
+    None if the structures are of several kinds, or their kind does not compute them so.
+
+    Parameters
+    ----------
+    structures, motions : sequence
+        The structures, and motions in one plane.
+    pulses : sequence of Pulse or None
+        The pulse of each motion, to which the responses are added; None for none.
+
+    Raises
+    ------
+    ParameterError
+        If a motion is not possible.
+
+    Examples
+    --------
+    >>> from rockframe import RockingFrame
+    >>> shake = GroundAcceleration.from_samples([0.0, 3.0, -3.0, 0.0], 0.2)
+    >>> [found] = nominal_of_each([RockingFrame(height=9.6, width=1.6)], [shake], [None])
+    >>> found.impacts.tolist()
+    [1]
+    """
+    (kind, _), *others = places_of_kinds(structures)
+    nominal = None if others else getattr(kind, "nominal", None)
+    return nominal and nominal(structures, motions, pulses)
 
 
 def ensembles_of_each(

@@ -19,6 +19,7 @@ from rockframe.rocking import (
     GroundAcceleration,
     Histories,
     Margin,
+    NominalResponses,
     Response,
     Versions,
     as_ground,
@@ -27,6 +28,7 @@ from rockframe.rocking import (
     ensemble_responses,
     margins,
     members,
+    nominal_responses,
     part_responses,
     reactions,
     require_motion,
@@ -103,13 +105,11 @@ class RockingKind:
             return respond_both(structures, shaking.motion, shaking)
         motion = as_ground(shaking.motion)
         require_motion(options.ensemble, motion)
-        responses = [with_contact(respond(frame, motion), motion) for frame in structures]
+        responses = _nominal(structures, motion, shaking)
         if shaking.parts:
             responses = [
                 replace(one, parts=part_responses(one, shaking.parts)) for one in responses
             ]
-        if shaking.pulse is not None:
-            responses = [with_pulse(response, shaking.pulse) for response in responses]
         if options.margins != "none":
             responses = with_margins(responses, motion, chosen_ensemble(options))
         if options.forces:
@@ -123,6 +123,15 @@ class RockingKind:
             with_envelope(one, motion, ensemble, shaking.versions) if one.time.size else one
             for one in kept
         ]
+
+    def nominal(
+        self,
+        structures: Sequence[RockingFrame],
+        motions: Sequence[Record | GroundAcceleration],
+        pulses: Sequence[Pulse | None],
+    ) -> Sequence[NominalResponses] | None:
+        """Return the responses to each motion as arrays; None if a frame needs its history."""
+        return nominal_responses(motions, structures, pulses)
 
     def ensembles(
         self,
@@ -219,6 +228,22 @@ class RockingKind:
         """Return the response of a frame in the quantities that all bridges have."""
         ground = as_ground(motion)  # type: ignore[arg-type]
         return _compared(with_contact(respond(structure, ground), ground), ground)
+
+
+def _nominal(
+    frames: Sequence[RockingFrame], motion: GroundAcceleration, shaking: Shaking
+) -> list[Response]:
+    """Return the responses with contact and pulse, of all frames at once if no history is needed.
+
+    Histories are needed for forces, and for the motions of a sequence.
+    """
+    options, pulse = shaking.options, shaking.pulse
+    if options.histories == "none" and not (options.forces or shaking.parts):
+        together = nominal_responses([motion], frames, [pulse])
+        if together is not None:
+            return together[0].responses()
+    responses = [with_contact(respond(frame, motion), motion) for frame in frames]
+    return [with_pulse(response, pulse) for response in responses] if pulse else responses
 
 
 #: Attributes of `Scenarios` that are the peaks of the contract.

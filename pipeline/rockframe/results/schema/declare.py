@@ -87,9 +87,14 @@ class Variable:
             return "flags"
         return "numbers" if self.dtype is float else "integers"
 
-    @property
+    @cached_property
+    def holder(self) -> str:
+        """The object that has the value, as `source` names it."""
+        return self.source.partition(".")[0]
+
+    @cached_property
     def attribute(self) -> str:
-        """The attribute with the value, of the object that `source` names."""
+        """The attribute of this object with the value."""
         return self.source.partition(".")[2] or self.name
 
     def described(self, units: str = "") -> dict[str, Any]:
@@ -176,7 +181,11 @@ class FileKind:
 
     def __getitem__(self, name: str) -> Variable:
         """Return the variable of this name."""
-        return next(one for one in self.variables if one.name == name)
+        return self._named[name]
+
+    @cached_property
+    def _named(self) -> dict[str, Variable]:
+        return {variable.name: variable for variable in self.variables}
 
     def filled(self, source: str, thing: object) -> dict[str, Any]:
         """Return the value of each variable, read from the attributes of an object.
@@ -193,11 +202,7 @@ class FileKind:
         if isinstance(thing, list):
             rows = [self.filled(source, one) for one in thing]
             return {name: [row[name] for row in rows] for name in rows[0]}
-        return {
-            one.name: one.value_of(thing)
-            for one in self.variables
-            if one.source.split(".")[0] == source
-        }
+        return {one.name: one.value_of(thing) for one in self.variables if one.holder == source}
 
     def arrays(self, values: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         """Return values by variable as arrays of the types in the file."""

@@ -75,8 +75,14 @@ PEAK_VELOCITY: Final = 5  # largest |omega| [rad s-1]
 IMPACT_VELOCITY: Final = 6  # largest |omega| just before an impact [rad s-1], 0 if none
 # Demands at the samples of the motion while the frame rocks; only the vectorised kernel fills them.
 BASE_SHEAR: Final = 7  # largest force of the ground over the weight of columns and beam [1]
-FRICTION: Final = 8  # largest coefficient of friction that base and top joints need [1]
-SUMMARY_SIZE: Final = 9
+FRICTION: Final = 8  # largest coefficient of friction that the base joints need [1]
+TOP_MOST: Final = 9  # largest force on the beam towards the lifted side, over the vertical force
+TOP_LEAST: Final = 10  # under the beam, and the least [1]; infinite if it rocks at no sample
+PRESS: Final = 11  # smallest vertical force at the base over that of the weight alone [1]
+PRESS_TOP: Final = 12  # the same under the beam [1]
+RESTED: Final = 13  # largest |horizontal acceleration| at which it rests [g]; -1 if it never does
+LIFTING: Final = 14  # |shear| over vertical force under the beam if it uplifts at a sample [1]
+SUMMARY_SIZE: Final = 15
 
 
 @inlined

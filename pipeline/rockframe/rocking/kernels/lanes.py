@@ -24,13 +24,19 @@ from rockframe.rocking.kernels.kernel import (
     BASE_SHEAR,
     IMPACT_VELOCITY,
     IMPACTS,
+    LIFTING,
     OVERTURNING_TIME,
     PEAK_TIME,
     PEAK_VELOCITY,
+    RESTED,
     UPLIFT_TIME,
 )
 from rockframe.rocking.kernels.kernel import FRICTION as FRICTION_DEMAND
 from rockframe.rocking.kernels.kernel import PEAK as PEAK_ROTATION
+from rockframe.rocking.kernels.kernel import PRESS as LEAST_PRESS
+from rockframe.rocking.kernels.kernel import PRESS_TOP as LEAST_PRESS_TOP
+from rockframe.rocking.kernels.kernel import TOP_LEAST as LEAST_OF_TOP
+from rockframe.rocking.kernels.kernel import TOP_MOST as MOST_OF_TOP
 from rockframe.rocking.kernels.steps import (
     ALOFT,
     FALLEN,
@@ -74,6 +80,8 @@ from rockframe.rocking.kernels.vectors import (
     PACK_SIZE,
     PEAK,
     PENDING,
+    PRESS,
+    PRESS_TOP,
     SEEN,
     SHARE,
     SHEAR,
@@ -88,6 +96,9 @@ from rockframe.rocking.kernels.vectors import (
     TIE,
     TIED,
     TIED_TOP,
+    TOP_LEAST,
+    TOP_MOST,
+    TURN,
     TURNED,
     WIDTH,
     A,
@@ -145,7 +156,10 @@ _HARDEST: Final = (HOT_ROWS + 9) * WIDTH  # largest |omega| just before an impac
 _CALM: Final = (HOT_ROWS + 10) * WIDTH  # rate below which `_dies_out` is tried
 _EVENTFUL: Final = (HOT_ROWS + 11) * WIDTH  # row of the ground of the last impact
 _EVENTS: Final = (HOT_ROWS + 12) * WIDTH  # number of impacts that this row may still have
-_BLOCK: Final = (HOT_ROWS + 13) * WIDTH  # not a power of two: those cause cache conflicts
+_PEAK_AT: Final = (HOT_ROWS + 13) * WIDTH  # when the row PEAK was reached, in intervals
+_RESTED: Final = (HOT_ROWS + 14) * WIDTH  # largest |acceleration| of the ground while it rests [g]
+_LIFTING: Final = (HOT_ROWS + 15) * WIDTH  # demand under the beam if it uplifts at a sample
+_BLOCK: Final = (HOT_ROWS + 16) * WIDTH  # not a power of two: those cause cache conflicts
 
 # What a lane needs after a hop.
 _STRIDE: Final = 0
@@ -155,6 +169,16 @@ _ATTENTION: Final = 2  # it rests, its interval or its scenario has ended
 # Counts of scenarios: those that have begun, and those that are in lanes.
 _BEGUN: Final = 0
 _LIVE: Final = 1
+
+
+def shear_and_friction(summaries: Float) -> Float:
+    """Return base shear and friction demand of scenarios from their summaries.
+
+    The friction demand is the largest of base and top joints while the frames rock.
+    """
+    most = summaries[:, [FRICTION_DEMAND, MOST_OF_TOP, LIFTING]].max(axis=1)
+    friction = np.maximum(most, -summaries[:, LEAST_OF_TOP])
+    return np.stack([summaries[:, BASE_SHEAR], friction], axis=1)
 
 
 @inlined
@@ -248,6 +272,13 @@ def _seat(pool: Float, q: int, who: int, asked: Float) -> None:
     pool[q + TIED_TOP] = asked[who, ASKED_TIED_TOP]
     pool[q + SHEAR] = 0.0
     pool[q + FRICTION] = 0.0
+    pool[q + TOP_MOST] = -math.inf
+    pool[q + TOP_LEAST] = math.inf
+    pool[q + PRESS] = math.inf
+    pool[q + PRESS_TOP] = math.inf
+    pool[q + _RESTED] = -1.0
+    pool[q + _LIFTING] = 0.0
+    pool[q + _PEAK_AT] = math.nan
     pool[q + SWING] = asked[who, ASKED_SWING]
     pool[q + SWING_TOP] = asked[who, ASKED_SWING_TOP]
     pool[q + COSINE_TOP] = math.cos(asked[who, TOP_ANGLE])
@@ -294,6 +325,13 @@ def _still(bounds: Float, i: int, factor: float, limit: float, hold: float, lift
 
 
 @inlined
+def _begins_at_sample(pool: Float, q: int, at: int) -> bool:
+    """Return True if a row of the motion of a lane begins at a sample."""
+    left = (pool[q + END] - at) * pool[q + SHARE]
+    return bool(math.floor(left) == left)
+
+
+@inlined
 def _wait_for_uplift(
     pool: Float,
     q: int,
@@ -307,7 +345,8 @@ def _wait_for_uplift(
 ) -> float:
     """Advance a lane at rest to its next uplift, or to the end of its motion.
 
-    Returns the largest horizontal |acceleration| of the ground until then [g].
+    Returns the largest horizontal |acceleration| of the ground until then [g], at the samples if it
+    is piecewise linear, or -1 if the lane rests at none.
     """
     who = _index(pool[q + _WHO])
     limit = pool[q + _LIMIT]
@@ -315,15 +354,19 @@ def _wait_for_uplift(
     factor = abs(asked[who, SCALE])
     at = _index(pool[q + AT])
     end = _index(pool[q + END])
-    resting = 0.0
+    resting = -1.0
+    whole = pool[q + SHARE] == 1.0  # each row begins and ends at a sample
     waits = True
     while waits and at < end:
         if pool[q + ELAPSED] == 0.0:
             while at < end and _still(bounds, at, factor, limit, hold, lifts):
-                resting = max(resting, factor * bounds[at, 0])
+                level = bounds[at, 0] if whole else abs(ground[_row(at, curved, lifts)])
+                counts = whole or _begins_at_sample(pool, q, at)
+                resting = max(resting, factor * level if counts else -1.0)
                 at += 1
                 while (
-                    at % COARSE == 0
+                    whole
+                    and at % COARSE == 0
                     and at + COARSE <= end
                     and _still(coarse, at // COARSE, factor, limit, hold, lifts)
                 ):
@@ -332,12 +375,13 @@ def _wait_for_uplift(
         pool[q + AT] = at
         if at < end:
             a, v = _ground_of(pool, q, ground, asked, 1.0, curved, lifts)
-            resting = max(resting, abs(a[0]) if pool[q + ELAPSED] == 0.0 else 0.0)
+            sampled = pool[q + ELAPSED] == 0.0 and _begins_at_sample(pool, q, at)
             span = 1.0 - pool[q + ELAPSED]
             p2 = (asked[who, P_HAT] * asked[who, TIME_STEP]) ** 2
             held = _elastic(asked, who) if len(tied) > 0 else ()
             wait, start = lift_off(a, v, limit, hold, span, pool[q + ALPHA], p2, held)
             waits = wait == NEVER
+            resting = max(resting, abs(a[0]) if sampled and wait != 0.0 else -1.0)
             if waits:
                 pool[q + ELAPSED] = 0.0
                 at += 1
@@ -356,20 +400,59 @@ def _wait_for_uplift(
 
 @inlined
 def _file(
-    pool: Float, q: int, asked: Float, summaries: Float, peak: float, fast: float, interval: float
+    pool: Float,
+    q: int,
+    asked: Float,
+    summaries: Float,
+    peak: float,
+    fast: float,
+    interval: float,
+    peak_at: float,
 ) -> None:
-    """Store a lane's results; `interval` is the time of overturning [intervals], or NaN."""
+    """Store a lane's results.
+
+    `interval` and `peak_at` are the times of overturning and of the peak [intervals], or NaN.
+    """
     who = _index(pool[q + _WHO])
     h = asked[who, TIME_STEP]
     summaries[who, PEAK_ROTATION] = peak
-    summaries[who, PEAK_TIME] = math.nan
+    summaries[who, PEAK_TIME] = asked[who, START_TIME] + peak_at * h
     summaries[who, UPLIFT_TIME] = pool[q + _UPLIFT]
     summaries[who, OVERTURNING_TIME] = asked[who, START_TIME] + interval * h
     summaries[who, IMPACTS] = pool[q + _COUNT]
     summaries[who, PEAK_VELOCITY] = fast / h
     summaries[who, IMPACT_VELOCITY] = pool[q + _HARDEST] / h
-    summaries[who, BASE_SHEAR] = pool[q + SHEAR] / (asked[who, P_HAT] * h) ** 2
+    weight = (asked[who, P_HAT] * h) ** 2
+    summaries[who, BASE_SHEAR] = pool[q + SHEAR] / weight
     summaries[who, FRICTION_DEMAND] = pool[q + FRICTION]
+    summaries[who, MOST_OF_TOP] = pool[q + TOP_MOST]
+    summaries[who, LEAST_OF_TOP] = pool[q + TOP_LEAST]
+    summaries[who, LEAST_PRESS] = pool[q + PRESS] / weight
+    summaries[who, LEAST_PRESS_TOP] = pool[q + PRESS_TOP] / weight
+    summaries[who, RESTED] = pool[q + _RESTED]
+    summaries[who, LIFTING] = pool[q + _LIFTING]
+
+
+@inlined
+def _weigh(pool: Float, q: int, a0: float, v0: float, rocks: bool, tied: Marker) -> None:
+    """Note the demands of a lane under these pulls; `rocks` is false if it uplifts now."""
+    psi = pool[q + ALPHA] - pool[q + THETA]
+    held = 0.0
+    if len(tied) > 0:
+        held = pool[q + TIE] * math.cos(0.5 * pool[q + THETA])
+    f0 = v0 * math.sin(psi) + a0 * math.cos(psi) + held
+    force, friction, top, down, down_top = demands(
+        pool, q, psi, pool[q + OMEGA], f0, a0, v0, tied, pool[q + THETA]
+    )
+    pool[q + SHEAR] = max(pool[q + SHEAR], force)
+    pool[q + FRICTION] = max(pool[q + FRICTION], friction)
+    pool[q + PRESS] = min(pool[q + PRESS], down)
+    pool[q + PRESS_TOP] = min(pool[q + PRESS_TOP], down_top)
+    if rocks:
+        pool[q + TOP_MOST] = max(pool[q + TOP_MOST], top)
+        pool[q + TOP_LEAST] = min(pool[q + TOP_LEAST], top)
+    else:
+        pool[q + _LIFTING] = max(pool[q + _LIFTING], abs(top))
 
 
 @inlined
@@ -377,6 +460,7 @@ def _weigh_last(
     pool: Float,
     q: int,
     ground: Float,
+    scale: float,
     curved: Marker,
     lifts: Marker,
     tied: Marker,
@@ -391,18 +475,13 @@ def _weigh_last(
             upwards += ground[row + np.uint64(powers + k)]
     if pool[q + _SIDE] == 0.0:
         pool[q + SHEAR] = max(pool[q + SHEAR], abs(pool[q + _LIFT] * across))
+        pool[q + _RESTED] = max(pool[q + _RESTED], abs(scale * across))
         return
     a0 = pool[q + _SIDE] * pool[q + _LIFT] * across
     v0 = pool[q + P2] + pool[q + _LIFT] * upwards
-    psi = pool[q + ALPHA] - pool[q + THETA]
-    held = 0.0
     if len(tied) > 0:
         a0 += pool[q + TURNED]
-        held = pool[q + TIE] * math.cos(0.5 * pool[q + THETA])
-    f0 = v0 * math.sin(psi) + a0 * math.cos(psi) + held
-    force, friction = demands(pool, q, psi, pool[q + OMEGA], f0, a0, v0, tied, pool[q + THETA])
-    pool[q + SHEAR] = max(pool[q + SHEAR], force)
-    pool[q + FRICTION] = max(pool[q + FRICTION], friction)
+    _weigh(pool, q, a0, v0, True, tied)
 
 
 @inlined
@@ -422,7 +501,7 @@ def _end(
     """Decide the outcome of a lane from its energy at the end of its motion, and empty the lane."""
     who = _index(pool[q + _WHO])
     if len(weighed) > 0:
-        _weigh_last(pool, q, ground, curved, lifts, tied)
+        _weigh_last(pool, q, ground, asked[who, SCALE], curved, lifts, tied)
     p_hat = asked[who, P_HAT] * asked[who, TIME_STEP]
     side = 0.0 if pool[q + _SIDE] == 0.0 else 1.0
     if side != 0.0 and touches(pool[q + THETA], pool[q + OMEGA], p_hat):
@@ -458,9 +537,13 @@ def _end(
     if not math.isnan(landed):
         pool[q + _COUNT] += 1.0
     pool[q + _HARDEST] = max(pool[q + _HARDEST], abs(landing))
+    fallen = asked[who, INTERVALS] + after
+    peak_at = fallen
+    if not overturns and pool[q + PEAK] >= max(peak, pool[q + THETA]):
+        peak_at = pool[q + _PEAK_AT]
     peak = max(peak, pool[q + PEAK], pool[q + THETA])
     fast = max(fast, pool[q + FASTEST], abs(pool[q + OMEGA]))
-    _file(pool, q, asked, summaries, peak, fast, asked[who, INTERVALS] + after)
+    _file(pool, q, asked, summaries, peak, fast, fallen, peak_at)
     _empty(pool, q)
 
 
@@ -500,10 +583,20 @@ def _dies_out(
 
 
 @inlined
+def _note_peak(pool: Float, q: int, asked: Float, high: float, t: float) -> None:
+    """Note the height of a peak of a lane after time t, if none before was as high."""
+    if high > pool[q + PEAK]:
+        begun = pool[q + AT] - asked[_index(pool[q + _WHO]), FIRST]
+        pool[q + PEAK] = high
+        pool[q + _PEAK_AT] = begun + pool[q + ELAPSED] + t
+
+
+@inlined
 def _forget_touch(pool: Float, q: int) -> None:
     """Remove an uplift by round-off from the results, unless the frame has rocked before."""
     if pool[q + _COUNT] == 0.0:
         pool[q + PEAK] = 0.0
+        pool[q + _PEAK_AT] = math.nan
         pool[q + FASTEST] = 0.0
         pool[q + _UPLIFT] = math.nan
 
@@ -562,7 +655,7 @@ def _rebound(
         else:
             lasts, bounces, highest = _dies_out(pool, q, who, asked, a, v)
             if not math.isnan(lasts):
-                pool[q + PEAK] = max(pool[q + PEAK], highest)
+                _note_peak(pool, q, asked, highest, 0.0)
                 pool[q + _COUNT] += bounces
                 pool[q + ELAPSED] += lasts
                 pool[q + OMEGA] = 0.0
@@ -670,6 +763,17 @@ def _ready(
                 p_hat = asked[_index(pool[q + _WHO]), P_HAT]
                 step = asked[_index(pool[q + _WHO]), TIME_STEP]
                 pool[q + SHEAR] = max(pool[q + SHEAR], resting * (p_hat * step) ** 2)
+                pool[q + _RESTED] = max(pool[q + _RESTED], resting)
+                uplifts = pool[q + ELAPSED] == 0.0 and pool[q + AT] < pool[q + END]
+                if uplifts and _begins_at_sample(pool, q, _index(pool[q + AT])):
+                    _weigh(
+                        pool,
+                        q,
+                        pool[q + A],
+                        pool[q + V] if len(lifts) > 0 else pool[q + P2],
+                        False,
+                        tied,
+                    )
             if excursions.shape[0] > 0 and pool[q + AT] < pool[q + END]:
                 _keep_excursion(pool, q, asked, ahead, excursions, curved, lifts)
         if pool[q + AT] < pool[q + END]:
@@ -724,10 +828,10 @@ def _scalar_flight(
     p2 = (asked[who, P_HAT] * asked[who, TIME_STEP]) ** 2
     held = _elastic(asked, who) if len(tied) > 0 else ()
     c = taylor(theta, omega, 1.0, a, v, alpha, p2, start, held)
-    ended, t, theta, omega, high, _, fast = flight(
+    ended, t, theta, omega, high, high_time, fast = flight(
         c, 1.0, 1.0 - pool[q + ELAPSED], start, pool[q + PEAK]
     )
-    pool[q + PEAK] = max(high, pool[q + PEAK])
+    _note_peak(pool, q, asked, high, high_time)
     pool[q + FASTEST] = max(fast, pool[q + FASTEST])
     return ended, t, theta, omega
 
@@ -750,7 +854,7 @@ def _after_hop(
     excursions: Float,
 ) -> int:
     """Move a lane to the end of its hop; return what it needs next."""
-    pool[q + PEAK] = pack[k + PEAK]
+    _note_peak(pool, q, asked, pack[k + PEAK], pack[k + TURN])
     pool[q + FASTEST] = pack[k + FASTEST]
     kind, t = pack[k + KIND], pack[k + TAU]
     theta, omega = pack[k + THETA_AFTER], pack[k + OMEGA_AFTER]
@@ -761,7 +865,7 @@ def _after_hop(
             who = _index(pool[q + _WHO])
             verdicts[who] = OVERTURNS
             fallen = pool[q + AT] - asked[who, FIRST] + pool[q + ELAPSED] + t
-            _file(pool, q, asked, summaries, HALF_PI, pool[q + FASTEST], fallen)
+            _file(pool, q, asked, summaries, HALF_PI, pool[q + FASTEST], fallen, fallen)
             _empty(pool, q)
             counts[_LIVE] -= 1
             return _ATTENTION
@@ -844,7 +948,7 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
     verdicts : array of int8, shape (scenarios,)
         Filled with the outcomes.
     summaries : array, shape (scenarios, SUMMARY_SIZE)
-        Filled with the values of the kernel's named slots, except the time of the peak (NaN).
+        Filled with the values of the kernel's named slots; demands only if `weighed`.
     ahead : array, shape (nodes, 1 or 2)
         Results of `fill_ahead` for the ground motions and each frequency parameter.
     excursions : array, shape (scenarios, kept, EXCURSION_SIZE)

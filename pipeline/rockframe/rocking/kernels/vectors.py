@@ -48,7 +48,7 @@ PENDING: Final = 23 * WIDTH  # 1 if the lane waits for a hop, or is empty
 TIE: Final = 24 * WIDTH  # p_hat^2 times the force of the ties at theta = 0
 # Rows for the demands on the joints, see `_demands`.
 SHEAR: Final = 25 * WIDTH  # largest base shear until now, times p_hat^2
-FRICTION: Final = 26 * WIDTH  # largest friction demand until now
+FRICTION: Final = 26 * WIDTH  # largest friction demand at the base until now
 SWING: Final = 27 * WIDTH  # acceleration of the whole mass over theta'', times p_hat^2 / g
 SWING_TOP: Final = 28 * WIDTH  # the same of the beam
 COSINE_TOP: Final = 29 * WIDTH  # cosine of the angle of the beam's lever less alpha
@@ -59,7 +59,11 @@ LIGHTER: Final = 33 * WIDTH  # term that they subtract from the row V
 STIFF: Final = 34 * WIDTH  # twice p_hat^2 times their stiffness
 TIED: Final = 35 * WIDTH  # force of the ties over their moment and the weight on the base
 TIED_TOP: Final = 36 * WIDTH  # force over their moment and the weight of the beam
-HOT_ROWS: Final = 37
+TOP_MOST: Final = 37 * WIDTH  # largest force on the beam over the vertical force under it until now
+TOP_LEAST: Final = 38 * WIDTH  # least of it; the force is positive towards the lifted side
+PRESS: Final = 39 * WIDTH  # smallest vertical force at the base until now, times p_hat^2
+PRESS_TOP: Final = 40 * WIDTH  # the same under the beam
+HOT_ROWS: Final = 41
 
 # Rows that a pack has and a block does not.
 TAU: Final = 25 * WIDTH  # time of the landing
@@ -285,8 +289,11 @@ def demands(
     v0: float,
     tied: Marker,
     theta: float,
-) -> tuple[float, float]:
-    """Return base shear, times p_hat^2, and friction demand of a lane (see `reactions`).
+) -> tuple[float, float, float, float, float]:
+    """Return the forces on the joints of a lane (see `reactions`).
+
+    They are the base shear, the friction demand at the base, shear over vertical force under the
+    beam, and the vertical forces at the base and under the beam; forces times p_hat^2.
 
     `a0`, `v0` and `f0` are the horizontal and vertical pull and psi'' at this time. All points of
     the columns move on circles, so all masses together move like one at the equivalent lever.
@@ -314,8 +321,8 @@ def demands(
         shear_top += pool[j + TIED_TOP] * lean
         down_top += pool[j + TIED_TOP] * press
     base = abs(shear) / down if down > 0.0 else math.inf
-    top = abs(shear_top) / down_top if down_top > 0.0 else math.inf
-    return force, most_of(base, top)
+    top = shear_top / down_top if down_top > 0.0 else math.inf
+    return force, base, top, down, down_top
 
 
 @inlined
@@ -396,12 +403,22 @@ def stride(
             tie = ()  # type: ignore[assignment]  # of another kernel
             f0, g1, g2, g3, g4, g5, g6, g7 = _turn(psi, omega, a, v, 1.0, curved, lifts, tie)
         if len(weighed) > 0:
-            force, friction = demands(pool, j, psi, omega, f0, a[0], v[0], tied, theta)
+            force, friction, top, down, down_top = demands(
+                pool, j, psi, omega, f0, a[0], v[0], tied, theta
+            )
             left = (pool[j + END] - pool[j + AT]) * pool[j + SHARE]
             counts = (pool[j + PENDING] == 0.0) & (left > 0.0) & (np.floor(left) == left)
             pool[j + SHEAR] = most_of(force, pool[j + SHEAR]) if counts else pool[j + SHEAR]
             most = most_of(friction, pool[j + FRICTION])
             pool[j + FRICTION] = most if counts else pool[j + FRICTION]
+            most = most_of(top, pool[j + TOP_MOST])
+            pool[j + TOP_MOST] = most if counts else pool[j + TOP_MOST]
+            least = least_of(top, pool[j + TOP_LEAST])
+            pool[j + TOP_LEAST] = least if counts else pool[j + TOP_LEAST]
+            least = least_of(down, pool[j + PRESS])
+            pool[j + PRESS] = least if counts else pool[j + PRESS]
+            least = least_of(down_top, pool[j + PRESS_TOP])
+            pool[j + PRESS_TOP] = least if counts else pool[j + PRESS_TOP]
         advance(pool, j, theta, omega, (f0, g1, g2, g3, g4, g5, g6, g7), 0.0, HALF_PI)
 
 
