@@ -32,12 +32,12 @@ DASK := tests/engines/test_dask.py tests/runs/test_dask_run.py
 
 # `make test-all` draws other random examples in each run; all other targets draw the same.
 DRAWS =
-PYTEST = $(BIN)/python -m pytest -q $(DRAWS) --numprocesses auto --maxprocesses 4 --dist
+PYTEST = MAKEFLAGS= $(BIN)/python -m pytest -q $(DRAWS) --numprocesses auto --maxprocesses 4 --dist
 # Processes share compiled bytecode through __pycache__, where numba's compiled code is too.
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 study report explore paper docs validation findings test test-examples test-browser test-dask test-workflow test-faults test-processors test-wheel test-all check format bench coverage fuzz clean
+.PHONY: help setup table1 study report explore paper docs validation findings test test-examples test-browser test-dask test-workflow test-faults test-processors test-wheel test-all check lint types rules format bench coverage fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -48,7 +48,7 @@ help:
 	@echo "make explore  a live page: sliders for the frame and the record, answered by the kernel"
 	@echo "make paper    the paper, checked: its figures, and each number and claim beside ours, in $(PAPER)"
 	@echo "              (RECORDS=FOLDER with the paper's own records checks its Table 1 too)"
-	@echo "make test     run the tests (but for those of the next targets)"
+	@echo "make test     run the tests (but for those of the next targets; doctests are in check)"
 	@echo "make test-examples  run the examples of the README and the documentation as they stand"
 	@echo "              (PAGES='README or tutorial' for some of them)"
 	@echo "make test-browser  run the tests of both pages in Chromium (Debian: apt-get install chromium)"
@@ -113,7 +113,7 @@ report: $(MADE) $(OUTPUT)/manifest.json
 	@$(BIN)/rockframe report $(OUTPUT)
 
 test: $(MADE)
-	@$(PYTEST) loadfile $(addprefix --ignore=,$(BROWSER) $(DASK) tests/test_import_direction.py)
+	@$(PYTEST) loadfile tests $(addprefix --ignore=,$(BROWSER) $(DASK) tests/test_import_direction.py)
 
 test-examples: $(MADE)
 	@$(PYTEST) worksteal tests/examples/examples.py $(if $(PAGES),-k "$(PAGES)")
@@ -144,10 +144,17 @@ test-wheel: $(MADE)
 test-all: DRAWS = --hypothesis-profile=others
 test-all: check test test-examples test-browser test-dask test-faults test-workflow
 
-check: $(MADE)
+# Parts of `make check`, which `make --jobs 2 check` does side by side.
+check: lint types rules
+
+lint: $(MADE)
 	@$(BIN)/ruff format --check --quiet .
 	@$(BIN)/ruff check --quiet .
+
+types: $(MADE)
 	@$(BIN)/mypy
+
+rules: $(MADE)
 	@$(PYTEST) worksteal pipeline tests/test_import_direction.py tests/suite.py \
 		tests/smallest_benchmarks.py
 

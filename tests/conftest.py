@@ -17,10 +17,11 @@ from typing import Any, Final
 import numpy as np
 import pytest
 import xarray as xr
+from filelock import FileLock
 from hypothesis import settings
 from hypothesis.internal.constants_ast import Constants
 
-from rockframe.cli.main import parser
+from rockframe.cli.main import main, parser
 from rockframe.engines.engine import OneProcess
 from rockframe.ingest import collection
 from rockframe.options.respond import ScreenOptions
@@ -38,9 +39,10 @@ SWITCHES: Final = (
 )
 
 # No test depends on how long an example takes: the machine may be busy. Each run draws the same
-# examples; `make test-all` draws others, with --hypothesis-profile=others.
-settings.register_profile("others", deadline=None)
-settings.register_profile("same", deadline=None, derandomize=True, database=None)
+# examples, a quarter of those of `make test-all`, which draws others with
+# --hypothesis-profile=others.
+settings.register_profile("others", deadline=None, max_examples=100)
+settings.register_profile("same", deadline=None, derandomize=True, database=None, max_examples=25)
 settings.load_profile("same")
 # Print tables at the width used without a terminal, whatever terminal runs the tests.
 os.environ.pop("COLUMNS", None)
@@ -109,6 +111,11 @@ def files_need_not_survive_a_power_cut() -> Iterator[None]:
         yield
 
 
+def examples(count: int) -> settings:
+    """Return settings of a property: `count` examples in `make test-all`, a quarter elsewhere."""
+    return settings(max_examples=max(5, count * settings().max_examples // 100))
+
+
 @contextmanager
 def coarse() -> Iterator[None]:
     """Draw with few dots and without ticks, do not arrange panels, and start no process that draws,
@@ -122,6 +129,21 @@ def coarse() -> Iterator[None]:
         for what in ("axis.Axis.draw", "layout_engine.ConstrainedLayoutEngine.execute"):
             patch.setattr(f"matplotlib.{what}", lambda _self, _renderer_or_figure: None)
         yield
+
+
+@pytest.fixture(scope="session")
+def table1(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run of `rockframe table1`, coarsely drawn, which one process makes for all of a session.
+
+    A test that changes it changes a copy.
+    """
+    home = tmp_path_factory.getbasetemp()
+    home = home.parent if "PYTEST_XDIST_WORKER" in os.environ else home
+    with FileLock(home / "table1.lock"):
+        if not (home / "table1" / "manifest.json").exists():
+            with coarse():
+                assert main(["table1", "--output", str(home / "table1")]) == 0
+    return home / "table1"
 
 
 @pytest.fixture(scope="session")

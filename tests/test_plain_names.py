@@ -12,11 +12,12 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure
 from openpyxl import load_workbook
+from tests.conftest import examples
 from tests.report.test_page import Parsed
 
 import rockframe.web
@@ -102,7 +103,7 @@ def test_a_table_has_the_plain_name(name: str) -> None:
     assert cell.removeprefix("'") == plain(name).removeprefix("'")
 
 
-@settings(max_examples=20)
+@examples(20)
 @given(names)
 def test_a_workbook_can_be_written_and_read(tmp_path_factory: Any, name: str) -> None:
     path = tmp_path_factory.mktemp("book") / "book.xlsx"
@@ -111,7 +112,7 @@ def test_a_workbook_can_be_written_and_read(tmp_path_factory: Any, name: str) ->
     assert not ACTS.search(str(value))
 
 
-@settings(max_examples=20)
+@examples(20)
 @given(names)
 def test_a_figure_shows_the_name_and_its_svg_is_xml(tmp_path_factory: Any, name: str) -> None:
     path = tmp_path_factory.mktemp("figure") / "figure.svg"

@@ -5,9 +5,10 @@ from __future__ import annotations
 from contextlib import suppress
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from obspy import UTCDateTime
+from tests.conftest import examples
 
 from rockframe.errors import InputError
 from rockframe.fetch.coverage import Coverage, measure, read_whole
@@ -84,14 +85,14 @@ def test_sampling_rate_that_changes() -> None:
 
 
 @given(begin=st.integers(2, 3000), length=st.integers(100, 2000))
-@settings(max_examples=20)
+@examples(20)
 def test_missing_ends_add_up(begin: int, length: int) -> None:
     row = measured((begin / 100.0, length / 100.0))
     assert row.missing_start + row.missing_end == pytest.approx(60.0 - length / 100.0, abs=1e-6)
 
 
 @given(cut=st.integers(1, 4000))
-@settings(max_examples=40)
+@examples(40)
 def test_no_cut_is_read(cut: int) -> None:
     body = miniseed(waveform("CLC", "HNE", str(START), 60.0))
     cut %= len(body)
@@ -112,7 +113,7 @@ def test_damaged_samples_are_refused() -> None:
 
 
 @given(place=st.integers(0, 511), value=st.integers(0, 255))
-@settings(max_examples=60)
+@examples(60)
 def test_a_damaged_record_is_read_or_refused(place: int, value: int) -> None:
     body = bytearray(miniseed(waveform("CLC", "HNE", str(START), 5.0)))
     body[place] = value

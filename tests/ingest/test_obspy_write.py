@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
+from tests.conftest import examples
 
 from rockframe.errors import ParameterError
 from rockframe.ingest import read_bytes, read_file
@@ -39,7 +40,7 @@ def written(stream: Any, **options: object) -> bytes:
     return file.getvalue()
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(
     samples=hnp.arrays(np.float64, st.integers(2, 40), elements=st.floats(-1e3, 1e3)),
     step=st.floats(1e-5, 2.0),

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.conftest import examples
 
 from rockframe.errors import ParameterError
 from rockframe.matching.match import best_match, match_pulse, scalogram
@@ -39,7 +40,7 @@ def test_scalograms_are_of_rickers() -> None:
 
 
 @pytest.mark.parametrize("wavelet", RICKERS)
-@settings(max_examples=20)
+@examples(20)
 @given(
     a_p=st.floats(0.1, 10.0),
     period=st.floats(0.3, 2.0),

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.conftest import examples
 
 from rockframe import FixedFrame, GroundAcceleration, IsolatedDeck, respond_oscillator
 from rockframe.oscillators import kernel
@@ -20,7 +21,7 @@ every_kind = given(
     motion=st.sampled_from(["lines", "record", "pulse"]),
     seed=st.integers(0, 10**6),
 )
-few = settings(max_examples=60)
+few = examples(60)
 
 
 def model_of(kind: str, seed: int) -> Oscillator:

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from tests.conftest import examples
 from xarray.core import indexing
 
 import rockframe
@@ -79,7 +80,7 @@ def response_path(tmp_path: Path) -> Path:
     return path
 
 
-@settings(max_examples=15)
+@examples(15)
 @given(
     samples=hnp.arrays(
         np.float64,

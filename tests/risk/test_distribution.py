@@ -8,10 +8,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import rankdata
+from tests.conftest import examples
 
 from rockframe.risk import (
     demand_ranks,
@@ -80,7 +81,7 @@ def test_wilson_solves_its_equation(count: int) -> None:
         assert_allclose(away, 1.6448536 * error, rtol=1e-6)
 
 
-@settings(max_examples=30)
+@examples(30)
 @given(st.lists(st.sampled_from([0.0, 0.1, 0.5, 2.0, math.inf]), min_size=1, max_size=9))
 def test_ranks_are_those_of_scipy(peaks: list[float]) -> None:
     assert_allclose(demand_ranks(np.array(peaks)[:, None])[:, 0], rankdata(-np.array(peaks)))
@@ -125,7 +126,7 @@ def test_shares_of_zero_and_one_are_outcomes() -> None:
     assert np.array_equal((centre, share), again)
 
 
-@settings(max_examples=30)
+@examples(30)
 @given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2)), min_size=1, max_size=9))
 def test_shares_rank_before_peaks(pairs: list[tuple[int, int]]) -> None:
     shares, peaks = np.array(pairs, dtype=float).T

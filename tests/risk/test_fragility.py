@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import stdtrit
 from scipy.stats import bernoulli, logistic, norm
+from tests.conftest import examples
 
 from rockframe.errors import ParameterError
 from rockframe.quantities import LIMITED, QUANTITIES
@@ -179,7 +180,7 @@ def test_motions_of_one_cluster_are_one() -> None:
     assert_allclose(twice.covariance, once.covariance, rtol=1e-6)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(unit=st.floats(1e-3, 1e3), seed=st.integers(0, 5))
 def test_unit_moves_the_median_alone(unit: float, seed: int) -> None:
     intensity, fell = site(30, seed)
@@ -189,7 +190,7 @@ def test_unit_moves_the_median_alone(unit: float, seed: int) -> None:
     assert_allclose(other.concordance, first.concordance, rtol=1e-12)
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(
     verdicts=st.lists(st.lists(st.booleans(), min_size=3, max_size=3), min_size=1, max_size=6),
     intensity=st.lists(st.floats(1e-300, 1e300), min_size=6, max_size=6),

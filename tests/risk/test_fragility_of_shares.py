@@ -6,10 +6,11 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
+from tests.conftest import examples
 
 from rockframe.errors import ParameterError
 from rockframe.risk import Fragility, HazardCurve, Outcome, fit_fragility, overturning_rate
@@ -71,7 +72,7 @@ def test_shares_of_zero_and_one_are_outcomes(curve: Curve) -> None:
         assert np.array_equal(*(getattr(fit, field.name) for fit in fits)), field.name
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(st.lists(st.sampled_from([0.0, 0.5, 1.0]), min_size=1, max_size=5))
 def test_an_outcome_without_a_curve_is_that_of_the_members(shares: list[float]) -> None:
     intensity = np.arange(1.0, len(shares) + 1.0)

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.stats import logistic, norm
+from tests.conftest import examples
 
 from rockframe.risk import Outcome, better_measure, fit_fragility, observed_shares
 from rockframe.risk.fragility import Curve
@@ -129,7 +130,7 @@ def test_six_digits_of_scale_factors_do_not_decide() -> None:
     assert fit.lowest == fit.highest == pytest.approx(1.2, rel=2e-6)
 
 
-@settings(max_examples=50)
+@examples(50)
 @given(scaled_to=st.floats(0.01, 100.0), pgv=st.lists(st.floats(0.01, 100.0), min_size=2))
 def test_motions_that_are_scaled_to_one_intensity_are_tied(
     scaled_to: float, pgv: list[float]
@@ -151,7 +152,7 @@ def test_many_close_intensities_are_not_one() -> None:
     assert np.unique(merged(x)).size > 9_000
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(order=st.permutations(range(12)), seed=st.integers(0, 3))
 def test_the_order_of_motions_does_not_matter(order: list[int], seed: int) -> None:
     intensity, shares = tied(seed)

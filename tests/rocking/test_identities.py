@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.integrate import quad
+from tests.conftest import examples
 
 from rockframe.frame import RockingFrame
 from rockframe.rocking.excitation import GroundAcceleration
@@ -154,7 +155,7 @@ def test_each_impact_of_free_rocking_is_slower_by_the_restitution() -> None:
     time_step=st.sampled_from([0.001, 0.01, 0.1]),
     frame=st.sampled_from(ANY),
 )
-@settings(max_examples=150)
+@examples(150)
 def test_whatever_the_motion(
     seed: int, strength: float, time_step: float, frame: RockingFrame
 ) -> None:
@@ -172,7 +173,7 @@ def test_whatever_the_motion(
 
 
 @given(seed=st.integers(0, 10_000), frame=st.sampled_from([BENT, STOCKY, SLENDER, SMALL]))
-@settings(max_examples=60)
+@examples(60)
 def test_the_sense_of_rotation_is_kept_at_impacts(seed: int, frame: RockingFrame) -> None:
     samples = noise(seed, 300, 2.0 * frame.width / frame.height)
     response = respond(frame, GroundAcceleration.from_samples(samples, 0.02))

@@ -8,9 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.conftest import examples
 
 from rockframe.frame import RockingFrame, crushed
 from rockframe.parts import Abutment, Dissipater, Pivot, Tendon
@@ -40,7 +41,7 @@ def every_kind(test: Callable[[str, str, int], None]) -> Callable[[], None]:
     given_all = given(kind=kind, motion=motion, seed=st.integers(0, 10**6))(test)
     for case in REVERSED:
         given_all = example(**dict(zip(("kind", "motion", "seed"), case, strict=True)))(given_all)
-    return settings(max_examples=100)(given_all)
+    return examples(100)(given_all)
 
 
 def frame_of(kind: str, seed: int) -> RockingFrame:

@@ -14,9 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.conftest import examples
 from tests.rocking.motions import BENT, SLENDER, STOCKY
 
 from rockframe import (
@@ -75,7 +76,7 @@ def peaks(draw: st.DrawFn) -> Float:
     return np.array(samples)
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(
     peaks(), st.sampled_from(sorted(FRAMES)), st.sampled_from([0.005, 0.01, 0.02]), st.booleans()
 )
@@ -104,7 +105,7 @@ def test_a_peak_that_touches_the_limit_uplifts_nothing(
         assert not np.any(alone)
 
 
-@settings(max_examples=30)
+@examples(30)
 @given(
     st.sampled_from(["column", "bent", "tendon"]),
     st.floats(0.1, 1.0),

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.conftest import examples
 
 from rockframe.record import Record
 from rockframe.signals.corner import CORNERS, DEFAULT, Corner, CornerSource, _powers, choose_corner
@@ -74,7 +75,7 @@ def test_units_do_not_matter() -> None:
         assert choose_corner(factor * record + factor, STEP, 3.0) == corner
 
 
-@settings(max_examples=25)
+@examples(25)
 @given(
     slope=st.floats(-1.0, 1.0),
     offset=st.floats(-10.0, 10.0),

@@ -7,8 +7,9 @@ import string
 from pathlib import Path
 from typing import get_args
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.conftest import examples
 
 from rockframe.errors import InputError
 from rockframe.matching.signal import Weighting
@@ -49,7 +50,7 @@ def keys_of(model: type, before: str = "") -> list[str]:
     return keys
 
 
-@settings(max_examples=400)
+@examples(400)
 @given(stated=st.dictionaries(st.sampled_from(keys_of(StudyTables)), VALUES, max_size=4))
 def test_anything_is_read_or_refused_in_one_line(stated: dict[str, str]) -> None:
     text = "\n".join(f"{key} = {value}" for key, value in stated.items())
