@@ -146,6 +146,7 @@ from .unequal import BentResponse as BentResponse
 from .unequal import UnequalBent as UnequalBent
 from .unequal import bent_ensemble as bent_ensemble
 from .unequal import bent_forces as bent_forces
+from .unequal import bent_margin as bent_margin
 from .unequal import bent_positions as bent_positions
 from .unequal import respond_bent as respond_bent
 from .unequal import respond_bents as respond_bents

@@ -69,7 +69,7 @@ def test_a_table_of_monolithic_columns_is_the_frame_of_them(tmp_path: Path) -> N
         (f"{FIXED}density_kg_m3 = 2500.0\n", "key 'depth_m' missing"),
         (f"{ROUND}depth_m = 1.0\n", "depth_m 1.0. Must be absent where the section is circular"),
         (f"{ROUND}column_mass_kg = 1.0\n", "column_mass_kg 1.0. Must be stated, or density_kg_m3"),
-        (ISOLATED.replace("isolated", "sliding"), "kind 'sliding'. Must be rocking, isolated, f"),
+        (ISOLATED.replace("isolated", "sliding"), "kind 'sliding'. Must be rocking, unequal, iso"),
     ],
 )
 def test_each_mistake_is_named(tmp_path: Path, table: str, words: str) -> None:

@@ -8,7 +8,7 @@ from typing import Any, Final
 import pytest
 from tests.structures.contract import keeps_the_rules
 
-from rockframe import FixedFrame, IsolatedDeck, RockingFrame
+from rockframe import FixedFrame, IsolatedDeck, RockingFrame, UnequalBent
 from rockframe.parts import Abutment, Dissipater, Tendon
 from rockframe.study.kinds import KINDS
 
@@ -32,6 +32,12 @@ OF_KINDS: Final[dict[str, list[Any]]] = {
             abutment=GAP,
             name="hybrid",
         ),
+    ],
+    "unequal": [
+        UnequalBent(
+            heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0, mass_ratio=3.6, name="slope"
+        ),
+        UnequalBent(heights=(2.4, 2.0), widths=(0.3, 0.25), spacing=4.0, name="slight"),
     ],
     "isolated": [
         IsolatedDeck.lead_rubber(strength_ratio=0.05, period=3.0, name="lead"),

@@ -90,7 +90,9 @@ def test_files_of_structures_and_the_schema_of_studies_have_it(tmp_path: Path) -
     with pytest.raises(InputError, match=r"friction -0\.1. Must be positive and finite"):
         read_structures(path)
     path.write_text(TEXT.replace('"sliding"', '"slding"'), encoding="utf-8")
-    with pytest.raises(InputError, match=r"slding'\. Must be rocking, isolated, fixed, sliding"):
+    with pytest.raises(
+        InputError, match=r"slding'\. Must be rocking, unequal, isolated, fixed, sliding"
+    ):
         read_structures(path)
 
 

@@ -295,6 +295,17 @@ _DECLARED: Final = (
         comment="NaN for models that do not yield",
     ),
     Quantity(
+        name="peak_level_difference",
+        units="m",
+        long_name="largest difference of level between both ends of the span",
+        symbol="level difference",
+        shown_unit="cm",
+        factor=100.0,
+        form=".1f",
+        taken="kind",
+        comment="the beam over columns of unequal height turns",
+    ),
+    Quantity(
         name="peak_force_ratio",
         units="1",
         long_name="largest force of isolators or columns over the weight that they carry",

@@ -47,6 +47,11 @@ KINDS: Final[Mapping[str, DeclaredKind]] = {
         table="rockframe.study.frames:StructureEntry",
         rocks=True,
     ),
+    "unequal": DeclaredKind(
+        contract="rockframe.structures.unequal:UNEQUAL",
+        table="rockframe.unequal.table:UnequalStructure",
+        rocks=True,
+    ),
     "isolated": DeclaredKind(
         contract="rockframe.structures.oscillators:ISOLATED",
         table="rockframe.study.structures:IsolatedStructure",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from numbers import Real
-from typing import Final
+from typing import ClassVar, Final, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -78,6 +78,8 @@ class UnequalBent:
     [0.94, 0.939]
     """
 
+    kind: ClassVar[str] = "unequal"
+
     heights: Sequence[float]
     widths: Sequence[float]
     spacing: float
@@ -116,6 +118,47 @@ class UnequalBent:
             raise self._invalid("beam_depth", f"between 0 and {_LARGEST:g} m")
         if not abs(self.beam_offset) <= 0.5 * self.spacing:
             raise self._invalid("beam_offset", "within half the spacing: the beam would tip over")
+
+    def resized(self, taller: float, wider: float) -> Self:
+        """Return the bent with all heights and all widths multiplied by factors.
+
+        The masses of the columns follow, if they are stated; mass ratio, spacing and beam do not
+        change.
+
+        Examples
+        --------
+        >>> bent = UnequalBent(heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0)
+        >>> bent.resized(2.0, 1.0).heights
+        (18.0, 14.0)
+        """
+        masses = self.column_masses
+        return replace(
+            self,
+            heights=tuple(taller * height for height in self.heights),
+            widths=tuple(wider * width for width in self.widths),
+            column_masses=masses and tuple(taller * wider * mass for mass in masses),
+        )
+
+    @property
+    def height_ratio(self) -> float:
+        """Height of the lower column over that of the higher one [1]."""
+        return min(self.heights) / max(self.heights)
+
+    def with_height_ratio(self, ratio: float) -> Self:
+        """Return the bent with the same mean height, and another ratio of the heights [1].
+
+        The lower column stays the lower one; of equal columns it is the right one.
+
+        Examples
+        --------
+        >>> bent = UnequalBent(heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0)
+        >>> bent.with_height_ratio(0.6).heights
+        (10.0, 6.0)
+        """
+        higher = sum(self.heights) / (1.0 + ratio)
+        pair = (higher, ratio * higher)
+        left = self.heights[0] >= self.heights[1]
+        return replace(self, heights=pair if left else pair[::-1])
 
     def _two(self, quantity: str, values: Sequence[float]) -> tuple[float, ...]:
         if not hasattr(values, "__len__"):

@@ -47,7 +47,8 @@ _LENGTHS: Final = (0.4, 0.1, 0.025, 0.00625)
 _LONGEST: Final = 40.0
 _MOST_ROUNDS: Final = 60
 _SETTLED: Final = 1e-15
-#: Number of halvings to locate the end of a course.
+#: Number of steps to locate the end of a course, and of halvings to locate an equilibrium.
+_FALSE_POSITIONS: Final = 28
 _HALVINGS: Final = 52
 _QUARTER_TURN: Final = 0.5 * np.pi
 
@@ -385,18 +386,29 @@ def _open(linkage: Linkage, theta: Float) -> Float:
 
 
 def _first_end(linkage: Linkage, series: Float, length: float) -> Float:
-    """Return where the courses end, by bisection from the first point beyond the end."""
+    """Return where the courses end, by false position from the first point beyond the end."""
     count = series.shape[3]
     grid = np.linspace(0.0, length * count, 20 * count + 1)
     course = np.broadcast_to(grid, (*series.shape[1:3], grid.size))
-    beyond = _open(linkage, _rotations(series, length, course)) <= 0.0
-    first = beyond.argmax(axis=-1)
+    free = _open(linkage, _rotations(series, length, course))
+    first = (free <= 0.0).argmax(axis=-1)[..., None]
     low, high = grid[first - 1], grid[first]
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        over = _open(linkage, _rotations(series, length, middle[..., None]))[..., 0] <= 0.0
+    at_low, at_high = (np.take_along_axis(free, k, axis=-1) for k in (first - 1, first))
+    moved = np.full(low.shape, -1)  # 1 if the last step moved the end beyond, 0 the other, -1 none
+    for _ in range(_FALSE_POSITIONS):
+        rise = at_low - at_high
+        middle = low + (high - low) * at_low / np.where(rise > 0.0, rise, 1.0)
+        value = _open(linkage, _rotations(series, length, middle))
+        over = value <= 0.0
+        # an end that stays twice in a row counts half, so that it moves (the Illinois method)
+        weight = np.where(moved == over, 0.5, 1.0)
+        at_low, at_high = (
+            np.where(over, weight * at_low, value),
+            np.where(over, value, weight * at_high),
+        )
+        moved = over.astype(int)
         low, high = np.where(over, low, middle), np.where(over, middle, high)
-    return np.asarray(0.5 * (low + high))
+    return np.asarray(middle[..., 0])
 
 
 def moments_along(courses: Courses, course: Float) -> tuple[Float, Float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,15 @@ from rockframe.cells import plain
 from rockframe.errors import ParameterError
 from rockframe.notebook import Shown, history_dataset
 from rockframe.record import Record
+from rockframe.rocking.assessments import (
+    EnsembleResponse,
+    Margin,
+    PartResponse,
+    verdict_of,
+)
 from rockframe.rocking.excitation import GroundAcceleration
-from rockframe.rocking.response import as_ground, refuse_flight, vertical_in_g
-from rockframe.rocking.verdict import Verdict
+from rockframe.rocking.response import ToPulse, as_ground, refuse_flight, vertical_in_g
+from rockframe.rocking.verdict import SpreadVerdict, Verdict
 from rockframe.unequal.bent import UnequalBent, bent_positions, linkage_of, require_bent, tables
 from rockframe.unequal.kernels import kernel
 from rockframe.unequal.linkage import Pose, Velocities
@@ -67,6 +73,14 @@ class BentResponse(Shown):
         Number of impacts during the motion, and those after it that precede overturning.
     impact_times, impact_velocities : array
         Time [s] of each of the first 4096 impacts, and the rate of theta just before it [rad s-1].
+    margin : Margin, optional
+        Margin against overturning, if it was computed.
+    ensemble : EnsembleResponse, optional
+        Response of an ensemble of plausible bents, if it was computed.
+    to_pulse : ToPulse, optional
+        Response to the record's pulse alone, if it was computed.
+    parts : tuple of PartResponse
+        Responses to the motions of a sequence.
     """
 
     bent: UnequalBent
@@ -87,6 +101,20 @@ class BentResponse(Shown):
     impacts: int
     impact_times: Float
     impact_velocities: Float
+    margin: Margin | None = None
+    ensemble: EnsembleResponse | None = None
+    to_pulse: ToPulse | None = None
+    parts: tuple[PartResponse, ...] = ()
+
+    @property
+    def structure(self) -> UnequalBent:
+        """The bent."""
+        return self.bent
+
+    @property
+    def spread_verdict(self) -> SpreadVerdict:
+        """The verdict, from the ensemble if there is one."""
+        return verdict_of(self, {})
 
     @property
     def peak_rotation(self) -> float:
@@ -101,40 +129,32 @@ class BentResponse(Shown):
 
     @property
     def peak_rotation_2(self) -> float:
-        """Largest |theta_2| [rad]."""
-        return self._largest("theta_2")
+        """Largest |theta_2| [rad]; NaN if the bent overturns."""
+        if self.verdict is Verdict.OVERTURNS:
+            return math.nan
+        return float(np.abs(bent_positions(self.bent, self._turning_points).theta_2).max())
 
     @property
-    def peak_beam_rotation(self) -> float:
-        """Largest |psi| [rad]."""
-        return self._largest("psi")
-
-    @property
-    def peak_drop(self) -> float:
-        """Largest vertical difference of the beam over the spacing [m]."""
-        return self._largest("drop")
+    def peak_level_difference(self) -> float:
+        """Largest difference of level between both ends of the span [m]."""
+        return float(np.abs(bent_positions(self.bent, self._turning_points).drop).max())
 
     @property
     def peak_u(self) -> float:
         """Largest |u| [m]."""
-        return self._largest("u")
+        return float(np.abs(bent_positions(self.bent, self._turning_points).u).max())
 
     @property
     def peak_v(self) -> float:
         """Largest v [m], up to the unstable equilibrium."""
-        highest = [
-            sign * min(peak, balance)
-            for sign, peak, balance in zip(
-                (1.0, -1.0), self.peaks, self.bent.balance_rotations, strict=True
-            )
-        ]
-        return float(np.nanmax(bent_positions(self.bent, highest).v))
+        right, left = self.bent.balance_rotations
+        highest = np.clip(self._turning_points, -left, right)
+        return float(bent_positions(self.bent, highest).v.max())
 
-    def _largest(self, quantity: str) -> float:
-        if self.verdict is Verdict.OVERTURNS:
-            return math.nan
+    @property
+    def _turning_points(self) -> Float:
         right, left = self.peaks
-        return float(np.abs(getattr(bent_positions(self.bent, [right, -left]), quantity)).max())
+        return np.array([right, -left if left > 0.0 else 0.0])
 
     def facts(self) -> dict[str, str]:
         """Return verdict and peaks, for the table in notebooks."""
@@ -146,7 +166,7 @@ class BentResponse(Shown):
             "largest θ, right and left": f"{right:.4f} rad, {left:.4f} rad",
             "largest θ over balance": f"{self.peak_rotation_ratio:.3f}",
             "largest rotation of the right column": f"{self.peak_rotation_2:.4f} rad",
-            "largest difference of level of the beam": f"{self.peak_drop:.4f} m",
+            "largest difference of level of the beam": f"{self.peak_level_difference:.4f} m",
             "largest u": f"{self.peak_u:.3f} m",
             "impacts": str(self.impacts),
         }
@@ -325,7 +345,7 @@ def _field(bent: UnequalBent, course: Float) -> tuple[Pose, Velocities]:
     return pose, linkage.tangent(pose, table.courses.inertia[..., None])
 
 
-def _states(bent: UnequalBent, histories: Float) -> dict[str, Float]:
+def _states(bent: UnequalBent, histories: Float) -> dict[str, Any]:
     """Return the histories of a response from those of the kernel."""
     course, rate, side = histories.T
     table, linkage = tables(bent), linkage_of(bent)

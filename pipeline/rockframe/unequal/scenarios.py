@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,7 @@ from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import steps
 from rockframe.rocking.response import as_ground, refuse_flight
 from rockframe.rocking.scenarios import AT_A_TIME, Prepared, coarse_bounds, scales_of
-from rockframe.unequal.bent import UnequalBent, require_bent, tables
+from rockframe.unequal.bent import UnequalBent, bent_positions, require_bent, tables
 from rockframe.unequal.kernels import kernel, lanes
 from rockframe.unequal.kernels.steps import TABLE_SIZE
 from rockframe.unequal.linkage import Tables
@@ -94,22 +94,90 @@ def respond_bents(
             refuse_flight(ground, float(scale))
     shape = (len(grounds), len(bents), factors.size)
     which, whose, scale = (axis.ravel() for axis in np.indices(shape))
-    verdicts, summaries = outcomes(
-        grounds, [tables(b) for b in bents], which, whose, factors[scale]
-    )
-    peaks, balances = (np.empty((which.size, 2)) for _ in range(2))
-    sides = [kernel.PEAK_RIGHT, kernel.PEAK_LEFT]
-    for k, bent in enumerate(bents):
-        chosen = whose == k
-        peaks[chosen] = rotations(tables(bent), summaries[chosen][None, :, sides])[0]
-        balances[chosen] = bent.balance_rotations
+    results = outcomes_of(grounds, bents, which, whose, factors[scale])
+    each = {name: values.reshape(shape) for name, values in results.items()}
+    right, left = each["peak"], each["speed"]
+    balances = np.array([bent.balance_rotations for bent in bents])[:, :, None]
     return BentPeaks(
-        verdict=verdicts.reshape(shape),
-        peak_rotation=peaks.max(axis=1).reshape(shape),
-        peak_rotation_ratio=(peaks / balances).max(axis=1).reshape(shape),
-        uplift_time=summaries[:, kernel.UPLIFT_TIME].reshape(shape),
-        overturning_time=summaries[:, kernel.OVERTURNING_TIME].reshape(shape),
+        verdict=each["verdict"],
+        peak_rotation=np.maximum(right, left),
+        peak_rotation_ratio=np.maximum(right / balances[:, 0], left / balances[:, 1]),
+        uplift_time=each["uplift_time"],
+        overturning_time=each["overturning_time"],
     )
+
+
+def outcomes_of(
+    grounds: Sequence[GroundAcceleration],
+    bents: Sequence[UnequalBent],
+    ground: Index,
+    bent: Index,
+    scale: Float,
+) -> dict[str, NDArray[Any]]:
+    """Return outcomes of scenarios: verdicts, peaks on both sides, and times.
+
+    Parameters
+    ----------
+    grounds, bents : sequence
+        Ground motions and bents.
+    ground, bent : array of int, shape (scenarios,)
+        Indices of the ground motion and the bent of each scenario.
+    scale : array, shape (scenarios,)
+        Factor of the ground acceleration [1].
+
+    Returns
+    -------
+    dict of str to array, shape (scenarios,)
+        ``verdict``; ``peak`` and ``speed``, the largest |theta| to the right and to the left [rad];
+        ``uplift_time`` and ``overturning_time`` [s].
+    """
+    table = [tables(structure) for structure in bents]
+    verdicts, summaries = outcomes(grounds, table, ground, bent, scale)
+    peaks = np.empty((scale.size, 2))
+    order = np.argsort(bent, kind="stable")
+    for chosen in np.split(order, np.flatnonzero(np.diff(bent[order])) + 1):
+        if chosen.size:
+            sides = summaries[chosen][None, :, [kernel.PEAK_RIGHT, kernel.PEAK_LEFT]]
+            peaks[chosen] = rotations(table[bent[chosen[0]]], sides)[0]
+    return {
+        "verdict": verdicts,
+        "peak": peaks[:, 0],
+        "speed": peaks[:, 1],
+        "uplift_time": summaries[:, kernel.UPLIFT_TIME],
+        "overturning_time": summaries[:, kernel.OVERTURNING_TIME],
+    }
+
+
+def quantities_of(bents: Sequence[UnequalBent], right: Float, left: Float) -> dict[str, Float]:
+    """Return the quantities of scenarios from the largest |theta| on both sides [rad].
+
+    Parameters
+    ----------
+    bents : sequence of UnequalBent
+        The bents.
+    right, left : array, shape (bents, scenarios)
+        Largest |theta| to the right and to the left [rad].
+
+    Returns
+    -------
+    dict of str to array, shape (bents, scenarios)
+        ``peak_rotation_ratio`` [1], ``peak_u``, ``peak_v`` and ``peak_level_difference`` [m].
+    """
+    ratio, u, v, drop = (np.empty_like(right) for _ in range(4))
+    for k, bent in enumerate(bents):
+        balances = bent.balance_rotations
+        sides = np.stack([right[k], -left[k]])
+        at = bent_positions(bent, np.where(sides == 0.0, 0.0, sides))
+        highest = np.minimum(np.abs(sides), np.array(balances)[:, None])
+        ratio[k] = np.maximum(right[k] / balances[0], left[k] / balances[1])
+        u[k], drop[k] = np.abs(at.u).max(axis=0), np.abs(at.drop).max(axis=0)
+        v[k] = bent_positions(bent, np.copysign(highest, sides)).v.max(axis=0)
+    return {
+        "peak_rotation_ratio": ratio,
+        "peak_u": u,
+        "peak_v": v,
+        "peak_level_difference": drop,
+    }
 
 
 def rotations(table: Tables, courses: Float) -> Float:
