@@ -209,7 +209,12 @@ def test_a_depth_of_a_solid_column_names_what_it_is_for(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
-        ("height_m = [7, 9]\nwidth_m = 1.6", "height_m [7, 9]. Must be a number. Columns are"),
+        (
+            "height_m = [7, 9]\nwidth_m = 1.6",
+            "height_m [7, 9]. Must be a number. Columns are equal. Two columns of unequal size are "
+            'kind = "unequal", with heights_m, widths_m and spacing_m. See',
+        ),
+        ("height_m = [7, 9, 8]\nwidth_m = 1.6", "Must be a number. Columns are equal. See"),
         ("height_m = 7.0\ndrums = 6", "unknown key 'drums'. Not modelled: drums. See"),
         ("[structure.soil]\nstiffness_n_m = 1e9", "unknown key 'soil'. Not modelled: soil and"),
         ("height_m = 7.0\nsupport = 'frame'", "unknown key 'support'. Not modelled: pedestals."),

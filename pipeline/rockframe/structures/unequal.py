@@ -194,7 +194,9 @@ def _response(structure: UnequalBent, motion: GroundAcceleration, shaking: Shaki
     if shaking.parts:
         ends = [*(part.start for part in shaking.parts[1:]), math.inf]
         each = zip(shaking.parts, ends, strict=True)
-        response = replace(response, parts=tuple(_of_part(response, *one) for one in each))
+        response = replace(
+            response, parts=tuple(_of_part(response, part, end) for part, end in each)
+        )
     if shaking.pulse is not None:
         response = replace(response, to_pulse=_to_pulse(response, shaking.pulse))
     if options.margins != "none":

@@ -127,8 +127,17 @@ def _explain(
     if kind in {"model_type", "dataclass_type"}:
         return f"{names[-1]} {error['input']!r}. Must be a table, [{'.'.join(names)}].", where
     if kind == "float_type" and "structure" in names and isinstance(error["input"], list):
-        return f"{of_value[0]} Columns are equal. {_LIMITS_PAGE}", where
+        return f"{of_value[0]} {_equal_columns(names[-1], error['input'])}", where
     return of_value
+
+
+def _equal_columns(key: str, sizes: list[Any]) -> str:
+    """Return what to state instead of several sizes of the columns of a frame."""
+    kind = ""
+    if key in ("height_m", "width_m") and len(sizes) == 2:
+        keys = "heights_m, widths_m and spacing_m"
+        kind = f' Two columns of unequal size are kind = "unequal", with {keys}.'
+    return f"Columns are equal.{kind} {_LIMITS_PAGE}"
 
 
 def _beyond(key: str) -> str:
