@@ -217,6 +217,7 @@ _SHAKEN: Final = ("record", "structure", "vertical")
 _TAKEN: Final[Mapping[str, tuple[str, ...]]] = {
     "nothing": (),
     **dict.fromkeys(("one_record", "records", "responses"), _SHAKEN),
+    "unequal": ("record", "structure", "spacing"),
     **dict.fromkeys(("best_matched", "pulses", "one_recorded"), ("record",)),
 }
 #: All figures, by name on the command line, in the order of the help.
@@ -254,6 +255,11 @@ FIGURES: Final[Mapping[str, Drawing]] = {
     ),
     "drift-by-size": Drawing(
         "median drift over the height of columns", "spectra.draw_drift_by_size", "records"
+    ),
+    "unequal-columns": Drawing(
+        "peak and share over the ratio of two heights",
+        "parameters.draw_unequal_columns",
+        "unequal",
     ),
     "stability-map": Drawing(
         "verdict over size and scale", "margins.draw_stability_map", "one_record", ("grid",)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,6 +24,7 @@ from rockframe.stages.common import choose_structures, horizontal, only_frames
 from rockframe.stages.pulse import usable
 from rockframe.stages.respond import with_vertical
 from rockframe.study.structures import SHIPPED_STRUCTURES
+from rockframe.unequal import UnequalBent
 from rockframe.wavelets.family import RICKERS
 
 #: The arguments of the function that draws a figure, and the exit status.
@@ -31,6 +32,8 @@ Shown = tuple[tuple[Any, ...], int]
 #: Largest numbers of records on a page, with their histories and with their pulses.
 _MOST_HISTORIES: Final = 12
 _MOST_PULSES: Final = 6
+#: Distance between the columns of a frame over their height, where none is stated [1].
+_SPACING: Final = 1.25
 #: Records of the paper's Figure 8, by their names in its Table 1, and their wavelets.
 _PAPER: Final = {"Erzincan/EW": "symmetric_ricker", "Pacoima Dam/164": "antisymmetric_ricker"}
 
@@ -177,6 +180,31 @@ def records(request: FigureRequest) -> Shown:
     shown = [record for record, _ in motions.values()]
     wanted = [motion for _, motion in motions.values()] if request.vertical else None
     return (shown, frame, wanted), console.show_rejections(rejected) or status
+
+
+def unequal(request: FigureRequest) -> Shown:
+    """Return the requested records, by default all, and the bent of two columns.
+
+    A rocking frame counts as a bent of two equal columns, 1.25 times their height apart unless the
+    spacing is stated.
+    """
+    structure = choose_structures(request.structures, request.structure)[0]
+    if isinstance(structure, UnequalBent):
+        bent = structure if request.spacing is None else replace(structure, spacing=request.spacing)
+    else:
+        frame = request.frame
+        height, spacing = frame.height, request.spacing or _SPACING * frame.height
+        bent = UnequalBent(
+            heights=(height, height),
+            widths=(frame.width, frame.width),
+            spacing=spacing,
+            mass_ratio=frame.mass_ratio,
+            beam_depth=frame.beam_depth or 0.0,
+            restitution_factor=frame.restitution_factor,
+            name=frame.name,
+        )
+    with request.records() as (path, status), open_records(path) as file:
+        return ([file.read(name) for name in request.chosen(file)], bent), status
 
 
 def responses(request: FigureRequest) -> Shown:

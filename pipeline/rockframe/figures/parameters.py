@@ -1,8 +1,9 @@
-"""Figures of frame parameters: restitution, and size of the equivalent column."""
+"""Figures of parameters: restitution, size of the equivalent column, and ratio of heights."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -10,8 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from rockframe.figures.captioned import LINES, PRINT_WIDTH, Captioned, styled
+from rockframe.figures.captioned import LINES, PAGE_WIDTH, PRINT_WIDTH, Captioned, styled
+from rockframe.options.respond import Ensemble
+from rockframe.record import Record
 from rockframe.rocking.spectra.overturning import column_of
+from rockframe.unequal import UnequalBent
+from rockframe.unequal.ensemble import HeightRatios, over_height_ratios
 
 #: Mass ratio that reaches the limit of eq (28) to round-off.
 _LIMIT: Final = 1e15
@@ -121,4 +126,82 @@ def _draw_curve(axes: Axes, ratios: NDArray[np.float64], label: str, upwards: in
         xytext=(0, 2 * upwards),
         va="bottom" if upwards > 0 else "top",
         **_SMALL,
+    )
+
+
+#: Ratios of the heights, and multiples of the motions, of the figure of unequal columns.
+_HEIGHT_RATIOS: Final = (0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0)
+_MULTIPLES: Final = (1.0, 2.0, 3.0)
+
+
+def draw_unequal_columns(motions: Sequence[Record], bent: UnequalBent) -> Captioned:
+    """Draw peak, share that overturns and difference of level over the ratio of two heights.
+
+    Parameters
+    ----------
+    motions : sequence of Record
+        The records.
+    bent : UnequalBent
+        A bent, with the mean height, the widths, the spacing and the beam of those that are drawn.
+    """
+    ensemble = Ensemble(corner=1.0)
+    results = over_height_ratios(bent, motions, _HEIGHT_RATIOS, _MULTIPLES, ensemble)
+    ratios = results.ratios
+    equal = results.peak_rotation_ratio[:, -1:]
+    shown = np.isfinite(results.peak_rotation_ratio).all(axis=1) & (equal[:, 0] > 0.0)
+    change = results.peak_rotation_ratio[shown] / equal[shown]
+    level = 100.0 * results.peak_level_difference[shown]
+    with styled():
+        figure = Figure(figsize=(PAGE_WIDTH, 2.7), layout="constrained")
+        first, second, third = figure.subplots(1, 3)
+        first.plot(ratios, change.T, color="0.75", linewidth=0.7)
+        third.plot(ratios, level.T, color="0.75", linewidth=0.7)
+        if shown.any():
+            first.plot(ratios, np.median(change, axis=0), color="C0")
+            third.plot(ratios, np.median(level, axis=0), color="C0")
+        for k, scale in enumerate(_MULTIPLES):
+            line = LINES[k % len(LINES)]
+            shares = 100.0 * results.share_overturned[:, k]
+            second.plot(ratios, shares, color=f"C{k}", linestyle=line, label=f"{scale:g} times")
+        second.legend(title="the records")
+        first.set(ylabel="peak over that of equal columns")
+        second.set(ylabel="share that overturns [%]", ylim=(0.0, 100.0))
+        third.set(ylabel="difference of level [cm]", ylim=(0.0, None))
+        for axes in (first, second, third):
+            axes.axvline(bent.height_ratio, color="black", linewidth=0.7, linestyle=":")
+            axes.set(xlabel="lower over higher column", xlim=(ratios[0], ratios[-1]))
+    return Captioned(
+        figure, "Columns of unequal height", _of_unequal(bent, motions, results, change)
+    )
+
+
+def _of_unequal(
+    bent: UnequalBent, motions: Sequence[Record], results: HeightRatios, change: NDArray[np.float64]
+) -> str:
+    """Return the caption of the figure of unequal columns."""
+    shares = 100.0 * results.share_overturned
+    most = float(np.abs(shares[:-1] - shares[-1]).max())
+    above = float((shares[:-1] - shares[-1]).max())
+    peaks = "no median peak is known"
+    if change.size:
+        low, high = 100.0 * (change.min() - 1.0), 100.0 * (change.max() - 1.0)
+        peaks = f"from {low:+.0f} to {high:+.0f} %"
+    levels = results.peak_level_difference[np.isfinite(results.peak_level_difference).all(axis=1)]
+    level = 100.0 * float(np.median(levels[:, 0])) if levels.size else math.nan
+    each = ", ".join(
+        f"{shares[0, k]:.0f} and {shares[-1, k]:.0f} % at {scale:g} times the records"
+        for k, scale in enumerate(_MULTIPLES)
+    )
+    mean, (left, right) = 0.5 * sum(bent.heights), bent.widths
+    return (
+        f"Two columns with a mean height of {mean:g} m, {left:g} and {right:g} m wide and "
+        f"{bent.spacing:g} m apart, under a beam of {bent.mass_ratio:g} times their mass, over the "
+        f"ratio of their heights, under {len(motions)} records, each with 64 plausible bents. "
+        "Left: median of the largest rotation over that of the balance, over the same of equal "
+        f"columns, under the records themselves ({peaks}). Middle: share that overturns; at ratios "
+        f"of 0.6 and 1 it is {each}; it differs from that of equal columns by at most {most:.0f} "
+        f"percentage points, and is at most {max(above, 0.0):.0f} above it. Right: largest "
+        "difference of level between both ends of the span, under the records themselves; its "
+        f"median at 0.6 is {level:.1f} cm. Grey: each record; blue: median of the records. Dotted: "
+        f"the ratio of the stated bent, {bent.height_ratio:.2f}."
     )
