@@ -4,7 +4,8 @@ The model knows neither the equation of motion (26) nor the restitution (43) of 
 is a body of stiff corotational beams with its mass and inertia at its centre of gravity. Two struts
 without tension, inclined by 45 degrees, hold each corner of a joint. A corner carries its load
 at any rotation, lifts freely, and does not slide where less than the load pushes it sideways. One
-column carries the beam, which may not rotate; with two columns the beam may rotate.
+column carries the beam, which may not rotate; with two columns the beam may rotate. Two columns may
+differ (`respond_bent`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from numpy.typing import NDArray
 from tests.validation.cases import Motion
 
 from rockframe.frame import RockingFrame
+from rockframe.parts import Dissipater, Tendon
+from rockframe.unequal import UnequalBent
 from rockframe.units import GRAVITY
 
 try:
@@ -70,6 +73,36 @@ class Contact:
     damping: float = 0.0
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Column:
+    """A column: place of its axis and level of its base [m], dimensions [m], mass, inertia, load.
+
+    `load` is the vertical force of the beam at rest [N], `inertia` that about its centre [kg m2].
+    """
+
+    x: float = 0.0
+    level: float = 0.0
+    height: float
+    width: float
+    top_width: float
+    centre: float
+    mass: float
+    inertia: float
+    load: float
+    bending: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Beam:
+    """A beam: its mass [kg], its inertia [kg m2], the place of its centre [m], and if it turns."""
+
+    mass: float
+    inertia: float
+    x: float
+    z: float
+    turns: bool
+
+
 @dataclass(frozen=True, eq=False)
 class History:
     """A response: rotation [rad] of the first column over time [s], and the work of the ground.
@@ -111,7 +144,92 @@ def respond(
     Time steps have the length `step` [s]. After the motion the structure rocks freely for
     `free_rocking` [s]. With 0, it is followed until it returns through zero or overturns.
     """
-    model = _Model(frame, contact or Contact())
+    contact = contact or Contact()
+    columns = _columns_of(frame, contact)
+    model = _Model(columns, _beam_of(frame, contact), contact, frame)
+    return _shaken(model, motion, free_rocking, step)
+
+
+def respond_bent(
+    bent: UnequalBent,
+    motion: Motion,
+    contact: Contact | None = None,
+    *,
+    step: float,
+    free_rocking: float = 0.0,
+) -> History | None:
+    """Return the response of two unequal columns; the other arguments are those of `respond`.
+
+    The corners of both columns have the same stiffness: at the base that of the left column.
+    """
+    masses = np.array(bent.column_masses or np.multiply(bent.heights, bent.widths))
+    masses = 2.0 * _MASS * masses / masses.sum()
+    beam_mass = 2.0 * _MASS * bent.mass_ratio
+    length = bent.spacing + 0.5 * sum(bent.widths)
+    columns = [
+        _Column(
+            x=place,
+            level=max(bent.heights) - height,
+            height=height,
+            width=width,
+            top_width=width,
+            centre=0.5 * height,
+            mass=mass,
+            inertia=mass * (height**2 + width**2) / 12.0,
+            load=0.5 * beam_mass * GRAVITY,
+        )
+        for place, height, width, mass in zip(
+            (0.0, bent.spacing), bent.heights, bent.widths, masses.tolist(), strict=True
+        )
+    ]
+    beam = _Beam(
+        mass=beam_mass,
+        inertia=beam_mass * (length**2 + bent.beam_depth**2) / 12.0,
+        x=0.5 * bent.spacing + bent.beam_offset,
+        z=max(bent.heights) + 0.5 * bent.beam_depth,
+        turns=True,
+    )
+    return _shaken(_Model(columns, beam, contact or Contact()), motion, free_rocking, step)
+
+
+def _columns_of(frame: RockingFrame, contact: Contact) -> list[_Column]:
+    mass = frame.column_mass or _MASS
+    prestress = frame.tendon.prestress if frame.tendon else 0.0
+    return [
+        _Column(
+            x=number * contact.spacing,
+            height=frame.height,
+            width=frame.width,
+            top_width=frame.top_contact_width,
+            centre=frame.centre_height,
+            mass=mass,
+            inertia=(frame.inertia_ratio - 1.0) * mass * frame.size**2,
+            load=frame.mass_ratio * mass * GRAVITY + prestress,
+            bending=_bending(frame, contact, mass),
+        )
+        for number in range(contact.columns)
+    ]
+
+
+def _bending(frame: RockingFrame, contact: Contact, mass: float) -> float | None:
+    """Return E I of a column of which the fixed frame has the stated period."""
+    if not contact.column_period:
+        return None
+    moved = (frame.mass_ratio + 13.0 / 35.0) * mass
+    return (2.0 * math.pi / contact.column_period) ** 2 * moved * frame.height**3 / 12.0
+
+
+def _beam_of(frame: RockingFrame, contact: Contact) -> _Beam | None:
+    if not frame.mass_ratio > 0.0:
+        return None
+    mass = frame.mass_ratio * (frame.column_mass or _MASS) * contact.columns
+    span = (contact.columns - 1) * contact.spacing
+    inertia = mass * (span**2 + 4.0) / 12.0
+    turns = contact.columns > 1
+    return _Beam(mass=mass, inertia=inertia, x=0.5 * span, z=frame.height + 1.0, turns=turns)
+
+
+def _shaken(model: _Model, motion: Motion, free_rocking: float, step: float) -> History | None:
     if not model.stands_at_rest():
         return None
     model.shake(motion)
@@ -151,8 +269,10 @@ def _returned(thetas: list[float]) -> bool:
 class _Model:
     """The current OpenSees model; the program has one at a time."""
 
-    frame: RockingFrame
+    blocks: list[_Column]
+    beam: _Beam | None
     contact: Contact
+    frame: RockingFrame | None = None
     nodes: int = 0
     elements: int = 0
     moving: list[tuple[int, float]] = field(default_factory=list)
@@ -160,23 +280,21 @@ class _Model:
     columns: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        frame, contact = self.frame, self.contact
-        self.mass = frame.column_mass or _MASS
-        self.top_load = frame.mass_ratio * self.mass * GRAVITY + self._prestress()
-        self.base_load = self.top_load + self.mass * GRAVITY
+        first, contact = self.blocks[0], self.contact
+        self.base_load = first.load + first.mass * GRAVITY
         self.stiff = STIFFER * self.base_load / (2.0 * contact.shortening)
         ops.wipe()
         ops.model("basic", "-ndm", 2, "-ndf", 3)
         ops.geomTransf("Corotational", _TRANSFORMATION)
         self._materials()
-        beam = self._beam() if frame.mass_ratio > 0.0 else 0
-        for number in range(contact.columns):
-            self._column(number * contact.spacing, beam)
+        beam = self._beam(self.beam) if self.beam else 0
+        for column in self.blocks:
+            self._column(column, beam)
         ops.timeSeries("Linear", 1)
         ops.pattern("Plain", 1, 1)
         for node, mass in self.moving:
             ops.load(node, 0.0, -mass * GRAVITY, 0.0)
-        whole = self.mass * contact.columns
+        whole = sum(column.mass for column in self.blocks)
         self.masses = np.array([mass for _, mass in self.moving]) / whole
 
     def stands_at_rest(self) -> bool:
@@ -213,9 +331,6 @@ class _Model:
         """Return the horizontal displacement of each mass relative to the ground [m]."""
         return np.array([ops.nodeDisp(node, 1) for node, _ in self.moving])
 
-    def _prestress(self) -> float:
-        return self.frame.tendon.prestress if self.frame.tendon else 0.0
-
     def _analysis(self) -> None:
         ops.wipeAnalysis()
         ops.constraints("Plain")
@@ -229,7 +344,7 @@ class _Model:
         ops.uniaxialMaterial("ENT", 10 + _STRUT, 1.0)
         strain = -0.5 * self.contact.shortening
         ops.uniaxialMaterial("InitStrainMaterial", _STRUT, 10 + _STRUT, strain)
-        tendon, bars = self.frame.tendon, self.frame.dissipater
+        tendon, bars = self._ties()
         if tendon is not None:
             # Both joints open equally, so each has a spring of twice the stiffness.
             stiffness = 2.0 * tendon.stiffness
@@ -240,6 +355,10 @@ class _Model:
             ops.uniaxialMaterial(
                 "ElasticPP", _BAR, bars.stiffness, bars.yield_force / bars.stiffness
             )
+
+    def _ties(self) -> tuple[Tendon | None, Dissipater | None]:
+        frame = self.frame
+        return (None, None) if frame is None else (frame.tendon, frame.dissipater)
 
     def _node(self, x: float, z: float, *, fixed: bool = False) -> int:
         self.nodes += 1
@@ -257,41 +376,29 @@ class _Model:
         section = (self.stiff, 1.0, inertia, _TRANSFORMATION)  # area, modulus, second moment
         self._element("elasticBeamColumn", first, second, *section)
 
-    def _beam(self) -> int:
-        contact, frame = self.contact, self.frame
-        mass = frame.mass_ratio * self.mass * contact.columns
-        span = (contact.columns - 1) * contact.spacing
-        node = self._node(0.5 * span, frame.height + 1.0)
-        ops.mass(node, mass, mass, mass * (span**2 + 4.0) / 12.0)
-        if contact.columns == 1:
+    def _beam(self, beam: _Beam) -> int:
+        node = self._node(beam.x, beam.z)
+        ops.mass(node, beam.mass, beam.mass, beam.inertia)
+        if not beam.turns:
             ops.fix(node, 0, 0, 1)
-        self.moving.append((node, mass))
+        self.moving.append((node, beam.mass))
         return node
 
-    def _column(self, x: float, beam: int) -> None:
-        frame = self.frame
-        base, centre, top = (self._node(x, z) for z in (0.0, frame.centre_height, frame.height))
-        about_centre = (frame.inertia_ratio - 1.0) * self.mass * frame.size**2
-        ops.mass(centre, self.mass, self.mass, about_centre)
+    def _column(self, column: _Column, beam: int) -> None:
+        levels = (0.0, column.centre, column.height)
+        base, centre, top = (self._node(column.x, column.level + z) for z in levels)
+        ops.mass(centre, column.mass, column.mass, column.inertia)
         if not self.moving or (beam and len(self.moving) == 1):
             self.first = centre
-        self.moving.append((centre, self.mass))
-        bending = self._bending()
+        self.moving.append((centre, column.mass))
         for first, second in ((base, centre), (centre, top)):
-            self._body(first, second, bending)
+            self._body(first, second, column.bending)
             self.columns.append(self.elements)
-        self._joint(base, x, 0.0, -1.0, 0.5 * frame.width, self.base_load, 0)
+        x, level = column.x, column.level
+        self._joint(base, x, level, -1.0, 0.5 * column.width, self.base_load, 0)
         if beam:
-            half = 0.5 * frame.top_contact_width
-            self._joint(top, x, frame.height, 1.0, half, self.top_load, beam)
-
-    def _bending(self) -> float | None:
-        """Return E I of a column of which the fixed frame has the stated period."""
-        period, frame = self.contact.column_period, self.frame
-        if not period:
-            return None
-        moved = (frame.mass_ratio + 13.0 / 35.0) * self.mass
-        return (2.0 * math.pi / period) ** 2 * moved * frame.height**3 / 12.0
+            half = 0.5 * column.top_width
+            self._joint(top, x, level + column.height, 1.0, half, column.load, beam)
 
     def _joint(
         self, middle: int, x: float, z: float, up: float, half: float, load: float, beam: int
@@ -307,8 +414,8 @@ class _Model:
                 area = vertical * math.sqrt(2.0)
                 self._element("corotTruss", corner, other, area, _STRUT, "-doRayleigh", 1)
                 self.struts.append(self.elements)
-        ties = [(_TENDON, self.frame.tendon), (_BAR, self.frame.dissipater)]
-        for material, tie in ties:
+        tendon, bars = self._ties()
+        for material, tie in ((_TENDON, tendon), (_BAR, bars)):
             if tie is not None:
                 other = self._other(x, z + up, beam)
                 self._element("corotTruss", middle, other, 1.0, material)
