@@ -1,4 +1,4 @@
-"""Target spectra: from files, from OpenQuake, and conditional on the spectrum at one period."""
+"""Target spectra: from files, OpenQuake and design codes, and conditional on one period."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from rockframe.risk.hazard_files import (
     table_of,
 )
 from rockframe.risk.measures import spectral
+from rockframe.selection.codes import PERIODS, read_code_spectrum
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -124,7 +125,8 @@ def read_target(
     ----------
     path : Path
         CSV with the columns ``period_s``, ``sa_g`` (the median) or ``mean_ln_sa_g``, and optionally
-        ``sigma_ln_sa``; or uniform hazard spectra of OpenQuake.
+        ``sigma_ln_sa``; or uniform hazard spectra of OpenQuake; or TOML with the parameters of a
+        design code (`read_code_spectrum`).
     periods : sequence of float, optional
         Periods of the target [s]; by default those of the file. Between its periods, ln Sa and its
         standard deviation are linear in the logarithm of the period.
@@ -152,14 +154,15 @@ def read_target(
     >>> print(f"{target.epsilon:.3f}", target.deviation.round(3).tolist())
     1.000 [0.398, 0.0, 0.464]
     """
-    if has_uniform_spectra(path):
+    is_code = path.suffix.lower() == ".toml"
+    if not is_code and has_uniform_spectra(path):
         spectrum = read_uniform_spectrum(path, site, probability, periods)
         table, words = np.stack([spectrum.period, np.log(spectrum.sa)], axis=1), spectrum.words
     else:
         if probability is not None or (site is not None and (site.place or site.name)):
             message = "has no sites and probabilities to choose from. Do not state them for it."
             raise InputError(path, message)
-        table, words = _read_table(path), ""
+        table, words = _of_code(path, periods) if is_code else (_read_table(path), "")
     if given is not None and table.shape[1] < 3:
         message = f"no column {_DEVIATION}. A conditional spectrum needs the standard deviation of"
         raise InputError(path, f"{message} ln Sa that the ground-motion model states.")
@@ -176,6 +179,13 @@ def read_target(
     covariance = correlation(wanted, wanted) * np.outer(deviation[0], deviation[0])
     target = TargetSpectrum(wanted, log_sa, covariance, words)
     return target if given is None else _given(path, target, *given)
+
+
+def _of_code(path: Path, periods: Sequence[float] | None) -> tuple[Float, str]:
+    """Return periods [s] and ln Sa [ln m s-2] of a design code as columns, and its name."""
+    wanted = np.array(sorted(periods or PERIODS))
+    sa, words = read_code_spectrum(path, wanted)
+    return np.stack([wanted, np.log(sa)], axis=1), words
 
 
 def _given(path: Path, target: TargetSpectrum, period: float, sa: float) -> TargetSpectrum:
