@@ -9,13 +9,14 @@ import stat
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from rockframe.errors import InputError
+from rockframe.ingest.tables import Table, arrays, is_matlab, is_workbook, sheets
 
 #: Size limit of a file, and of an archive member after expansion [bytes].
 LARGEST: Final = 256_000_000
@@ -329,6 +330,10 @@ def contents(path: Path, data: bytes) -> Iterator[Content]:
     yield from _expand(Content(path, printable(path.name), path, data), _DEEPEST, _Budget(path))
 
 
+#: Reads the tables of a file.
+_TableReader: TypeAlias = Callable[[Path, bytes], Iterable[Table]]
+
+
 @dataclass
 class _Budget:
     """Members and bytes expanded so far from one file."""
@@ -354,6 +359,9 @@ class _Budget:
 def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:
     """Yield the members of an archive and of archives in it, or the content itself."""
     head, outermost = content.data[:ARCHIVE_HEAD], depth == _DEEPEST
+    if not content.refusal and (read := _reader_of_tables(content.data)):
+        yield from _tables(content, read, budget, outermost=outermost)
+        return
     if content.refusal or not (is_archive(head) or _other_archive(head)):
         yield content
         return
@@ -378,6 +386,41 @@ def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:
         if outermost or error.path == budget.path:
             raise
         yield _refused(content, error.reason)
+
+
+def _reader_of_tables(data: bytes) -> _TableReader | None:
+    """Return the function that reads a workbook or a MATLAB file; None for other files."""
+    if is_matlab(data[:ARCHIVE_HEAD]):
+        return arrays
+    return sheets if data.startswith(_ZIP) and is_workbook(data) else None
+
+
+def _tables(
+    content: Content,
+    read: _TableReader,
+    budget: _Budget,
+    *,
+    outermost: bool,
+) -> Iterator[Content]:
+    """Yield the tables of a workbook or of a MATLAB file, each as a file of text."""
+    try:
+        if content.data.startswith(_ZIP):  # the limits of an archive hold for a workbook, too
+            for member in zip_members(content, content.data):
+                budget.spend(len(member.data))
+                if member.refusal:
+                    raise InputError(content.where, f"{member.path}: {member.refusal}")
+        tables = list(read(content.where, content.data))
+    except InputError as error:
+        if outermost or error.path == budget.path:
+            raise
+        yield _refused(content, error.reason)
+        return
+    stem = content.path.stem
+    for name, text in tables:
+        shown = printable(name)
+        own = stem if len(tables) == 1 else f"{stem}-{shown}"
+        where = Path(f"{content.where}:{shown}")
+        yield Content(where, f"{content.name}:{shown}", Path(f"{own}.csv"), text)
 
 
 def _refused(content: Content, refusal: str) -> Content:

@@ -1,0 +1,172 @@
+"""Workbooks of Excel and files of MATLAB as the text tables that they hold."""
+
+from __future__ import annotations
+
+import csv
+import io
+import zipfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from rockframe.errors import InputError
+
+#: A table: its name, and its lines as CSV.
+Table = tuple[str, bytes]
+
+#: Size limit of the arrays of a file together [bytes].
+_LARGEST: Final = 256_000_000
+_WORKBOOK: Final = "xl/workbook.xml"
+_MATLAB: Final = b"MATLAB 5.0 MAT-file"
+_HDF5_MATLAB: Final = b"MATLAB 7.3 MAT-file"
+#: Most rows and columns of a sheet of Excel.
+_MOST_ROWS, _MOST_COLUMNS = 1_048_576, 200
+
+
+def is_workbook(data: bytes) -> bool:
+    """Return True if a ZIP archive is a workbook of Excel (.xlsx).
+
+    Examples
+    --------
+    >>> is_workbook(b"time_s,acc_g")
+    False
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            return _WORKBOOK in archive.namelist()
+    except (zipfile.BadZipFile, OSError, ValueError):
+        return False
+
+
+def is_matlab(head: bytes) -> bool:
+    """Return True if a file begins like one of MATLAB, of any version that has a header."""
+    return head.startswith((_MATLAB, _HDF5_MATLAB))
+
+
+def sheets(where: Path, data: bytes) -> Iterator[Table]:
+    """Yield the sheets of a workbook that have cells, as CSV.
+
+    Parameters
+    ----------
+    where : Path
+        The file, for error messages.
+    data : bytes
+        The workbook.
+
+    Raises
+    ------
+    InputError
+        If openpyxl is not installed, the workbook is damaged, or a sheet is too large.
+
+    Notes
+    -----
+    Of formulas, the values are read that the program that saved the workbook had computed. Numbers
+    keep all digits.
+    """
+    try:
+        from openpyxl import load_workbook
+    except ImportError:
+        message = "is a workbook, which needs openpyxl: pip install 'rockframe[tables]'."
+        raise InputError(where, f"{message} Or save the sheet as CSV.") from None
+    try:
+        book = load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+        tables = [(sheet.title, list(_rows(where, sheet))) for sheet in book.worksheets]
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  openpyxl raises many kinds on damaged files
+        raise InputError(where, f"corrupted workbook: {type(error).__name__}.") from None
+    written = [(name, _as_csv(rows)) for name, rows in tables if rows]
+    if not written:
+        raise InputError(where, "workbook without cells.")
+    yield from written
+
+
+def _rows(where: Path, sheet: Any) -> Iterator[list[Any]]:
+    """Yield the rows of a sheet that are not empty, without empty cells at their ends."""
+    for number, cells in enumerate(sheet.iter_rows(values_only=True), start=1):
+        if number > _MOST_ROWS or len(cells) > _MOST_COLUMNS:
+            size = f"{number} rows and {len(cells)} columns"
+            allowed = f"at most {_MOST_ROWS} rows and {_MOST_COLUMNS} columns"
+            raise InputError(where, f"sheet of {size}. Must be {allowed}.")
+        row = list(cells)
+        while row and row[-1] is None:
+            row.pop()
+        if row:
+            yield row
+
+
+def _as_csv(rows: list[list[Any]]) -> bytes:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerows([["" if cell is None else _cell(cell) for cell in row] for row in rows])
+    return stream.getvalue().encode()
+
+
+def _cell(cell: Any) -> Any:
+    return cell.isoformat() if hasattr(cell, "isoformat") else cell
+
+
+def arrays(where: Path, data: bytes) -> Iterator[Table]:
+    """Yield the numeric arrays of a MATLAB file as CSV: those of one length are a table together.
+
+    Parameters
+    ----------
+    where : Path
+        The file, for error messages.
+    data : bytes
+        The file, of version 5 to 7.
+
+    Raises
+    ------
+    InputError
+        If the file is of version 7.3, is damaged, too large, or has no numeric array of two values.
+
+    Notes
+    -----
+    A vector is a column with the name of its variable; a matrix has one column for each of its
+    columns, or rows if it is wider than long. Structures and cells are not read.
+    """
+    if data.startswith(_HDF5_MATLAB):
+        raise InputError(where, "is of MATLAB 7.3. Save it by `save(name, '-v7')`.")
+    variables = _loaded(where, data)
+    tables: dict[int, dict[str, np.ndarray[Any, Any]]] = {}
+    for name, values in variables.items():
+        array = np.squeeze(np.asarray(values))
+        if array.ndim == 2 and array.shape[0] < array.shape[1]:
+            array = array.T
+        if array.dtype.kind not in "fiu" or array.ndim not in (1, 2) or len(array) < 2:
+            continue
+        columns = array[:, None] if array.ndim == 1 else array
+        names = [name] if array.ndim == 1 else [f"{name}_{k + 1}" for k in range(columns.shape[1])]
+        tables.setdefault(len(columns), {}).update(zip(names, columns.T, strict=True))
+    if not tables:
+        shown = ", ".join(variables) or "none"
+        raise InputError(where, f"variables {shown}. Must be numeric arrays of two values or more.")
+    for length, columns_of in sorted(tables.items(), reverse=True):
+        rows = np.stack([column.astype(np.float64) for column in columns_of.values()], axis=1)
+        yield f"{length}-values", _as_csv([list(columns_of), *rows.tolist()])
+
+
+def _loaded(where: Path, data: bytes) -> Mapping[str, Any]:
+    """Return the variables of a MATLAB file by their names."""
+    from scipy.io import loadmat, whosmat
+
+    try:
+        stated = whosmat(io.BytesIO(data))
+        total = sum(8 * int(np.prod(shape, dtype=np.float64)) for _, shape, _ in stated)
+        if total > _LARGEST:
+            raise InputError(where, f"arrays of {total} bytes. Must be at most {_LARGEST}.")
+        numeric = [
+            name for name, _, kind in stated if kind.startswith(("double", "single", "int", "uint"))
+        ]
+        return {
+            name: values
+            for name, values in loadmat(io.BytesIO(data), variable_names=numeric).items()
+            if name in numeric
+        }
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  scipy raises many kinds on damaged files
+        raise InputError(where, f"corrupted MATLAB file: {type(error).__name__}.") from None

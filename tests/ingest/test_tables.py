@@ -1,0 +1,162 @@
+"""Workbooks and MATLAB files are read as the text tables that they hold, within the same limits."""
+
+from __future__ import annotations
+
+import io
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.io import savemat
+
+from rockframe.cli.main import main
+from rockframe.errors import InputError
+from rockframe.ingest.containers import contents
+from rockframe.ingest.files import read_file
+from rockframe.ingest.tables import arrays
+from rockframe.units import GRAVITY
+
+STEP = 0.01
+SHAKE: NDArray[np.float64] = 0.2 * np.sin(np.arange(50) ** 1.1)
+
+
+def matlab(**variables: Any) -> bytes:
+    stream = io.BytesIO()
+    savemat(stream, variables, do_compression=True)
+    return stream.getvalue()
+
+
+def workbook(**sheets: list[list[Any]]) -> bytes:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    stream = io.BytesIO()
+    book.save(stream)
+    return stream.getvalue()
+
+
+def written(folder: Path, name: str, data: bytes) -> Path:
+    path = folder / name
+    path.write_bytes(data)
+    return path
+
+
+@given(
+    values=st.lists(st.floats(-1e3, 1e3, allow_subnormal=False), min_size=2, max_size=20),
+    wide=st.booleans(),
+)
+def test_values_of_matlab_keep_all_bits(values: list[float], wide: bool) -> None:
+    column = np.array(values)
+    [(_, text)] = arrays(Path("a.mat"), matlab(acc=column if wide else column[:, None]))
+    heading, *lines = text.decode().splitlines()
+    assert heading == "acc"
+    assert [float(line) for line in lines] == values
+
+
+def test_a_matlab_file_is_the_record_of_its_arrays(tmp_path: Path) -> None:
+    """Arrays of one length are columns of one table; text, numbers and structures are none."""
+    data = matlab(time_s=STEP * np.arange(50), acc_g=SHAKE, name="shake", dt=0.5, more={"a": 1.0})
+    [record] = read_file(written(tmp_path, "shake.mat", data))
+    assert record.record_id == "shake"
+    assert record.time_step == pytest.approx(STEP)
+    np.testing.assert_allclose(record.acceleration, SHAKE * GRAVITY)
+
+
+def test_a_matrix_is_a_table_of_its_columns() -> None:
+    [(name, text)] = arrays(Path("a.mat"), matlab(acc=np.arange(12.0).reshape(2, 6)))
+    assert (name, text.splitlines()[:2]) == ("6-values", [b"acc_1,acc_2", b"0.0,6.0"])
+
+
+def test_a_workbook_is_the_records_of_its_sheets(tmp_path: Path) -> None:
+    rows: list[list[Any]] = [
+        ["time_s", "acc_g"],
+        *([STEP * k, float(a)] for k, a in enumerate(SHAKE)),
+    ]
+    path = written(tmp_path, "tests.xlsx", workbook(north=rows, east=rows, empty=[]))
+    north, east = read_file(path)
+    assert (north.record_id, east.record_id) == ("tests-north", "tests-east")
+    np.testing.assert_allclose(north.acceleration, SHAKE * GRAVITY)
+    [alone] = read_file(written(tmp_path, "alone.xlsx", workbook(Sheet1=rows)))
+    assert alone.record_id == "alone"
+
+
+def test_words_of_the_user_hold_for_them_too(tmp_path: Path, capsys: Any) -> None:
+    rows: list[list[Any]] = [
+        ["test 7"],
+        ["sample", "table"],
+        *([k, float(a)] for k, a in enumerate(SHAKE)),
+    ]
+    path = written(tmp_path, "table.xlsx", workbook(Sheet1=rows))
+    words = ["--units", "g", "--time-step-s", "0.01", "--column", "2", "--skip-lines", "2"]
+    command = ["ingest", str(path), *words, "--workers", "0", "--output", f"{tmp_path}/a.nc"]
+    assert main(command) == 0, capsys.readouterr().err
+
+
+def test_they_are_read_inside_archives() -> None:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("a.mat", matlab(time_s=STEP * np.arange(50), acc_g=SHAKE))
+        archive.writestr("b.mat", b"MATLAB 5.0 MAT-file" + bytes(109))
+    good, bad = contents(Path("both.zip"), stream.getvalue())
+    assert good.name == "both.zip:a.mat:50-values"
+    assert bad.refusal.startswith(("corrupted MATLAB file", "variables none"))
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (
+            b"MATLAB 7.3 MAT-file, Platform: GLNXA64",
+            "is of MATLAB 7.3. Save it by `save(name, '-v7')`",
+        ),
+        (matlab(name="text", one=1.0), "Must be numeric arrays of two values or more"),
+        (matlab(acc=np.arange(900.0) ** 1.5)[:-200], "corrupted MATLAB file"),
+    ],
+)
+def test_what_has_no_table_is_refused_in_one_line(tmp_path: Path, data: bytes, words: str) -> None:
+    with pytest.raises(InputError) as refused:
+        read_file(written(tmp_path, "a.mat", data))
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_arrays_beyond_the_limit_of_size_are_not_expanded(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("rockframe.ingest.tables._LARGEST", 1000)
+    with pytest.raises(InputError, match=r"arrays of 8000 bytes\. Must be at most 1000"):
+        read_file(written(tmp_path, "a.mat", matlab(acc=np.zeros(1000))))
+
+
+def test_damaged_workbooks_are_refused(tmp_path: Path) -> None:
+    data = workbook(Sheet1=[[1.0, 2.0]])
+    with zipfile.ZipFile(io.BytesIO(data)) as whole:
+        names = {name: whole.read(name) for name in whole.namelist()}
+    names["xl/worksheets/sheet1.xml"] = names["xl/worksheets/sheet1.xml"][:-40]
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for name, content in names.items():
+            archive.writestr(name, content)
+    with pytest.raises(InputError, match="corrupted workbook"):
+        read_file(written(tmp_path, "a.xlsx", stream.getvalue()))
+    with pytest.raises(InputError, match="workbook without cells"):
+        read_file(written(tmp_path, "b.xlsx", workbook(Sheet1=[])))
+
+
+def test_without_openpyxl_the_way_out_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    path = written(tmp_path, "a.xlsx", workbook(Sheet1=[[1.0, 2.0]]))
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    with pytest.raises(InputError, match=r"needs openpyxl.*Or save the sheet as CSV"):
+        read_file(path)
