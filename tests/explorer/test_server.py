@@ -23,8 +23,8 @@ from typing import Any
 
 import pytest
 
-from rockframe import RockframeWarning, RockingFrame, Tendon
-from rockframe.cli.explore import _free
+from rockframe import IsolatedDeck, RockframeWarning, RockingFrame, Tendon
+from rockframe.cli.explore import _shown
 from rockframe.cli.main import main
 from rockframe.errors import ParameterError
 from rockframe.explorer.answer import Answer, answer
@@ -352,6 +352,9 @@ def test_structures_that_the_page_cannot_show_are_named() -> None:
         tendon=Tendon(area=2.8e-4, modulus=195e9, length=9.6),
     )
     with pytest.warns(RockframeWarning, match=r"only: without 'tied'\."):
-        assert _free([free, tied]) == [free]
+        assert _shown([free, tied]) == [free]
+    deck = IsolatedDeck(period=3.0, strength_ratio=0.05, yield_displacement=0.01, name="isolated")
+    with pytest.warns(RockframeWarning, match=r"only: without 'isolated'\."):
+        assert _shown([free, deck]) == [free]
     with pytest.raises(ParameterError, match=r"columns only\. .* 'tied' are not"):
-        _free([tied])
+        _shown([tied])

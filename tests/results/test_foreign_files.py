@@ -122,8 +122,7 @@ def not_known(file: netCDF4.Dataset, one: Variable) -> bool | None:
     if one.holds != "numbers":
         return None
     file[one.name][...] = np.nan
-    absent = {"", "any", "finite or absent"}  # structures of some kinds lack the property
-    return bool(one.valid not in absent or one.key or one.refers_to)
+    return bool(one.valid not in ("", "any") or one.key or one.refers_to)
 
 
 def negative(file: netCDF4.Dataset, one: Variable) -> bool | None:

@@ -60,6 +60,7 @@ def keeps_the_rules(structures: Sequence[Any], folder: Path) -> None:
     has_peaks_of_many_scenarios_that_are_those_of_histories(structures)
     has_peaks_of_members_that_are_those_of_histories(structures)
     is_resized_in_proportion(structures)
+    has_sliders_that_make_it_again(structures)
     says_what_it_does_not_compute(structures)
     has_its_quantities_in_files_and_no_others(structures, folder)
 
@@ -207,6 +208,15 @@ def is_resized_in_proportion(structures: Sequence[Any]) -> None:
             ]
             assert all(one == pytest.approx(other, rel=1e-12) for one, other in numbers)
             assert (back.kind, back.name) == (structure.kind, structure.name)
+
+
+def has_sliders_that_make_it_again(structures: Sequence[Any]) -> None:
+    """Rule 15: numbers are those of the structure; kinds that do not rock have none."""
+    for structure in structures:
+        sliders = kind_of(structure).sliders(structure)
+        assert not sliders or KINDS[structure.kind].rocks
+        for name, value in sliders.items():
+            assert isinstance(value, str) or value == getattr(structure, name)
 
 
 def says_what_it_does_not_compute(structures: Sequence[Structure]) -> None:

@@ -151,6 +151,9 @@ class SlidingKind:
     def resized(self, structure: SlidingDeck, dimension: str, _value: float) -> SlidingDeck:
         raise ParameterError(f"sliding deck {structure.name!r} has no {dimension}.")
 
+    def sliders(self, _structure: SlidingDeck) -> dict[str, float | str]:
+        return {}
+
     def compared(self, structure: SlidingDeck, _motion: Any) -> Compared:
         raise ParameterError(f"sliding deck {structure.name!r} is not compared.")
 

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 from tests.runs.small import FEW, make_study, run
@@ -29,8 +30,11 @@ from rockframe import (
     screen_stage,
 )
 from rockframe.errors import InputError
+from rockframe.figures.fragility import draw_fragility
 from rockframe.options.respond import Ensemble
+from rockframe.report.page import screening_content
 from rockframe.results.reading import opened
+from rockframe.results.screen_tables import screen_summary
 from rockframe.results.tables.rows import verdict_words
 from rockframe.results.tables.sentences import answer
 from rockframe.results.tables.summary import summary_rows
@@ -131,6 +135,27 @@ def test_screenings_and_fragilities_have_it(files: tuple[Path, Path], tmp_path: 
     with (tmp_path / "fragility.csv").open(newline="", encoding="utf-8") as stream:
         rows = [row for row in csv.DictReader(stream) if row["structure"] == "sliding-deck"]
     assert {row["limit_state"] for row in rows} == {"overturning", "peak_u_0.02m"}
+    words = {row["structure"]: row["fragility"][0]["words"] for row in screen_summary(screening)}
+    assert words == {"sliding-deck": "fall", "bent": "overturning"}
+    caption = draw_fragility(screening.sel(structure="sliding-deck")).caption
+    assert "overturn" not in caption
+    assert screening_content(screening)["ends"] == "fall or overturning"
+
+
+def test_only_kinds_that_lack_a_property_may_leave_it_out(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    """A frame without a slenderness is a damaged file; a deck that slides has none."""
+    records, structures = files
+    output = tmp_path / "response.nc"
+    respond_stage(records, output, RespondOptions(margins="none"), structures_path=structures)
+    with netCDF4.Dataset(output, "a") as file:
+        file.set_auto_mask(False)
+        names = [str(name) for name in file["structure"][:]]
+        assert np.isnan(file["slenderness"][names.index("sliding-deck")])
+        file["slenderness"][names.index("bent")] = np.nan
+    with pytest.raises(InputError, match=r"slenderness nan of structure 'bent'\. Must be finite"):
+        list(response_rows(output))
 
 
 def test_an_assessment_has_it() -> None:

@@ -20,7 +20,6 @@ from rockframe.interruption import raising
 
 if TYPE_CHECKING:
     from rockframe.explorer.answer import ExploredMotion
-    from rockframe.frame import RockingFrame
     from rockframe.options.pulse import PulseOptions
     from rockframe.study.kinds import Structure
 
@@ -60,13 +59,13 @@ def run_explore(options: argparse.Namespace) -> None:
         raise ParameterError(
             f"{what}. Install the explorer with: pip install 'rockframe[explorer]'."
         ) from None
-    frames = _free(choose_structures(arguments.chosen_structures(options), options.structure))
+    structures = _shown(choose_structures(arguments.chosen_structures(options), options.structure))
     with _listening(LOOPBACK, options.port) as listening:
         motions = _motions(options)
         port = listening.getsockname()[1]
         token = secrets.token_urlsafe(24)
         address = f"http://{LOOPBACK}:{port}/{token}/"
-        app = application(motions, frames, token, port)
+        app = application(motions, structures, token, port)
         if options.json:
             console.show_json(
                 {"address": address, "records": [s.record.record_id for s in motions]}
@@ -83,19 +82,18 @@ def run_explore(options: argparse.Namespace) -> None:
             print("rockframe: explorer stopped.", file=sys.stderr)
 
 
-def _free(stated: Sequence[Structure]) -> list[RockingFrame]:
+def _shown(stated: Sequence[Structure]) -> list[Structure]:
     """Return the structures that the page can show; warn about the others."""
-    from rockframe.frame import RockingFrame
+    from rockframe.structures.contract import kind_of
 
-    rocking = [one for one in stated if isinstance(one, RockingFrame)]
-    frames = [frame for frame in rocking if frame.prismatic and not frame.restrained]
-    names = ", ".join(repr(one.name) for one in stated if one not in frames)
+    structures = [structure for structure in stated if kind_of(structure).sliders(structure)]
+    names = ", ".join(repr(one.name) for one in stated if one not in structures)
     shows = "The explorer shows free frames with prismatic columns only"
-    if not frames:
+    if not structures:
         raise ParameterError(f"{shows}. State at least one such structure: {names} are not.")
     if names:
         warnings.warn(f"{shows}: without {names}.", RockframeWarning, stacklevel=2)
-    return frames
+    return structures
 
 
 def _motions(options: argparse.Namespace) -> list[ExploredMotion]:

@@ -22,8 +22,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from rockframe.errors import ParameterError
 from rockframe.explorer.answer import ExploredMotion, Settings, answer, margin, read_settings
-from rockframe.frame import RockingFrame
-from rockframe.parts import RECTANGULAR, SECTIONS, inertia_ratio_of
+from rockframe.structures.contract import Structure, kind_of
 from rockframe.web import render_page
 
 #: The only address that the server listens on.
@@ -50,7 +49,7 @@ _HEADERS: Final = {
 
 
 def application(
-    motions: Sequence[ExploredMotion], frames: Sequence[RockingFrame], token: str, port: int
+    motions: Sequence[ExploredMotion], structures: Sequence[Structure], token: str, port: int
 ) -> ASGIApp:
     """Return the application that serves the page and its requests.
 
@@ -58,14 +57,14 @@ def application(
     ----------
     motions : sequence of ExploredMotion
         Records to choose from.
-    frames : sequence of RockingFrame
+    structures : sequence of Structure
         Structures to choose from.
     token : str
         First part of every path; all other paths return 404.
     port : int
         Port that the server listens on; requests for another host return 403.
     """
-    page, rules = render(motions, frames)
+    page, rules = render(motions, structures)
     searching, computing = asyncio.Lock(), asyncio.Semaphore(_MOST_COMPUTED)
     by_record = {motion.record.record_id: motion for motion in motions}
 
@@ -230,18 +229,18 @@ def _refused(quantity: str) -> Response:
     return PlainTextResponse(f"Invalid {quantity}.\n", status_code=403)
 
 
-def render(motions: Sequence[ExploredMotion], frames: Sequence[RockingFrame]) -> tuple[str, str]:
+def render(motions: Sequence[ExploredMotion], structures: Sequence[Structure]) -> tuple[str, str]:
     """Return the page and its Content-Security-Policy; the page only calls its own server.
 
     Parameters
     ----------
     motions : sequence of ExploredMotion
         Records to choose from.
-    frames : sequence of RockingFrame
+    structures : sequence of Structure
         Structures to choose from; the first is shown.
     """
     records = [_record(motion) for motion in motions]
-    facts = {"records": records, "structures": [_structure(frame) for frame in frames]}
+    facts = {"records": records, "structures": [_structure(one) for one in structures]}
     parts = ("settings", "main")
     return render_page(Path(__file__).parent, parts, connect="'self'", facts=facts)
 
@@ -257,16 +256,5 @@ def _record(motion: ExploredMotion) -> dict[str, Any]:
     }
 
 
-def _structure(frame: RockingFrame) -> dict[str, Any]:
-    names = ("name", "height", "width", "mass_ratio", "restitution_factor")
-    return {**{name: getattr(frame, name) for name in names}, "section": _section(frame)}
-
-
-def _section(frame: RockingFrame) -> str:
-    """Return the section with the inertia of the frame; if there is none, the inertia ratio."""
-    if frame.inertia_ratio == RECTANGULAR:
-        return SECTIONS[0]
-    for section in SECTIONS[1:]:
-        if frame.inertia_ratio == inertia_ratio_of(section, frame.height, frame.width):
-            return section
-    return repr(frame.inertia_ratio)
+def _structure(structure: Structure) -> dict[str, Any]:
+    return {"name": structure.name, **kind_of(structure).sliders(structure)}

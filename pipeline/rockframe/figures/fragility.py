@@ -17,12 +17,14 @@ from rockframe.figures.captioned import PAGE_WIDTH, PRINT_WIDTH, Captioned, labe
 from rockframe.results.screen_tables import (
     equal_states,
     fragility_curve,
+    kind_row,
     members_of,
     responses_in_words,
     result_in_words,
     title_of_states,
     with_its_limits,
 )
+from rockframe.results.tables.rows import in_verb_of
 from rockframe.results.tables.summary import left_out_motions
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
 from rockframe.rocking import Verdict
@@ -47,7 +49,8 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
     states = equal_states(screening)
     across = max(1, min(len(measures), _ACROSS if len(states) > 1 else 2))
     down = max(1, -(-len(measures) // across))
-    structure = str(screening["structure"].item())
+    structure, kind = str(screening["structure"].item()), kind_row(screening)
+    end = in_verb_of(kind, "overturning")
     with styled():
         height = 0.8 + len(states) * (0.25 + (1.65 if across > 2 else 2.3) * down)
         figure = Figure(figsize=(PAGE_WIDTH, height), layout="constrained")
@@ -64,12 +67,13 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
                     _draw_curve(axes, fit, measure, **_BESIDE)
                 _draw_state(axes, fits.sel(limit_state=state[0].name), state[0], measure)
                 _set_axes(axes, fits, measure, width=PAGE_WIDTH / across)
-            part.suptitle(title_of_states(state), fontsize=8, fontweight="bold", x=0.01, ha="left")
-            several = "reaching it" if state[0].quantity else "overturning"
+            heading = in_verb_of(kind, title_of_states(state))
+            part.suptitle(heading, fontsize=8, fontweight="bold", x=0.01, ha="left")
+            several = "reaching it" if state[0].quantity else end
             part.supylabel(f"probability of {several}", fontsize=8)
         figure.suptitle(label_of(structure), fontsize=9)
         figure.legend(
-            handles=_handles(several=len(states) > 1),
+            handles=_handles(end, several=len(states) > 1),
             loc="outside lower center",
             ncols=4,
             fontsize=7,
@@ -77,7 +81,9 @@ def draw_fragility(screening: xr.Dataset) -> Captioned:
     limits = [limit for state in states for limit in state]
     told = [part for limit in limits for part in _results_in_words(screening, limit, measures)]
     title = (
-        f"Overturning fragility of {structure}" if len(limits) == 1 else f"Fragility of {structure}"
+        f"{end.capitalize()} fragility of {structure}"
+        if len(limits) == 1
+        else f"Fragility of {structure}"
     )
     return Captioned(figure, title, _caption(screening, structure, told, states))
 
@@ -88,12 +94,12 @@ _ACROSS: Final = 4
 _BESIDE: Final[Mapping[str, Any]] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
 
 
-def _handles(*, several: bool) -> list[Line2D | Patch]:
-    """Return the entries of the legend."""
-    curve = "limit state" if several else "overturning"
+def _handles(end: str, *, several: bool) -> list[Line2D | Patch]:
+    """Return the entries of the legend; `end` is overturning, or the collapse of bridges."""
+    curve = "limit state" if several else end
     handles: list[Line2D | Patch] = [Line2D([], [], color="C0", label=curve)]
     if several:
-        handles.append(Line2D([], [], label="overturning", **_BESIDE))
+        handles.append(Line2D([], [], label=end, **_BESIDE))
     return [
         *handles,
         Patch(facecolor="C0", alpha=0.2, linewidth=0, label="90 % confidence"),
@@ -184,6 +190,7 @@ def _caption(
     recordings = np.unique(screening["cluster"].values).size
     scales, members = screening["scale"].values, members_of(screening)
     each = "the stated structure alone (nominal)" if members == 1 else f"{members} members each"
+    kind = kind_row(screening)
     overturns = "overturns" if screening.sizes["limit_state"] == 1 else "reaches each limit state"
     better = str(screening["better_measure"].item())
     equal = "".join(
@@ -192,13 +199,14 @@ def _caption(
     named = f"The better measure is {better}" if better else "No better measure is named"
     return (
         f"{_left_out(screening)}"
-        f"Probability that {structure} {overturns}, {fragility_curve(screening)} in the intensity, "
-        f"of maximum likelihood, from {screening.sizes['record']} motions of {recordings} "
+        f"Probability that {structure} {in_verb_of(kind, overturns)}, "
+        f"{fragility_curve(screening)} in the intensity, of maximum likelihood, from "
+        f"{screening.sizes['record']} motions of {recordings} "
         f"recordings at {scales.size} scales from {scales[0]:g} to {scales[-1]:g}, {each}; shaded, "
         "90 % confidence with all scales and components of a recording as one observation, or what "
         "is left open where there is no curve; dots, observed shares in classes of equal numbers; "
-        f"dotted, the median. {equal}"
-        f"{'; '.join(told)}. {named}: {screening['better_measure_reason'].item()}."
+        f"dotted, the median. {in_verb_of(kind, equal)}{in_verb_of(kind, '; '.join(told))}. "
+        f"{named}: {screening['better_measure_reason'].item()}."
     )
 
 

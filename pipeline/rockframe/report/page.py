@@ -30,6 +30,7 @@ from rockframe.results.screen_tables import (
     equal_states,
     fragility_curve,
     hazard_words,
+    kind_row,
     members_of,
     overall_rows,
     responses_in_words,
@@ -51,6 +52,7 @@ from rockframe.results.tables.rows import (
     LabelledValue,
     band_words,
     critical_scale,
+    in_verb_of,
     peak_words,
     pulse_mark,
     rocks,
@@ -565,6 +567,12 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
         "summary": screen_summary(screening),
         "curve": fragility_curve(screening),
         "hazard": hazard_words(screening),
+        "ends": " or ".join(
+            dict.fromkeys(
+                in_verb_of(kind_row(screening.sel(structure=name)), "overturning")
+                for name in structures
+            )
+        ),
         "fragility": [
             (name, _fragility(with_its_limits(screening.sel(structure=name))))
             for name in structures
@@ -583,8 +591,12 @@ def _fragility(one: xr.Dataset) -> list[tuple[str, list[Plot]]]:
         for name in one["measure"].values
         if int(one["fragility_outcome"].sel(measure=name)[0]) != Outcome.UNKNOWN
     ]
+    row = kind_row(one)
     return [
-        (title_of_states(state), [_fragility_plot(fits, state[0], states[0][0]) for fits in known])
+        (
+            in_verb_of(row, title_of_states(state)),
+            [_fragility_plot(fits, state[0], states[0][0]) for fits in known],
+        )
         for state in states
     ]
 
@@ -617,7 +629,10 @@ def _fragility_plot(fits: xr.Dataset, limit: LimitState, overturning: LimitState
         f"{first / measure.printed:.2g}",
         f"{last / measure.printed:.2g}",
         tuple(
-            (one.words, plot_path(x, fitted.get(one, np.full(x.shape, np.nan))))
+            (
+                in_verb_of(kind_row(fits), one.words),
+                plot_path(x, fitted.get(one, np.full(x.shape, np.nan))),
+            )
             for one in dict.fromkeys((limit, overturning))
         ),
         (f"{band}Z" if band else "",),

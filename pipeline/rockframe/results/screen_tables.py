@@ -254,6 +254,17 @@ def with_its_limits(one: xr.Dataset) -> xr.Dataset:
     return one.isel(limit_state=np.flatnonzero(has))
 
 
+def kind_row(one: xr.Dataset) -> dict[str, str]:
+    """Return the kind of the structure of a screening of one structure, as a row for words.
+
+    Examples
+    --------
+    >>> in_verb_of(kind_row(xr.Dataset({"kind": "fixed"})), "overturning")
+    'collapse'
+    """
+    return {"kind": str(one["kind"].item()) if "kind" in one else ""}
+
+
 def equal_states(screening: xr.Dataset) -> list[list[LimitState]]:
     """Return the limit states in groups of equal curves and shares, overturning first."""
     groups: list[tuple[xr.Dataset, list[LimitState]]] = []
@@ -305,11 +316,12 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
             "better_measure": str(one["better_measure"].item()),
             "better_measure_reason": str(one["better_measure_reason"].item()),
         }
-        row = {"kind": str(one["kind"].item()) if "kind" in one else ""}
-        for fit in said["fragility"]:
-            fit["said"] = in_verb_of(row, fit["said"])
+        row = kind_row(one)
         if "annual_rate" in one:
             said["rates"] = [_rate(one, str(limit)) for limit in one["limit_state"].values]
+        for entry in (*said["fragility"], *said.get("rates", ())):
+            for key in {"words", "said", "note"} & entry.keys():
+                entry[key] = in_verb_of(row, entry[key])
         if "design_smallest" in one:
             names = ("design_smallest", "design_sure_from")
             said |= {name: float(one[name]) for name in names}

@@ -436,6 +436,26 @@ def _require_valid(path: Path, stored: Sequence[Stored]) -> None:
     for one in stored:
         if one.is_checked:
             _require_allowed(path, one, of, sizes)
+    _require_properties(path, of)
+
+
+def _require_properties(path: Path, of: Mapping[str, Stored]) -> None:
+    """Reject a frame that lacks a property that every frame has.
+
+    Other kinds may lack properties of frames; without the variable `kind` all structures are frames.
+    """
+    from rockframe.study.kinds import declared_kind  # files of records have no structures
+
+    kinds = of["kind"].values if "kind" in of else None
+    frames = True if kinds is None else [declared_kind(str(kind)).frames for kind in kinds]
+    for name, stored in of.items():
+        if stored.declared.valid == "finite or absent":
+            missing = np.flatnonzero(np.isnan(stored.values) & frames)
+            if missing.size:
+                structure = of["structure"].values[missing[0]]
+                raise InputError(
+                    path, f"{name} nan of structure {structure!r}. Must be finite for a frame."
+                )
 
 
 def _require_allowed(

@@ -42,12 +42,14 @@ The rules of a kind:
     the structure has no such dimension.
 14. A kind may have the method ``nominal(structures, motions, pulses)``: nominal responses to many
     motions at once, as `NominalResponses` has them, or None. They agree with those of `respond`.
+15. `sliders` are the values that the explorer lets people change, and from which its page draws the
+    structure; empty for structures that it cannot show.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pkgutil import resolve_name
@@ -303,6 +305,9 @@ class StructureKind(Protocol):
 
     def resized(self, structure: Any, dimension: str, value: float) -> Structure:
         """Return a structure with another value of a dimension of `Design`."""
+
+    def sliders(self, structure: Any) -> Mapping[str, float | str]:
+        """Return the values of a structure that the explorer varies; empty if it shows none."""
 
     def compared(self, structure: Any, motion: Motion) -> Compared:
         """Return the response of a bridge in the quantities that all bridges have."""

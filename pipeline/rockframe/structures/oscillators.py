@@ -184,6 +184,10 @@ class OscillatorKind:
             "rocking structure for the design."
         )
 
+    def sliders(self, _structure: Oscillator) -> dict[str, float | str]:
+        """Return none: the page of the explorer draws columns that uplift."""
+        return {}
+
     def compared(self, structure: Oscillator, motion: Motion) -> Compared:
         """Return the response of a bridge in the quantities that all bridges have."""
         response = respond_oscillator(structure, motion)  # type: ignore[arg-type]

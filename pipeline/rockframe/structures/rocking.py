@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.oscillators.response import largest_until
+from rockframe.parts import RECTANGULAR, SECTIONS, inertia_ratio_of
 from rockframe.record import Record
 from rockframe.rocking import (
     EnsembleResponse,
@@ -224,6 +225,14 @@ class RockingKind:
         """Return a frame of another height, width or mass ratio: see `DIMENSIONS`."""
         return varied(structure, dimension, value)
 
+    def sliders(self, structure: RockingFrame) -> dict[str, float | str]:
+        """Return the dimensions of a free frame with prismatic columns; none of other frames."""
+        if structure.restrained or not structure.prismatic:
+            return {}
+        names = ("height", "width", "mass_ratio", "restitution_factor")
+        values = {name: float(getattr(structure, name)) for name in names}
+        return {**values, "section": _section(structure)}
+
     def compared(self, structure: RockingFrame, motion: Motion) -> Compared:
         """Return the response of a frame in the quantities that all bridges have."""
         ground = as_ground(motion)  # type: ignore[arg-type]
@@ -329,6 +338,16 @@ def _ends(response: Response) -> dict[ModelEnd, float]:
     if tied is not None and frame.tendon is not None and not frame.tendon.loses_prestress:
         ends[ModelEnd.TENDON_YIELDS] = tied.tendon_yields
     return ends
+
+
+def _section(frame: RockingFrame) -> str:
+    """Return the section with the inertia of the frame; if there is none, the inertia ratio."""
+    if frame.inertia_ratio == RECTANGULAR:
+        return SECTIONS[0]
+    for section in SECTIONS[1:]:
+        if frame.inertia_ratio == inertia_ratio_of(section, frame.height, frame.width):
+            return section
+    return repr(frame.inertia_ratio)
 
 
 ROCKING: Final = RockingKind()

@@ -159,6 +159,10 @@ class UnequalKind:
             "Choose a rocking structure for the design."
         )
 
+    def sliders(self, _structure: UnequalBent) -> dict[str, float | str]:
+        """Return none: the page of the explorer draws equal columns."""
+        return {}
+
     def compared(self, structure: UnequalBent, motion: Motion) -> Compared:
         """Return the response of a bent in the quantities that all bridges have."""
         ground = as_ground(motion)  # type: ignore[arg-type]

@@ -30,6 +30,8 @@ class DeclaredKind:
         Module and name of the model of a ``[[structure]]`` table of this kind.
     rocks : bool
         Its structures uplift, and have joints; their largest rotation is theta / alpha.
+    frames : bool
+        Its structures have all properties of `RockingFrame`, so that a file without one is damaged.
     fails : str
         Verb for the end of its structures in tables: overturn or collapse.
     """
@@ -37,7 +39,20 @@ class DeclaredKind:
     contract: str
     table: str
     rocks: bool = False
+    frames: bool = False
     fails: str = "overturn"
+
+    def in_its_verb(self, words: str) -> str:
+        """Return words about overturning in the verb of the kind.
+
+        Examples
+        --------
+        >>> KINDS["fixed"].in_its_verb("overturning: no motion overturns it, 3 of 64 may overturn")
+        'collapse: no motion collapses it, 3 of 64 may collapse'
+        """
+        if self.fails == "overturn":
+            return words
+        return words.replace("overturning", self.fails).replace("overturn", self.fails)
 
 
 #: Each kind by its name, the value of ``kind`` in ``[[structure]]`` tables.
@@ -46,6 +61,7 @@ KINDS: Final[Mapping[str, DeclaredKind]] = {
         contract="rockframe.structures.rocking:ROCKING",
         table="rockframe.study.frames:StructureEntry",
         rocks=True,
+        frames=True,
     ),
     "unequal": DeclaredKind(
         contract="rockframe.structures.unequal:UNEQUAL",

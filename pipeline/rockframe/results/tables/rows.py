@@ -114,7 +114,7 @@ def in_verb_of(row: Cells, words: str) -> str:
     >>> in_verb_of({"kind": "fixed"}, "20 of 64 plausible structures overturn")
     '20 of 64 plausible structures collapse'
     """
-    return words.replace("overturn", declared_kind(row.get("kind") or "").fails)
+    return declared_kind(row.get("kind") or "").in_its_verb(words)
 
 
 def is_computed(row: Cells) -> bool:
