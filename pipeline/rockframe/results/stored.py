@@ -442,7 +442,7 @@ def _require_valid(path: Path, stored: Sequence[Stored]) -> None:
 def _require_properties(path: Path, of: Mapping[str, Stored]) -> None:
     """Reject a frame that lacks a property that every frame has.
 
-    Other kinds may lack properties of frames; without the variable `kind` all structures are frames.
+    Other kinds may lack properties of frames; without the variable `kind` all are frames.
     """
     from rockframe.study.kinds import declared_kind  # files of records have no structures
 
