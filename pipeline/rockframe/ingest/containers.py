@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 from rockframe.errors import InputError
-from rockframe.ingest.tables import Table, arrays, is_matlab, is_workbook, sheets
 
 #: Size limit of a file, and of an archive member after expansion [bytes].
 LARGEST: Final = 256_000_000
@@ -331,7 +330,7 @@ def contents(path: Path, data: bytes) -> Iterator[Content]:
 
 
 #: Reads the tables of a file.
-_TableReader: TypeAlias = Callable[[Path, bytes], Iterable[Table]]
+_TableReader: TypeAlias = "Callable[[Path, bytes], Iterable[tuple[str, bytes]]]"
 
 
 @dataclass
@@ -390,9 +389,13 @@ def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:
 
 def _reader_of_tables(data: bytes) -> _TableReader | None:
     """Return the function that reads a workbook or a MATLAB file; None for other files."""
+    if not data.startswith((*_ZIP, b"MATLAB")):
+        return None
+    from rockframe.ingest.tables import arrays, is_matlab, is_workbook, sheets  # only where needed
+
     if is_matlab(data[:ARCHIVE_HEAD]):
         return arrays
-    return sheets if data.startswith(_ZIP) and is_workbook(data) else None
+    return sheets if is_workbook(data) else None
 
 
 def _tables(
