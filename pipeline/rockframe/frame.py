@@ -581,7 +581,7 @@ def crushed(frame: RockingFrame, pivot: Pivot) -> RockingFrame:
     if frame.column_mass is None:
         raise invalid("column_mass", None, owner, "stated together with a pivot")
     weight = frame.column_mass * GRAVITY
-    found, tension = frame, 0.0
+    crushed_frame, tension = frame, 0.0
     for _ in range(50):
         base = pivot.inset((1.0 + frame.mass_ratio) * weight + tension)
         top = pivot.inset(frame.mass_ratio * weight + tension)
@@ -594,11 +594,11 @@ def crushed(frame: RockingFrame, pivot: Pivot) -> RockingFrame:
             needed = f"its block of {2.0 * base:.3g} m is longer than half the width"
             allowed = f"larger; {enough:.3g} Pa is enough at this depth: {needed}"
             raise invalid("compressive_strength", strength, f"the pivot of {owner}", allowed)
-        found = _on_pivots(frame, base, top)
-        before, tension = tension, found.tension(found.slenderness)
+        crushed_frame = _on_pivots(frame, base, top)
+        before, tension = tension, crushed_frame.tension(crushed_frame.slenderness)
         if abs(tension - before) <= 1e-12 * weight:
             break
-    return found
+    return crushed_frame
 
 
 def _on_pivots(frame: RockingFrame, base: float, top: float) -> RockingFrame:

@@ -101,8 +101,8 @@ def noting() -> Iterator[Callable[[], bool]]:
     Yields a function that returns True if a signal was noted. Outside the main thread, nothing is
     changed.
     """
-    known = [one for one, default in _DEFAULTS.items() if signal.getsignal(one) == default]
-    if not (known and _in_main()):
+    numbers = [one for one, default in _DEFAULTS.items() if signal.getsignal(one) == default]
+    if not (numbers and _in_main()):
         yield _noted.is_set
         return
     listening, sending = socket.socketpair()
@@ -111,13 +111,13 @@ def noting() -> Iterator[Callable[[], bool]]:
     # Python calls handlers between two of its instructions; the socket is written at once.
     former = signal.set_wakeup_fd(sending.fileno(), warn_on_full_buffer=False)
     watch.start()
-    for one in known:
-        signal.signal(one, _ignore)
+    for number in numbers:
+        signal.signal(number, _ignore)
     try:
         yield _noted.is_set
     finally:
-        for one in known:
-            signal.signal(one, _DEFAULTS[one])
+        for number in numbers:
+            signal.signal(number, _DEFAULTS[number])
         signal.set_wakeup_fd(former)
         sending.setblocking(True)
         sending.send(_STOP)
@@ -140,17 +140,17 @@ def ignore() -> None:
 def raising() -> Iterator[None]:
     """Let signals raise KeyboardInterrupt at once: for waiting, where nothing can be half done."""
     raise_if_interrupted()
-    known = [one for one in _DEFAULTS if signal.getsignal(one) is _ignore] if _in_main() else []
-    for one in known:
-        signal.signal(one, signal.default_int_handler)
-    heard = signal.set_wakeup_fd(-1) if known else -1
+    numbers = [one for one in _DEFAULTS if signal.getsignal(one) is _ignore] if _in_main() else []
+    for number in numbers:
+        signal.signal(number, signal.default_int_handler)
+    heard = signal.set_wakeup_fd(-1) if numbers else -1
     try:
         yield
     finally:
-        if known:
+        if numbers:
             signal.set_wakeup_fd(heard, warn_on_full_buffer=False)
-        for one in known:
-            signal.signal(one, _ignore)
+        for number in numbers:
+            signal.signal(number, _ignore)
 
 
 def _watch(listening: socket.socket) -> None:

@@ -163,8 +163,8 @@ def hollow(
     else:
         if depth is None or inner_depth is None:
             missing = "depth" if depth is None else "inner_depth"
-            stated = "stated together with an inner width, unless the section is circular"
-            raise invalid(missing, None, "a hollow rectangular column", stated)
+            must = "stated together with an inner width, unless the section is circular"
+            raise invalid(missing, None, "a hollow rectangular column", must)
         _require_size(depth=depth, inner_depth=inner_depth)
         _require_below(inner_depth, depth, "inner_depth")
         area = depth * width - inner_depth * inner_width
@@ -404,8 +404,8 @@ class Tendon:
     ] = False
 
     def __post_init__(self) -> None:
-        stated = () if self.length is None else ("length",)
-        _require_positive(self, "area", "modulus", *stated, "yield_stress")
+        lengths = () if self.length is None else ("length",)
+        _require_positive(self, "area", "modulus", *lengths, "yield_stress")
         if self.loses_prestress and math.isinf(self.yield_stress):
             raise invalid("yield_stress", None, "a tendon", "stated, as it loses prestress")
         if not 0.0 <= self.prestress < self.yield_force:

@@ -283,12 +283,12 @@ class Record(Shown):
         """Return the acceleration [m s-2] over time [s], with the metadata as attributes."""
         import xarray as xr
 
-        known = {k: v for k, v in vars(self).items() if isinstance(v, str) and v}
+        texts = {k: v for k, v in vars(self).items() if isinstance(v, str) and v}
         return xr.DataArray(
             self.acceleration,
             {"time": ("time", self.time, {"units": "s"})},
             name="acceleration",
-            attrs={"units": "m s-2", "long_name": "ground acceleration", **known},
+            attrs={"units": "m s-2", "long_name": "ground acceleration", **texts},
         )
 
     @classmethod
@@ -325,7 +325,7 @@ class Record(Shown):
             )
         factor = acceleration_factor(plain_units(units))
         orientation, azimuth = _seed_direction(str(stats.channel))
-        found: dict[str, Any] = {
+        field_values: dict[str, Any] = {
             "record_id": trace.id.lstrip("._-") or "trace",
             "acceleration": factor * np.asarray(trace.data, dtype=np.float64),
             "time_step": float(stats.delta),
@@ -336,7 +336,7 @@ class Record(Shown):
             "network": str(stats.network),
             "start_time": str(stats.starttime) if stats.starttime.timestamp else "",
         }
-        return cls(**found | fields)
+        return cls(**field_values | fields)
 
     @classmethod
     def from_stream(cls, stream: Iterable[Any], *, units: str = "m/s2") -> list[Record]:
@@ -468,21 +468,21 @@ def in_sequence(records: Sequence[Record], rest: float) -> Record:
         if pieces:
             pieces.append(still)
             count += still.size
-        known = record.parts or (Part(record.record_id, 0.0, record.duration),)
-        parts += [Part(p.record_id, p.start + count * step, p.end + count * step) for p in known]
+        motions = record.parts or (Part(record.record_id, 0.0, record.duration),)
+        parts += [Part(p.record_id, p.start + count * step, p.end + count * step) for p in motions]
         pieces.append(_refined(record, step))
         count += pieces[-1].size
     return _joined(records, np.concatenate(pieces), step, tuple(parts), rest)
 
 
 def _require_one_direction(records: Sequence[Record]) -> None:
-    known = [record for record in records if not math.isnan(record.azimuth)]
-    for other in known[1:]:
-        apart = abs((other.azimuth - known[0].azimuth + 180.0) % 360.0 - 180.0)
+    directed = [record for record in records if not math.isnan(record.azimuth)]
+    for other in directed[1:]:
+        apart = abs((other.azimuth - directed[0].azimuth + 180.0) % 360.0 - 180.0)
         if apart > _ONE_DIRECTION:
-            stated = (f"{one.record_id!r} ({one.azimuth:g} degrees)" for one in (known[0], other))
+            words = (f"{one.record_id!r} ({one.azimuth:g} degrees)" for one in (directed[0], other))
             raise ParameterError(
-                f"A sequence of {' and '.join(stated)}. Must be of components in one direction; "
+                f"A sequence of {' and '.join(words)}. Must be of components in one direction; "
                 "azimuth_degree (--azimuth-degree) rotates recordings into one."
             )
 
@@ -512,8 +512,8 @@ def _joined(
     strongest = max(records, key=lambda record: record.pga)
     values = {name: getattr(strongest, name) for name in _OF_STRONGEST}
     for name in _COMMON:
-        found = {getattr(record, name) for record in records}
-        values[name] = found.pop() if len(found) == 1 else ""
+        different = {getattr(record, name) for record in records}
+        values[name] = different.pop() if len(different) == 1 else ""
     azimuths = {record.azimuth for record in records}
     directions = {record.orientation for record in records}
     sites = {record.site_type for record in records}

@@ -334,7 +334,7 @@ class FixedFrame:
         >>> round(frame.period, 3)
         0.309
         """
-        stated = {"depth": depth} if depth is not None else {}
+        depths = {"depth": depth} if depth is not None else {}
         _require_positive(
             name,
             columns=columns,
@@ -343,7 +343,7 @@ class FixedFrame:
             modulus=modulus,
             deck_mass=deck_mass,
             cracked_stiffness_ratio=cracked_stiffness_ratio,
-            **stated,
+            **depths,
         )
         if not 0.0 <= column_mass < math.inf:
             raise invalid("column_mass", column_mass, repr(name), "0 or above")

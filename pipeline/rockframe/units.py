@@ -99,10 +99,10 @@ def conversion_factor(units: str, wanted: str) -> float | None:
     """
     if units == wanted:
         return 1.0
-    found, sought = _parsed(units), _parsed(wanted)
-    if found is None or sought is None or found[1] != sought[1]:
+    parsed, sought = _parsed(units), _parsed(wanted)
+    if parsed is None or sought is None or parsed[1] != sought[1]:
         return None
-    return found[0] / sought[0]
+    return parsed[0] / sought[0]
 
 
 def _parsed(units: str) -> tuple[float, dict[str, int]] | None:
@@ -110,13 +110,13 @@ def _parsed(units: str) -> tuple[float, dict[str, int]] | None:
     value, powers = 1.0, Counter[str]()
     for place, part in enumerate(re.sub(r"\*\*|\^", "", units).replace("*", " ").split("/")):
         for word in part.split():
-            found = _FACTOR.fullmatch(word)
+            match = _FACTOR.fullmatch(word)
             if word == "1":
                 continue
-            if found is None or found[1] not in _KNOWN:
+            if match is None or match[1] not in _KNOWN:
                 return None
-            power = int(found[2] or 1) * (-1 if place else 1)
-            one, base = _KNOWN[found[1]]
+            power = int(match[2] or 1) * (-1 if place else 1)
+            one, base = _KNOWN[match[1]]
             value *= one**power
             for name in base.split():
                 letters, exponent = re.fullmatch(r"([a-z]+)(-?\d)?", name).groups()  # type: ignore[union-attr]

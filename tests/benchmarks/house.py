@@ -40,6 +40,8 @@ FIGURE = "joints"
 #: A quantity and a kind of structure whose files are counted.
 QUANTITY = "peak_tendon_ratio"
 STRUCTURE = "isolated_deck"
+#: Names that do not say what a variable holds.
+VAGUE = ("one", "found", "stated", "known", "made", "what")
 #: A study without figures, surrogates and margins.
 STUDY = f"""
 name = "house"
@@ -94,6 +96,23 @@ def names_in(text: str) -> Iterator[str]:
                 yield name
             case ast.Constant(value=str(name)) if not re.search(r"\s", name):
                 yield name
+
+
+def vague_names(texts: Iterable[str]) -> Counter[str]:
+    """Return how often variables and parameters have a name of `VAGUE`, for each name."""
+    nodes = (node for text in texts for node in ast.walk(ast.parse(text)))
+    return Counter(
+        name
+        for node in nodes
+        for name in (
+            [node.id]
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+            else [node.arg]
+            if isinstance(node, ast.arg)
+            else []
+        )
+        if name in VAGUE
+    )
 
 
 def modules_naming(texts: Iterable[str], word: str) -> int:
@@ -301,6 +320,8 @@ def show_code(paths: Sequence[Path]) -> None:
     print(f"lines of code: {total} in {len(modules)} modules and {len(paths) - len(modules)} rooms")
     print(f"lines of imports: {lines}, {100.0 * lines / total:.1f} %")
     print(f"definitions used once: {once} of {defined}")
+    vague = vague_names(texts)
+    print(f"variables with a vague name: {vague.total()} ({dict(vague.most_common())})")
     print(f"folders with more than {WIDEST} modules: {wide or 'none'}")
     for what, types in (("", False), (", also for types", True)):
         circle = in_circles(imports(modules, types=types))

@@ -76,7 +76,9 @@ class Assessment(Shown):
 
     def __iter__(self) -> Iterator[tuple[str, Any]]:
         """Yield the name of the motion and the response, structures of a motion in their order."""
-        return ((name, one) for name, responses in self.responses.items() for one in responses)
+        return (
+            (name, response) for name, responses in self.responses.items() for response in responses
+        )
 
     def __len__(self) -> int:
         """Return the number of motions times that of structures."""
@@ -96,10 +98,10 @@ class Assessment(Shown):
         """Yield motion, structure, and the verdict in words with its share and margin."""
         for name, response in self:
             ensemble, verdict = response.ensemble, response.spread_verdict
-            stated = (
+            settings = (
                 f"{ensemble.overturned} of {ensemble.members} overturn" if ensemble else "nominal"
             )
-            words = f"{verdict.sentence} ({stated})" if verdict.is_computed else verdict.sentence
+            words = f"{verdict.sentence} ({settings})" if verdict.is_computed else verdict.sentence
             yield name, f"{response.structure.name} ", words
 
     def facts(self) -> dict[str, str]:
@@ -125,12 +127,12 @@ class Assessment(Shown):
         The variables are those of ``response.nc``, with their units; `record` and `structure` are
         indexes. Histories are those of `Response.to_xarray`.
         """
-        made = responses_dataset(
+        dataset = responses_dataset(
             self.responses,
             self.structures,
             pulses=all(getattr(one, "to_pulse", None) is not None for _, one in self),
         )
-        return indexed(made)
+        return indexed(dataset)
 
 
 def assess(
@@ -206,13 +208,13 @@ def assess(
         )
         for name, motion in named.items()
     ]
-    found: dict[str, tuple[Any, ...]] = {}
+    values: dict[str, tuple[Any, ...]] = {}
     for answers in map_tasks(answer_task, tasks, engine=engine):
         for name, responses, reason in answers:
             if responses is None:
                 raise ParameterError(f"{name}: {reason}")
-            found[name] = tuple(responses)
-    return Assessment(named, found, options)
+            values[name] = tuple(responses)
+    return Assessment(named, values, options)
 
 
 def _is_motion(given: object) -> bool:

@@ -103,8 +103,8 @@ def refuse_tables(
     from rockframe.results.tables.entries import PARAMETERS, refuse_other_tables
 
     if options.format:
-        known = {**first, "parameters": PARAMETERS}
-        refuse_other_tables(options.output, known, main, options.format)
+        columns = {**first, "parameters": PARAMETERS}
+        refuse_other_tables(options.output, columns, main, options.format)
 
 
 def write_tables(
@@ -117,8 +117,10 @@ def write_tables(
     if not options.format:
         return []
     parameters = entries.parameter_rows((options.output, kind_of(options.output)))
-    made = {**tables, "parameters": parameters}
-    return [str(one) for one in entries.write_tables(options.output, made, main, options.format)]
+    named = {**tables, "parameters": parameters}
+    return [
+        str(table) for table in entries.write_tables(options.output, named, main, options.format)
+    ]
 
 
 def add_matrix(parser: argparse.ArgumentParser) -> None:

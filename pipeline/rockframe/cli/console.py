@@ -243,8 +243,8 @@ def _wrapped(text: str, width: int) -> str:
 
 def table_width() -> int:
     """Return the width available for a table [characters]."""
-    stated = os.environ.get("COLUMNS", "")
-    if not stated.isdigit() and not sys.stdout.isatty():
+    columns = os.environ.get("COLUMNS", "")
+    if not columns.isdigit() and not sys.stdout.isatty():
         return _PLAIN_WIDTH
     return shutil.get_terminal_size().columns
 

@@ -55,9 +55,9 @@ def run_explore(options: argparse.Namespace) -> None:
         if package not in _EXTRA:
             raise
         missing = isinstance(error, ModuleNotFoundError) and error.name == package
-        what = f"{package} is not installed" if missing else f"{package} is of another version"
+        reason = f"{package} is not installed" if missing else f"{package} is of another version"
         raise ParameterError(
-            f"{what}. Install the explorer with: pip install 'rockframe[explorer]'."
+            f"{reason}. Install the explorer with: pip install 'rockframe[explorer]'."
         ) from None
     structures = _shown(choose_structures(arguments.chosen_structures(options), options.structure))
     with _listening(LOOPBACK, options.port) as listening:

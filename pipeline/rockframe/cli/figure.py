@@ -160,8 +160,8 @@ def _stated(options: argparse.Namespace) -> dict[str, Any]:
 
 def _refuse_idle(options: argparse.Namespace) -> None:
     """Raise an error if an option is stated that the figure does not take."""
-    stated = {name for name, value in vars(options).items() if value is not None}
-    for name in sorted(stated - {"run", "figure", "output", "json"}):
+    given = {name for name, value in vars(options).items() if value is not None}
+    for name in sorted(given - {"run", "figure", "output", "json"}):
         if not FIGURES[options.figure].takes(name):
             taking = ", ".join(other for other, entry in FIGURES.items() if entry.takes(name))
             raise ParameterError(

@@ -32,8 +32,8 @@ def add_formats(parser: argparse.ArgumentParser) -> None:
 
 def run_formats(options: argparse.Namespace) -> int:
     """Print the table of formats, or the previews. Return 1 if a file cannot be read so."""
-    stated = chosen(options, FileOptions)
-    words = _words(stated)
+    given = chosen(options, FileOptions)
+    words = _words(given)
     if not options.paths:
         if words:
             message = f"{words[0]} without a FILE. State FILE before options of several words."
@@ -43,7 +43,7 @@ def run_formats(options: argparse.Namespace) -> int:
     from rockframe.ingest.options import read_options
     from rockframe.ingest.preview import preview
 
-    previews = [preview(file, read_options(stated)) for file in options.paths]
+    previews = [preview(file, read_options(given)) for file in options.paths]
     if options.json:
         console.show_json(
             [
@@ -91,7 +91,7 @@ def _command(file: str, words: list[str], shown: Preview) -> str:
     """Return the command that would read the file; empty if none would."""
     if shown.refusal:
         return ""
-    missing = [word for one in shown.missing for word in (one.option, one.value)]
+    missing = [word for option in shown.missing for word in (option.option, option.value)]
     return shlex.join(["rockframe", "ingest", file, *words, *missing, "--output", "records.nc"])
 
 
@@ -102,7 +102,7 @@ def _said(shown: Preview, *, command: str) -> dict[str, Any]:
         "format": shown.format,
         "recognised": shown.recognised,
         "records": _rows(shown),
-        "missing": [vars(one) for one in shown.missing],
+        "missing": [vars(option) for option in shown.missing],
         "refusal": shown.refusal,
         "command": command,
     }
@@ -130,8 +130,8 @@ def _show(file: str, words: list[str], shown: Preview) -> None:
         print(plain(f"{number:4} | {line}".rstrip()))
     if shown.recognised:
         print(f"recognised: {shown.recognised}")
-    for one in shown.missing:
-        print(f"missing: {one.option} {one.value} ({one.allowed})")
+    for option in shown.missing:
+        print(f"missing: {option.option} {option.value} ({option.allowed})")
     if shown.refusal:
         print(f"cannot be read: {shown.refusal}")
     if shown.records:

@@ -42,7 +42,7 @@ _VERBS: Final = {
     "fetch": ("stages.ingest", "download and verify records of an event from an FDSN data centre"),
     "ingest": ("stages.ingest", "read and check record files, and write records.nc"),
     "select": ("stages.select", "select and scale records whose spectra match a target"),
-    **{one.name: (one.command, one.summary) for one in STAGES.values() if one.command},
+    **{stage.name: (stage.command, stage.summary) for stage in STAGES.values() if stage.command},
     "table": ("results", "write the table of records, pulses and responses"),
     "draw": ("results", "draw the results of stages: records with their responses, and curves"),
     "export": (
@@ -206,10 +206,10 @@ class _Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse words; unknown words are an error of the command that they follow."""
         self._words = list(args or ())
-        found, rest = super().parse_known_args(args, namespace)
+        parsed, rest = super().parse_known_args(args, namespace)
         if rest:
             self.error(f"unrecognized arguments: {' '.join(rest)}")
-        return found, rest
+        return parsed, rest
 
     def format_help(self) -> str:
         """Return the help, with an example of the command and the place of the documentation."""
@@ -223,17 +223,19 @@ class _Parser(argparse.ArgumentParser):
         return f"{super().format_help()}\nExample: {example}\n{where}"
 
     def error(self, message: str) -> NoReturn:
-        known = _options_of(self)
+        options_here = _options_of(self)
         words = takewhile(lambda word: word != "--", self._words)
         options = (word.partition("=")[0] for word in words if word.startswith("--"))
-        unknown = [word for word in options if not any(one.startswith(word) for one in known)]
+        unknown = [
+            word for word in options if not any(one.startswith(word) for one in options_here)
+        ]
         choice = re.search(r"COMMAND: invalid choice: '([^']*)'", message)
         if choice:
             message = f"unknown command {choice[1]!r}.{meant(choice[1], _VERBS)}"
         elif unknown:
             *_, command = self.prog.split()
             where = _where_else(unknown[0]) if command in _OF_RECORDS else ""
-            message = f"unknown option {unknown[0]}.{where or meant(unknown[0], known)}"
+            message = f"unknown option {unknown[0]}.{where or meant(unknown[0], options_here)}"
         message = message.rstrip(".")
         end = "" if message.endswith("?") else "."
         self.exit(2, f"rockframe: error: {message}{end} See {self.prog} --help.\n")
@@ -365,8 +367,8 @@ def _is_folder(path: Path) -> bool:
 
 def _move_cache_from_full_disk() -> None:
     """Move numba's cache if its disk is full; without a cache, each process would compile again."""
-    stated = os.environ.get("NUMBA_CACHE_DIR")
-    home = Path(stated) if stated else Path(__file__).parents[1]
+    folder = os.environ.get("NUMBA_CACHE_DIR")
+    home = Path(folder) if folder else Path(__file__).parents[1]
     while not home.exists():
         home = home.parent
     if shutil.disk_usage(home).free < _CACHE_ROOM:

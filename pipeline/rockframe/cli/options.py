@@ -68,7 +68,7 @@ def add_options(
             add_options(parser, within, title=heading, prefix=f"{prefix}{name}-", without=without)
             continue
         try:
-            stated = group.add_argument(
+            action = group.add_argument(
                 flag(prefix + name),
                 dest=prefix + name,
                 default=argparse.SUPPRESS,
@@ -77,7 +77,7 @@ def add_options(
             )
         except argparse.ArgumentError:  # added by another model
             continue
-        stated.required = required and field.is_required() and not prefix
+        action.required = required and field.is_required() and not prefix
 
 
 def chosen(options: argparse.Namespace, model: type[Model], **others: Any) -> Model:
@@ -120,9 +120,11 @@ def _stated(options: argparse.Namespace, model: type[Options], prefix: str) -> d
             if nested:
                 values[name] = nested
         elif hasattr(options, prefix + name):
-            stated = getattr(options, prefix + name)
-            joined = isinstance(stated, list) and isinstance(stated[0], list)  # ranges of numbers
-            values[name] = tuple(itertools.chain(*stated)) if joined else stated
+            value_here = getattr(options, prefix + name)
+            joined = isinstance(value_here, list) and isinstance(
+                value_here[0], list
+            )  # ranges of numbers
+            values[name] = tuple(itertools.chain(*value_here)) if joined else value_here
     return values
 
 
@@ -176,8 +178,8 @@ def _reading(annotation: Any, name: str, field: FieldInfo) -> dict[str, Any]:
             return {"type": number, "nargs": 2, "metavar": ends}
         if inner is float:
             return {"type": numbers, "nargs": "+", "metavar": metavar}
-        known = {"choices": get_args(inner)} if get_origin(inner) is Literal else {}
-        return {"nargs": "+", "action": "extend", "metavar": name.upper(), **known}
+        choices = {"choices": get_args(inner)} if get_origin(inner) is Literal else {}
+        return {"nargs": "+", "action": "extend", "metavar": name.upper(), **choices}
     if annotation is float:
         return {"type": number, "metavar": metavar}
     if annotation is int:
@@ -264,8 +266,8 @@ def file_to_write(*endings: str) -> Callable[[str], Path]:
 
     def named(text: str) -> Path:
         if path(text).suffix.lower() not in endings:
-            known = " or ".join(filter(None, [", ".join(endings[:-1]), endings[-1]]))
-            raise argparse.ArgumentTypeError(f"{text!r}. Must end in {known}")
+            allowed = " or ".join(filter(None, [", ".join(endings[:-1]), endings[-1]]))
+            raise argparse.ArgumentTypeError(f"{text!r}. Must end in {allowed}")
         return Path(text)
 
     return named

@@ -90,8 +90,8 @@ def run_export(options: argparse.Namespace) -> None:
     files = {kind: str(path) for kind, path in paths.items()}
     notes = all_notes(model)
     if options.json:
-        known = {"imt": model.imt, "taxonomies": model.taxonomies, "limit_states": model.states}
-        console.show_json({**known, "notes": notes, "files": files})
+        summary = {"imt": model.imt, "taxonomies": model.taxonomies, "limit_states": model.states}
+        console.show_json({**summary, "notes": notes, "files": files})
         return
     for taxonomy, levels in zip(model.taxonomies, model.levels, strict=True):
         print(
@@ -168,7 +168,7 @@ def _write_pages(
         place = output or (None if folder == beside else beside / CLIENT_PAGE)
         files = client_stage(folder, place, wanted, verified=verified)
         if options.json:
-            console.show_json({"output": str(files[0]), "files": [str(one) for one in files]})
+            console.show_json({"output": str(files[0]), "files": [str(file) for file in files]})
         else:
             print(*files, sep="\n")
         return
@@ -203,40 +203,44 @@ def run_verify(options: argparse.Namespace) -> int:
     from rockframe.stages.report import strange_report, verify_run
 
     _find_folder(options)
-    found = verify_run(options.folder)
-    faults = [*found.faults, *strange_report(options.folder), *_plan_faults(options.folder)]
+    findings = verify_run(options.folder)
+    faults = [*findings.faults, *strange_report(options.folder), *_plan_faults(options.folder)]
     repeated = _recomputed(options, faults)
     if options.json:
         console.show_json(
             {
-                "files": found.files,
-                "records": {name: len(content.records) for name, content in found.datasets.items()},
+                "files": findings.files,
+                "records": {
+                    name: len(content.records) for name, content in findings.datasets.items()
+                },
                 "faults": faults,
                 "computed_again": repeated,
-                "same_source": found.same_source,
-                "other_versions": dict(found.other_versions),
-                "other_processor": found.other_processor,
+                "same_source": findings.same_source,
+                "other_versions": dict(findings.other_versions),
+                "other_processor": findings.other_processor,
                 "whole": not faults,
             }
         )
     else:
-        for name, content in found.datasets.items():
+        for name, content in findings.datasets.items():
             both = f", {len(content.pairs)} motions in both directions" if content.pairs else ""
             print(f"{name}: {len(content.records)} records{both}")
-        if not found.same_source:
+        if not findings.same_source:
             print("made by another version of the source code")
-        if found.other_versions:
-            made = ", ".join(f"{name} {number}" for name, number in found.other_versions.items())
-            print(f"made with other versions of libraries: {made}")
-        if found.other_processor:
+        if findings.other_versions:
+            versions = ", ".join(
+                f"{name} {number}" for name, number in findings.other_versions.items()
+            )
+            print(f"made with other versions of libraries: {versions}")
+        if findings.other_processor:
             print(
-                f"made on another kind of processor ({found.other_processor}): recomputed "
+                f"made on another kind of processor ({findings.other_processor}): recomputed "
                 "here, numbers may differ in their last digits"
             )
-        for what in repeated:
-            print(f"recomputed: {what}")
+        for result in repeated:
+            print(f"recomputed: {result}")
         if not faults:
-            print(f"{options.folder}: complete; all {found.files} files match the manifest")
+            print(f"{options.folder}: complete; all {findings.files} files match the manifest")
     for fault in faults:
         console.complain(f"fault: {fault}")
     return 1 if faults else 0
@@ -278,6 +282,6 @@ def _recomputed(options: argparse.Namespace, faults: list[str]) -> list[str]:
         return []
     from rockframe.runs.performing import recompute  # imports all stages
 
-    done, found = recompute(options.folder, int(options.recompute))
-    faults += found
+    done, differences = recompute(options.folder, int(options.recompute))
+    faults += differences
     return done

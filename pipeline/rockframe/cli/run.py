@@ -149,8 +149,8 @@ def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
         print(f"With their restraints: {restrained}. `[compare]` has them without.")
     did = f"{done} steps done" if done else "nothing to do"
     print(f"{did}; {files} files and their manifest in {folder}")
-    for what, reason in rejected.items():
-        console.complain(f"rejected: {what}: {reason}")
+    for name, reason in rejected.items():
+        console.complain(f"rejected: {name}: {reason}")
 
 
 def add_status(parser: argparse.ArgumentParser) -> None:

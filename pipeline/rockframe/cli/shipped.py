@@ -98,11 +98,11 @@ def run_table1(options: argparse.Namespace) -> int:
         _helped(drawing=True) as (first_run, helped),
     ):
         computed = _computed(options, tables, partial, first_run=first_run)
-        made = [computed.datasets[name] for name in STAGE_FILES]
-        rows = list(table_rows_of(*made))
-        left_out = left_out_reasons(made[2].attrs)
-        summary = summary_rows(rows, recordings_of(made[0]), left_out)
-        comparisons, said = paper_comparisons(rows, pulse_rows(made[1])), statements(rows)
+        datasets = [computed.datasets[name] for name in STAGE_FILES]
+        rows = list(table_rows_of(*datasets))
+        left_out = left_out_reasons(datasets[2].attrs)
+        summary = summary_rows(rows, recordings_of(datasets[0]), left_out)
+        comparisons, said = paper_comparisons(rows, pulse_rows(datasets[1])), statements(rows)
         write_rows_as(partial / "table.csv", rows)
         write_rows_as(partial / "summary.csv", summary)
         if comparisons:
@@ -309,18 +309,20 @@ def show(
 ) -> None:
     """Print records, pulses and responses, then the comparison with the paper."""
     several = len({row["structure"] for row in rows}) > 1
-    one = rows[0] if rows else {}
+    first_row = rows[0] if rows else {}
     how: dict[str, Any] = {"group": "record_id", "rules": several, "all_in": "table.csv"}
-    known = [key for key in _IF_KNOWN if any(math.isfinite(row[key]) for row in rows)]
-    of_record = [one for one in _OF_RECORD if one.key in known or one.key not in _IF_KNOWN]
+    present = [key for key in _IF_KNOWN if any(math.isfinite(row[key]) for row in rows)]
+    of_record = [
+        column for column in _OF_RECORD if column.key in present or column.key not in _IF_KNOWN
+    ]
     console.show_first(summary)
     if console.table_width() >= _WIDE:
-        show_responses("", (*of_record, *response_columns(one, {})), rows, quantities, **how)
+        show_responses("", (*of_record, *response_columns(first_row, {})), rows, quantities, **how)
     else:
         printed = most_severe(without_lacking_pairs(rows))
         first = {row["record_id"]: row for row in reversed(printed) if not row.get("components")}
         console.show_rows("Records and pulses", of_record, reversed(first.values()))
-        columns = (*titled({"record": "Record"}, once=True), *response_columns(one, {}))
+        columns = (*titled({"record": "Record"}, once=True), *response_columns(first_row, {}))
         show_responses("", columns, rows, quantities, **how)
     console.show_summary(summary)
     _show_notes(rows)
@@ -378,8 +380,8 @@ def _refuse_beside_claim(options: argparse.Namespace) -> None:
     """Raise an error if options are stated that change no claim of the paper's text."""
     unstated = {"output": _PAPER_FOLDER, "grid": _PAPER_GRID, "records": None, "structures": None}
     for name, value in vars(options).items():
-        known = name in ("claim", "json", "run")
-        if not known and not (name in unstated and value == unstated[name]):
+        always = name in ("claim", "json", "run")
+        if not always and not (name in unstated and value == unstated[name]):
             raise ParameterError(
                 f"{flag(name)} has no effect with --claim, which prints one claim. Leave one of "
                 "them out."
@@ -408,9 +410,9 @@ def run_paper(options: argparse.Namespace) -> int:
         _helped() as (first_run, _),
     ):
         computed = _computed(options, tables, partial, first_run=first_run)
-        made, ingested = [computed.datasets[name] for name in STAGE_FILES], computed.ingested
-        rows = list(table_rows_of(*made))
-        claims = all_claims() + record_claims(rows, pulse_rows(made[1]))
+        datasets, ingested = [computed.datasets[name] for name in STAGE_FILES], computed.ingested
+        rows = list(table_rows_of(*datasets))
+        claims = all_claims() + record_claims(rows, pulse_rows(datasets[1]))
         _write_page(claims, _draw_all(partial, options.grid), rows, partial)
         models = {"records": IngestOptions, "pulse": PulseOptions}
         _finish(options, partial, ingested, models)

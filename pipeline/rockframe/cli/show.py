@@ -60,19 +60,20 @@ def _show_rows(rows: Sequence[Mapping[str, str]]) -> None:
 def _entry(run: Run, stated: str) -> Mapping[str, str]:
     """Return the row of a record in the list of inputs; the record must be unique."""
     composed = unicodedata.normalize("NFC", stated)  # identifiers are in this form
-    found = [row for row in run.entries if row["record_id"] == composed]
-    found = found or [row for row in run.entries if row["file"] == stated]
-    if len(found) > 1:
-        names = ", ".join(row["record_id"] or f"{row['file']} ({row['reason']})" for row in found)
+    entries = [row for row in run.entries if row["record_id"] == composed]
+    entries = entries or [row for row in run.entries if row["file"] == stated]
+    if len(entries) > 1:
+        names = ", ".join(row["record_id"] or f"{row['file']} ({row['reason']})" for row in entries)
         raise ParameterError(
-            f"{stated!r} is a file of {len(found)} records. Choose one of them: {names}."
+            f"{stated!r} is a file of {len(entries)} records. Choose one of them: {names}."
         )
-    if not found:
-        known = ", ".join(row["record_id"] for row in run.entries if row["record_id"])
+    if not entries:
+        allowed = ", ".join(row["record_id"] for row in run.entries if row["record_id"])
         raise ParameterError(
-            f"Invalid record {stated!r}. Must be the name of a file of the run, or one of: {known}."
+            f"Invalid record {stated!r}. Must be the name of a file of the run, or one of: "
+            f"{allowed}."
         )
-    return found[0]
+    return entries[0]
 
 
 def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
@@ -208,9 +209,9 @@ def _of_filters(history: Mapping[str, Any]) -> str:
     >>> _of_filters({"filters": {"pga_g": [0.1, None], "site": None, "not_site": ["borehole"]}})
     'pga_g from 0.1; not_site borehole'
     """
-    stated = {name: bounds for name, bounds in history["filters"].items() if bounds is not None}
-    sites = {name: " " + " or ".join(stated.pop(name)) for name in _SITES if name in stated}
-    bounds = {name: _of_bounds(*bounds) for name, bounds in stated.items()}
+    filters = {name: bounds for name, bounds in history["filters"].items() if bounds is not None}
+    sites = {name: " " + " or ".join(filters.pop(name)) for name in _SITES if name in filters}
+    bounds = {name: _of_bounds(*bounds) for name, bounds in filters.items()}
     return "; ".join(f"{name}{words}" for name, words in (bounds | sites).items())
 
 

@@ -95,10 +95,10 @@ class FigureRequest:
 
     def chosen(self, file: RecordsFile) -> list[str]:
         """Return the names of the requested records, or of all horizontal records."""
-        known = horizontal(file)
+        names = horizontal(file)
         for name in self.record:
-            require_known("record", name, known)
-        return list(self.record or known)
+            require_known("record", name, names)
+        return list(self.record or names)
 
     def require_at_most(self, most: int) -> None:
         """Raise an error if a figure cannot show that many records."""
@@ -148,17 +148,17 @@ def _motions(
         If no record has a vertical component.
     """
     beside = vertical_beside(file) if request.vertical else {}
-    found: _Motions = {}
+    motions: _Motions = {}
     rejected = []
     for record in map(file.read, names):
         try:
             motion = with_vertical(record, beside) if request.vertical else record
-            found[record.record_id] = record, motion
+            motions[record.record_id] = record, motion
         except ParameterError as error:
             rejected.append(InputOutcome(record.record_id, str(error)))
-    if not found:
+    if not motions:
         raise ParameterError(f"record {rejected[0].file!r}: {rejected[0].reason}")
-    return found, rejected
+    return motions, rejected
 
 
 def _largest_rotation(motions: _Motions, frame: RockingFrame) -> Record:
@@ -218,16 +218,20 @@ def responses(request: FigureRequest) -> Shown:
                 "choose with --record."
             )
         motions, rejected = _motions(request, file, names)
-        found = []
+        chosen_responses = []
         for record, motion in motions.values():
             try:
-                found.append((record, respond(frame, motion)))
+                chosen_responses.append((record, respond(frame, motion)))
             except ParameterError as error:
                 rejected.append(InputOutcome(record.record_id, str(error)))
-    if not found:
+    if not chosen_responses:
         raise ParameterError(f"record {rejected[0].file!r}: {rejected[0].reason}")
-    shown = [record for record, _ in found]
-    drawn = (shown, [response for _, response in found], [_title(record) for record in shown])
+    shown = [record for record, _ in chosen_responses]
+    drawn = (
+        shown,
+        [response for _, response in chosen_responses],
+        [_title(record) for record in shown],
+    )
     return drawn, console.show_rejections(rejected) or status
 
 
@@ -251,15 +255,15 @@ def pulses(request: FigureRequest) -> Shown:
     request.require_at_most(_MOST_PULSES)
     records, status = _searchable(request)
     matches = [_rickers(*pair) for pair in records]
-    chosen = [(i, best_ricker(found)) for i, found in enumerate(matches)]
+    chosen = [(i, best_ricker(match)) for i, match in enumerate(matches)]
     if not request.record:
         chosen = _default([record for record, _ in records], matches)
     tested, titles = [], []
     for i, wavelet in chosen:
         record, options = records[i]
         samples, step = record.acceleration, record.time_step
-        found = match_pulses(samples, step, options)
-        noise = likeness(samples, step, found, options, record.record_id)
+        matches_of = match_pulses(samples, step, options)
+        noise = likeness(samples, step, matches_of, options, record.record_id)
         tested.append((record, matches[i][wavelet], noise[wavelet]))
         titles.append(_title(record).replace("\n", ", "))
     count, remark = len({i for i, _ in chosen}), ""

@@ -46,8 +46,8 @@ class Channel(NamedTuple):
     def of(cls, record: Record) -> Self:
         """Return the metadata of a record."""
         names = (name for name in cls._fields if name != "samples")
-        known = {name: getattr(record, name) for name in names}
-        return cls(**known, samples=record.acceleration.size)
+        fields = {name: getattr(record, name) for name in names}
+        return cls(**fields, samples=record.acceleration.size)
 
     @property
     def place(self) -> Hashable:
@@ -59,8 +59,8 @@ class Channel(NamedTuple):
     @property
     def instrument(self) -> tuple[str | None, str]:
         """Location, None if unknown, and band and instrument code, "" if unknown."""
-        if found := _LOCATED.search(self.record_id):
-            return found["location"], found["instrument"]
+        if match := _LOCATED.search(self.record_id):
+            return match["location"], match["instrument"]
         coded = re.fullmatch(_CODE, self.component)
         return None, coded["instrument"] if coded else ""
 
@@ -153,13 +153,13 @@ def _by_instrument(channels: Sequence[Channel], chain: Sequence[int]) -> list[li
     """Return the channels of each instrument. A location counts if it is known of all channels. A
     channel of unknown code is of the only known instrument, or else of one of its own.
     """
-    known = [channels[number].instrument for number in chain]
-    located = all(location is not None for location, _ in known)
-    stated = {(location if located else None, code) for location, code in known if code}
+    instruments = [channels[number].instrument for number in chain]
+    located = all(location is not None for location, _ in instruments)
+    stated_codes = {(location if located else None, code) for location, code in instruments if code}
     groups: defaultdict[Hashable, list[int]] = defaultdict(list)
-    for number, (location, code) in zip(chain, known, strict=True):
+    for number, (location, code) in zip(chain, instruments, strict=True):
         own = (location if located else None, code)
-        groups[next(iter(stated)) if len(stated) == 1 else own].append(number)
+        groups[next(iter(stated_codes)) if len(stated_codes) == 1 else own].append(number)
     return list(groups.values())
 
 
@@ -167,9 +167,9 @@ def _by_start(channels: Sequence[Channel], numbers: Sequence[int]) -> list[list[
     """Return the channels that begin together, of channels in the order of their start times."""
     groups = [[numbers[0]]]
     for before, number in pairwise(numbers):
-        one, other = channels[before], channels[number]
-        late = other.span[0] - one.span[0]
-        if one.start_time == other.start_time or late <= SAME_TIME * one.time_step:
+        earlier, other = channels[before], channels[number]
+        late = other.span[0] - earlier.span[0]
+        if earlier.start_time == other.start_time or late <= SAME_TIME * earlier.time_step:
             groups[-1].append(number)
         else:
             groups.append([number])
@@ -194,7 +194,7 @@ def reasons_alone(channels: Sequence[Channel]) -> dict[str, str]:
     >>> reasons_alone([east, north])["CE.89146.00.HNE"][:64]
     'of the horizontals that overlap in time (CE.89146.00.HNE, CE.891'
     """
-    found: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     # A raw and a corrected file overlap too.
     for chain in _overlapping([channel._replace(source_format="") for channel in channels]):
         level = [n for n in sorted(chain) if channels[n].orientation is Orientation.HORIZONTAL]
@@ -205,8 +205,8 @@ def reasons_alone(channels: Sequence[Channel]) -> dict[str, str]:
         )
         for number in chain:
             others = [one for one in level if one != number]
-            found[channels[number].record_id] = beside if others else ALONE
-    return found
+            reasons[channels[number].record_id] = beside if others else ALONE
+    return reasons
 
 
 def recordings_of_channels(

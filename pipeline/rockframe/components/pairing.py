@@ -65,15 +65,15 @@ class HorizontalPair:
     vertical: Record | None = None
 
     def __post_init__(self) -> None:
-        one, other = self.first, self.second
+        first, other = self.first, self.second
         for partner in (other, self.vertical):
             if partner is not None:
-                _require_same_times(one, partner)
-        apart = (other.azimuth - one.azimuth) % 180.0
+                _require_same_times(first, partner)
+        apart = (other.azimuth - first.azimuth) % 180.0
         if not abs(apart - 90.0) <= _SQUARE:
             raise ParameterError(
-                f"azimuths {one.azimuth:g} and {other.azimuth:g} degrees of {one.record_id!r} and "
-                f"{other.record_id!r}. A pair has two stated azimuths, 90 degrees apart."
+                f"azimuths {first.azimuth:g} and {other.azimuth:g} degrees of {first.record_id!r} "
+                f"and {other.record_id!r}. A pair has two stated azimuths, 90 degrees apart."
             )
 
     def toward(self, azimuths: Iterable[float], series: Sequence[Float] | None = None) -> Float:
@@ -91,11 +91,11 @@ class HorizontalPair:
         -------
         array, shape (azimuths, samples)
         """
-        one, other = (
+        first, other = (
             (self.first.acceleration, self.second.acceleration) if series is None else series
         )
         factors = self.factors(azimuths)
-        return np.outer(factors[:, 0], one) + np.outer(factors[:, 1], other)
+        return np.outer(factors[:, 0], first) + np.outer(factors[:, 1], other)
 
     def factors(self, azimuths: Iterable[float]) -> Float:
         """Return the factors of both components in the motion toward each azimuth.
@@ -149,19 +149,19 @@ def pair_horizontals(
     given = list(records)
     alone = reasons_alone([Channel.of(record) for record in given])
     for motion in _motions(given):
-        known = [r for r in motion if r.orientation is Orientation.HORIZONTAL]
+        horizontals = [r for r in motion if r.orientation is Orientation.HORIZONTAL]
         unpaired += [
             _rejected(r, "direction unstated. Only horizontals of stated azimuth are paired.")
             for r in motion
             if r.orientation is Orientation.UNSTATED
         ]
         try:
-            if len(known) == 1:
-                raise ParameterError(alone[known[0].record_id])
-            if known:
-                pairs.append(_pair(known, motion))
+            if len(horizontals) == 1:
+                raise ParameterError(alone[horizontals[0].record_id])
+            if horizontals:
+                pairs.append(_pair(horizontals, motion))
         except ParameterError as error:
-            unpaired += [_rejected(r, str(error)) for r in known]
+            unpaired += [_rejected(r, str(error)) for r in horizontals]
     return tuple(pairs), tuple(unpaired)
 
 
@@ -223,9 +223,9 @@ def both_directions(
             if len(level) == 1:
                 raise ParameterError(alone[level[0].record_id])
             if level:
-                one, other, vertical = _together(level, motion)
-                crossing, remark = resolved(one, other)
-                motions.append(BothDirections(one, crossing, vertical, remark))
+                first, other, vertical = _together(level, motion)
+                crossing, remark = resolved(first, other)
+                motions.append(BothDirections(first, crossing, vertical, remark))
         except ParameterError as error:
             unpaired += [_rejected(record, str(error)) for record in level]
     return tuple(motions), tuple(unpaired)
@@ -253,14 +253,14 @@ def vertical_beside(records: Iterable[Record]) -> dict[str, Record]:
     >>> [vertical.component for vertical in vertical_beside(records).values()]
     ['UP', 'UP']
     """
-    found: dict[str, Record] = {}
+    vertical_of: dict[str, Record] = {}
     for motion in _motions(records):
         verticals = [r for r in motion if r.orientation.upright]
         for record in motion:
             beside = [r for r in verticals if _share_samples(record, r)]
             if not record.orientation.upright and len(beside) == 1:
-                found[record.record_id] = _at_times_of(record, beside[0])
-    return found
+                vertical_of[record.record_id] = _at_times_of(record, beside[0])
+    return vertical_of
 
 
 def resolved(one: Record, other: Record) -> tuple[Record, str]:
@@ -484,10 +484,10 @@ def placed(series: Float, first: int, count: int) -> Float:
     >>> placed(np.ones(3), 1, 3).tolist(), placed(np.ones(3), -1, 3).tolist()
     ([1.0, 1.0, 0.0], [0.0, 1.0, 1.0])
     """
-    found = np.zeros(count)
+    samples = np.zeros(count)
     kept = series[max(first, 0) : max(first + count, 0)]
-    found[max(-first, 0) :][: kept.size] = kept
-    return found
+    samples[max(-first, 0) :][: kept.size] = kept
+    return samples
 
 
 def _at_times_of(record: Record, other: Record) -> Record:
@@ -545,13 +545,13 @@ def _together(known: list[Record], motion: list[Record]) -> tuple[Record, Record
             f"{len(known)} horizontals of station {known[0].station!r}: {names}. A pair has two."
         )
     verticals = [r for r in motion if r.orientation.upright]
-    one, other = on_common_samples(known)
-    _warn_of_cut(known, one)
+    first, other = on_common_samples(known)
+    _warn_of_cut(known, first)
     vertical: list[Record] = []
-    if len(verticals) == 1 and _share_samples(one, other, verticals[0]):
+    if len(verticals) == 1 and _share_samples(first, other, verticals[0]):
         # the vertical must not cost the pair
-        one, other, *vertical = on_common_samples([*known, *verticals], 1.0)
-    return one, other, vertical[0] if vertical else None
+        first, other, *vertical = on_common_samples([*known, *verticals], 1.0)
+    return first, other, vertical[0] if vertical else None
 
 
 def _warn_of_cut(known: Sequence[Record], cut: Record) -> None:
@@ -576,15 +576,15 @@ def _same_step(one: Record, other: Record) -> bool:
 
 def _require_same_times(one: Record, other: Record) -> None:
     here, there = one.acceleration.size, other.acceleration.size
-    for what, value, another, same in (
+    for quantity, value, another, same in (
         ("start times", one.start_time, other.start_time, one.start_time == other.start_time),
         ("time steps [s]", one.time_step, other.time_step, _same_step(one, other)),
         ("numbers of samples", here, there, here == there),
     ):
         if not same:
             raise ParameterError(
-                f"{what} {value!r} and {another!r} of {one.record_id!r} and {other.record_id!r}. "
-                "Must be equal."
+                f"{quantity} {value!r} and {another!r} of {one.record_id!r} and {other.record_id!r}"
+                ". Must be equal."
             )
 
 

@@ -52,28 +52,28 @@ def rotate(pair: HorizontalPair, azimuth: float) -> Record:
     if not np.isfinite(azimuth):
         raise ParameterError(f"Invalid azimuth {azimuth!r} degrees. Must be finite.")
     azimuth %= 360.0
-    one, other = pair.first, pair.second
+    first, other = pair.first, pair.second
     end = f"-rotated-{azimuth:g}"
     step = (
-        f"rotation: toward azimuth {azimuth:g} degrees, from {one.record_id} "
-        f"({one.azimuth:g}) and {other.record_id} ({other.azimuth:g})"
+        f"rotation: toward azimuth {azimuth:g} degrees, from {first.record_id} "
+        f"({first.azimuth:g}) and {other.record_id} ({other.azimuth:g})"
     )
-    same_file = one.source_sha256 == other.source_sha256
+    same_file = first.source_sha256 == other.source_sha256
     return replace(
-        one,
-        record_id=within_length(one.record_id, LONGEST_ID - len(end)) + end,
+        first,
+        record_id=within_length(first.record_id, LONGEST_ID - len(end)) + end,
         acceleration=pair.toward([azimuth])[0],
         component=f"{azimuth:g}",
         orientation=Orientation.HORIZONTAL,
         azimuth=azimuth,
-        uncorrected=one.uncorrected or other.uncorrected,
+        uncorrected=first.uncorrected or other.uncorrected,
         peak_ratio=math.nan,
-        filter_low=float(np.fmax(one.filter_low, other.filter_low)),
-        filter_high=float(np.fmin(one.filter_high, other.filter_high)),
-        source_file=one.source_file if same_file else f"{one.source_file} {other.source_file}",
-        source_sha256=one.source_sha256 if same_file else "",
-        processing=(*one.processing, step),
-        trusted=tuple(dict.fromkeys((*one.trusted, *other.trusted))),
+        filter_low=float(np.fmax(first.filter_low, other.filter_low)),
+        filter_high=float(np.fmin(first.filter_high, other.filter_high)),
+        source_file=first.source_file if same_file else f"{first.source_file} {other.source_file}",
+        source_sha256=first.source_sha256 if same_file else "",
+        processing=(*first.processing, step),
+        trusted=tuple(dict.fromkeys((*first.trusted, *other.trusted))),
     )
 
 

@@ -240,7 +240,7 @@ def render(motions: Sequence[ExploredMotion], structures: Sequence[Structure]) -
         Structures to choose from; the first is shown.
     """
     records = [_record(motion) for motion in motions]
-    facts = {"records": records, "structures": [_structure(one) for one in structures]}
+    facts = {"records": records, "structures": [_structure(structure) for structure in structures]}
     parts = ("settings", "main")
     return render_page(Path(__file__).parent, parts, connect="'self'", facts=facts)
 

@@ -245,7 +245,7 @@ def _until_falling(
 
 def _rotation_limits(histories: Sequence[xr.Dataset]) -> tuple[float, float]:
     ratios = [float(history["peak_rotation_ratio"]) for history in histories]
-    furthest = max((min(one, DRAWN_TO) for one in ratios if not math.isnan(one)), default=0.0)
+    furthest = max((min(ratio, DRAWN_TO) for ratio in ratios if not math.isnan(ratio)), default=0.0)
     furthest = max(1.08 * furthest, 0.02)
     return -furthest, furthest
 

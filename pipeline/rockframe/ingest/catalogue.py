@@ -129,13 +129,13 @@ def read_entries(path: Path, kind: str, data: bytes) -> dict[str, CatalogueEntry
     from rockframe.ingest.flatfiles import READERS  # few folders have one
 
     try:
-        found = {key: CatalogueEntry(**fields) for key, fields in READERS[kind](path, data)}
+        entries = {key: CatalogueEntry(**fields) for key, fields in READERS[kind](path, data)}
     except (ValueError, LookupError, TypeError, OverflowError, OSError, csv.Error) as error:
         shown = " ".join(str(error).split())[:100]
         raise InputError(path, f"cannot be read as {kind}: {shown}.") from error
-    if not found:
+    if not entries:
         raise InputError(path, f"{kind} without records or events.")
-    return {key: replace(entry, source=entry.source or kind) for key, entry in found.items()}
+    return {key: replace(entry, source=entry.source or kind) for key, entry in entries.items()}
 
 
 #: Name of the catalogue in a folder of records.
@@ -273,11 +273,11 @@ def write_catalogue(path: Path, entries: Iterable[CatalogueEntry]) -> None:
     ...     read_catalogue(path)["PUL164.AT2"].magnitude
     6.6
     """
-    stated = list(entries)
-    known = {field for entry in stated for field in stated_facts(entry)}
-    known |= {TRUST for entry in stated if entry.trust}
-    columns = [name for name, field in _FIELDS.items() if name in COLUMNS or field in known]
-    values = ([getattr(entry, _FIELDS[name]) for name in columns] for entry in stated)
+    listed = list(entries)
+    fields = {field for entry in listed for field in stated_facts(entry)}
+    fields |= {TRUST for entry in listed if entry.trust}
+    columns = [name for name, field in _FIELDS.items() if name in COLUMNS or field in fields]
+    values = ([getattr(entry, _FIELDS[name]) for name in columns] for entry in listed)
     rows = ([*map(_cell, row)] for row in values)
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         write_rows(stream, [columns, *rows])
@@ -301,9 +301,9 @@ def stated_facts(entry: CatalogueEntry | None) -> dict[str, Any]:
     facts = {name: value for name, value in facts.items() if name not in _NO_FACTS}
     # compare types too: a magnitude of zero is a number, but equals the unknown site
     return {
-        name: one
-        for name, one in facts.items()
-        if one != "" and one is not SiteType.UNKNOWN and one == one
+        name: fact
+        for name, fact in facts.items()
+        if fact != "" and fact is not SiteType.UNKNOWN and fact == fact
     }
 
 
@@ -365,8 +365,8 @@ def _rows(path: Path, stream: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
     header = [name.strip() for name in next(rows, (1, []))[1]]
     for name in header:
         if name not in {**_FIELDS, **READING} or header.count(name) > 1:
-            known = ", ".join((*_FIELDS, *READING))
-            message = f"column {name!r} unknown or repeated. Must be one of: {known}."
+            allowed = ", ".join((*_FIELDS, *READING))
+            message = f"column {name!r} unknown or repeated. Must be one of: {allowed}."
             raise InputError(path, message, 1)
     if "file" not in header:
         raise InputError(path, "column 'file' missing.", line=1)
@@ -426,11 +426,11 @@ def _entry_of_row(path: Path, row: Mapping[str, str], line: int) -> CatalogueEnt
     sites = {"": SiteType.UNKNOWN, **{site.words: site for site in SiteType}}
     site = row.get("site", "").lower().replace(" ", "-")
     if site not in sites:
-        known = ", ".join(filter(None, sites))
-        raise InputError(path, f"site {site!r}. Must be one of: {known}.", line=line)
-    stated: dict[str, Any] = {"trust": parse_words(path, row.get(TRUST, ""), line)}
-    stated |= {"reading": parse_reading(path, row, line), "site_type": sites[site]}
-    return CatalogueEntry(**texts, **numbers, **stated)  # type: ignore[arg-type]
+        allowed = ", ".join(filter(None, sites))
+        raise InputError(path, f"site {site!r}. Must be one of: {allowed}.", line=line)
+    facts: dict[str, Any] = {"trust": parse_words(path, row.get(TRUST, ""), line)}
+    facts |= {"reading": parse_reading(path, row, line), "site_type": sites[site]}
+    return CatalogueEntry(**texts, **numbers, **facts)  # type: ignore[arg-type]
 
 
 def _number(path: Path, row: Mapping[str, str], column: str, line: int) -> float:

@@ -97,8 +97,8 @@ def collect(
     with closing(
         collect_sources(sources, options, progress, workers=workers, limits=limits)
     ) as readings:
-        for one in readings:
-            yield one.completed() if isinstance(one, Reading) else one
+        for reading in readings:
+            yield reading.completed() if isinstance(reading, Reading) else reading
 
 
 def collect_sources(
@@ -287,11 +287,11 @@ def _assign_ids(
 
 def _changed_since_fetch(readings: Sequence[Reading], source: Source) -> InputOutcome | None:
     """Return a rejection if the file differs from the one that was fetched."""
-    digests = [one.facts["source_sha256"] for one in readings]
+    digests = [reading.facts["source_sha256"] for reading in readings]
     if not source.sha256 or {*digests} == {source.sha256}:
         return None
-    found, stated = digests[0][:12], source.sha256[:12]
-    reason = f"changed since it was fetched: SHA-256 {found}..., but {stated}... in request.json."
+    now, fetched = digests[0][:12], source.sha256[:12]
+    reason = f"changed since it was fetched: SHA-256 {now}..., but {fetched}... in request.json."
     return InputOutcome(source.name, reason)
 
 
@@ -333,7 +333,7 @@ def _unused_ids(
     readings: Sequence[Reading], source: Source, owners: Owners
 ) -> list[str] | InputOutcome:
     """Return and register unused identifiers, or a rejection if all are in use."""
-    names, facts = [one.record.record_id for one in readings], readings[0].facts
+    names, facts = [reading.record.record_id for reading in readings], readings[0].facts
     file, digest = _display_name(facts["source_file"], source), facts["source_sha256"]
     same = next((name for name in names if name.casefold() in owners), "")
     owner, of_owner = owners.get(same.casefold(), ("", digest))

@@ -146,19 +146,19 @@ def sources_of(
     """
     requested = [Path(path) for path in paths]
     replaced = {path.resolve() for path in outputs}
-    found: list[Source] = []
+    sources: list[Source] = []
     for path, called in zip(requested, folder_names(requested), strict=True):
         if not _exists(path):
             raise InputError(path, "no such file or folder.")
         if not path.is_dir():
-            found.append(Source(path, printable(path.name), catalogue or {}, requested=True))
+            sources.append(Source(path, printable(path.name), catalogue or {}, requested=True))
             continue
         within = list(_files_in(path, _entries(path), "", catalogue, replaced))
         if not any(source.is_read or source.refusal for source in within):
             raise InputError(path, "the folder contains no record files.")
         before = f"{called}/" if len(requested) > 1 else ""
-        found += [replace(source, name=before + source.name) for source in within]
-    return found
+        sources += [replace(source, name=before + source.name) for source in within]
+    return sources
 
 
 def _files_in(
@@ -171,7 +171,7 @@ def _files_in(
     """Yield the files of a folder, then those of its subfolders."""
     present = {path.name for path in entries}
     own, others, faults = _catalogues(entries if catalogue is None else [])
-    known = {**own, **(catalogue or {})}
+    listed = {**own, **(catalogue or {})}
     received = _fetched_sha256(folder / _REQUEST)
     folders = []
     for path in entries:
@@ -181,7 +181,7 @@ def _files_in(
             folders.append(path)
         else:
             yield Source(
-                path, name, known, note, refusal, received.get(path.name, ""), others=others
+                path, name, listed, note, refusal, received.get(path.name, ""), others=others
             )
     # Metadata under a misspelt file name must not be lost silently.
     for missing in {**own, **received}:
@@ -369,7 +369,7 @@ def _read(
     except InputError as error:
         raise type(error)(content.where, error.reason, error.line) from None
     readings = [Reading(record, {"source_file": content.name, **source}) for record in records]
-    return readings, [replace(one, file=f"{content.name}:{one.file}") for one in left_out]
+    return readings, [replace(row, file=f"{content.name}:{row.file}") for row in left_out]
 
 
 def read_file(
@@ -441,11 +441,11 @@ def companions(path: Path, data: bytes) -> list[Content]:
     >>> [c.name for c in companions(Path("a.gz"), gzip.compress(b"<FDSNStationXML"))]
     []
     """
-    found: list[Content] = []
+    beside: list[Content] = []
     if is_archive(data[:ARCHIVE_HEAD]):
         with suppress(InputError):  # reading the records reports what is wrong with the archive
-            found += (c for c in contents(path, data) if describes_records(c.path, c.data))
-    return found
+            beside += (c for c in contents(path, data) if describes_records(c.path, c.data))
+    return beside
 
 
 def with_archived(options: ReadOptions, path: Path, within: list[Content]) -> ReadOptions:
@@ -520,7 +520,7 @@ def read_outcomes(path: Path, options: ReadOptions) -> Iterator[list[Reading] | 
 
 def _catalogues_within(within: Iterable[Content]) -> tuple[_Catalogues, dict[str, InputOutcome]]:
     """Return the catalogues in an archive in order of precedence, and the corrupted catalogues."""
-    found: _Catalogues = {}
+    catalogues: _Catalogues = {}
     faults: dict[str, InputOutcome] = {}
     for content in within:
         if not is_station_xml(content.path, content.data):
@@ -531,8 +531,8 @@ def _catalogues_within(within: Iterable[Content]) -> tuple[_Catalogues, dict[str
             except InputError as error:
                 faults[content.name] = _rejection(content.name, error)
             else:
-                found[folder] = {**found.get(folder, {}), **entries}
-    return dict(sorted(found.items())), faults
+                catalogues[folder] = {**catalogues.get(folder, {}), **entries}
+    return dict(sorted(catalogues.items())), faults
 
 
 def _missing(catalogues: _Catalogues, names: Iterable[str]) -> Iterator[InputOutcome]:
@@ -573,11 +573,11 @@ def _outcomes(
     if readings:
         yield [
             Reading(
-                one.record,
-                {**one.facts, **facts_for_record(others, one.record, names)},
-                facts_for_record(own, one.record, names),
+                reading.record,
+                {**reading.facts, **facts_for_record(others, reading.record, names)},
+                facts_for_record(own, reading.record, names),
             )
-            for one in readings
+            for reading in readings
         ]
     yield from left_out
 

@@ -143,7 +143,7 @@ def _quakeml(path: Path, data: bytes) -> _Entries:
     for event in quakeml_events(path, data):
         origin = event.preferred_origin() or (event.origins or [None])[0]
         size = event.preferred_magnitude() or (event.magnitudes or [None])[0]
-        names = [one.text for one in event.event_descriptions if one.text]
+        names = [description.text for description in event.event_descriptions if description.text]
         entry = dict[str, Any](
             event=names[0] if names else "",
             magnitude=_finite(path, size.mag) if size else math.nan,
@@ -164,7 +164,7 @@ def _shakemap(_path: Path, data: bytes) -> _Entries:
             "distance_hypocentral": distances.get("rhypo"),
             "vs30": properties.get("vs30"),
         }
-        known: dict[str, Any] = {
+        facts: dict[str, Any] = {
             name: float(value)
             for name, value in numbers.items()
             if isinstance(value, int | float) and math.isfinite(value) and value >= 0.0
@@ -172,7 +172,7 @@ def _shakemap(_path: Path, data: bytes) -> _Entries:
         if str(properties.get("station_type", "seismic")) == "seismic":
             code = str(properties["code"]).rpartition(".")[2]
             network = str(properties.get("network") or "")
-            entry = dict[str, Any](station=code, network=network, by_station=True, **known)
+            entry = dict[str, Any](station=code, network=network, by_station=True, **facts)
             yield f"{network}.{code}", entry
 
 
@@ -217,7 +217,7 @@ def _under(files: list[str], number: str, entry: dict[str, Any]) -> _Entries:
 
 def _numbers(path: Path, line: int, row: Mapping[str, str], columns: Mapping[str, str]) -> Any:
     """Return the numbers of a row by field; -, N/A, -999 and similar texts mean unknown."""
-    found = {}
+    numbers = {}
     for column, field in columns.items():
         token = row.get(column, "")
         if token.strip("-") and token.upper() not in {"N/A", "NA", "NAN"}:
@@ -226,8 +226,8 @@ def _numbers(path: Path, line: int, row: Mapping[str, str], columns: Mapping[str
             except ValueError:
                 raise InputError(path, f"{column} {token!r}. Must be a number.", line) from None
             if value >= 0.0 or (field == "magnitude" and value > -10.0):
-                found[field] = value
-    return found
+                numbers[field] = value
+    return numbers
 
 
 def _depth(row: Mapping[str, str]) -> float:

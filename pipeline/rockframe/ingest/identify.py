@@ -339,7 +339,7 @@ def site_of_station(name: str) -> SiteType:
     'UNKNOWN'
     """
     # A name such as "Roof and free field" lists several locations, so it is ambiguous.
-    stated = [
+    sites = [
         site
         for pattern, site in (
             (_FREE_FIELD, SiteType.FREE_FIELD),
@@ -348,7 +348,7 @@ def site_of_station(name: str) -> SiteType:
         )
         if pattern.search(name)
     ]
-    return stated[0] if len(stated) == 1 else SiteType.UNKNOWN
+    return sites[0] if len(sites) == 1 else SiteType.UNKNOWN
 
 
 def site_of_location(location: str) -> SiteType:
@@ -434,11 +434,11 @@ def place_in(text: str) -> tuple[float, float]:
     >>> place_in("STATION NO. 14403   33.929N, 118.260W"), place_in("STATION")
     ((33.929, -118.26), (0.0, 0.0))
     """
-    found = _PLACE.search(text)
-    if not found:
+    match = _PLACE.search(text)
+    if not match:
         return 0.0, 0.0
-    north, east = float(found[1]), float(found[3])
-    return north * (-1 if found[2] in "sS" else 1), east * (-1 if found[4] in "wW" else 1)
+    north, east = float(match[1]), float(match[3])
+    return north * (-1 if match[2] in "sS" else 1), east * (-1 if match[4] in "wW" else 1)
 
 
 def distances(
@@ -460,11 +460,11 @@ def distances(
     >>> distances((0.0, 1.0), (0.0, 2.0), 10.0)
     {'epicentral_distance': 111.2, 'distance_hypocentral': 111.6}
     """
-    known = all(
+    is_placed = all(
         abs(north) <= 90.0 and abs(east) <= 360.0 and (north, east) != (0.0, 0.0)
         for north, east in (event, station)
     )
-    if not known:
+    if not is_placed:
         return {}
     (north, east), (other_north, other_east) = (
         map(math.radians, place) for place in (event, station)
@@ -472,7 +472,7 @@ def distances(
     half = math.sin((north - other_north) / 2.0) ** 2
     half += math.cos(north) * math.cos(other_north) * math.sin((east - other_east) / 2.0) ** 2
     epicentral = 2.0 * _RADIUS * math.asin(min(1.0, math.sqrt(half)))
-    found = {"epicentral_distance": round(epicentral, 1)}
+    facts = {"epicentral_distance": round(epicentral, 1)}
     if depth >= 0.0:
-        found["distance_hypocentral"] = round(math.hypot(epicentral, depth), 1)
-    return found
+        facts["distance_hypocentral"] = round(math.hypot(epicentral, depth), 1)
+    return facts

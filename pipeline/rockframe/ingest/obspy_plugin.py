@@ -116,7 +116,7 @@ class Plugin:
 
 
 #: Plug-ins by their name in obspy.
-PLUGINS: Final = {known.obspy_name: Plugin(known) for known in FORMATS if known.obspy_name}
+PLUGINS: Final = {reader.obspy_name: Plugin(reader) for reader in FORMATS if reader.obspy_name}
 
 
 def __getattr__(name: str) -> Plugin:
@@ -234,8 +234,8 @@ def _factor(trace: Trace, units: str | None) -> float:
 
 def _package_stats(trace: Trace) -> dict[str, Any]:
     """Return the stats that a reader of this package stored in the trace."""
-    found = trace.stats.get(str(trace.stats.get("_format", "")).lower())
-    return dict(found) if isinstance(found, dict) or hasattr(found, "keys") else {}
+    header = trace.stats.get(str(trace.stats.get("_format", "")).lower())
+    return dict(header) if isinstance(header, dict) or hasattr(header, "keys") else {}
 
 
 def _content(trace: Trace, factor: float) -> bytes:

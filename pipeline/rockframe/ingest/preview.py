@@ -108,9 +108,9 @@ def preview(path: str | Path, options: ReadOptions = NO_OPTIONS) -> Preview:
     records, missing, refusal = _tried(
         lambda trial: [one.completed() for one in read_content(content, trial)], options
     )
-    notes = [note.removeprefix(NOTE) for one in records[:1] for note in one.processing]
+    notes = [note.removeprefix(NOTE) for record in records[:1] for note in record.processing]
     words = ", ".join(notes).split(", ") if records and records[0].processing else []
-    named = {one.option for one in missing}
+    named = {lack.option for lack in missing}
     unstated = 2 if named & {"--units", "--time-step-s"} else 0
     return Preview(
         name,
@@ -165,7 +165,7 @@ def _tried(
 def _difficulty(outcome: _Outcome) -> tuple[bool, bool, bool, int]:
     """Return what is worse in an outcome: a refusal, a contradiction, no times, another option."""
     _, missing, refusal = outcome
-    options = [one.option for one in missing]
+    options = [lack.option for lack in missing]
     return bool(refusal), "--trust" in options, "--time-step-s" in options, len(missing)
 
 

@@ -147,7 +147,7 @@ def _read_unclaimed(path: Path, data: bytes, options: ReadOptions) -> list[Recor
 
 
 _TABLE: Final = replace(
-    next(known for known in FORMATS if known.name == "acceleration_text"), read=_read_unclaimed
+    next(reader for reader in FORMATS if reader.name == "acceleration_text"), read=_read_unclaimed
 )
 
 
@@ -176,7 +176,7 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
     if len(claims) == 1:
         return claims[0]
     if claims:
-        names = ", ".join(known.name for known in claims)
+        names = ", ".join(claim.name for claim in claims)
         raise InputError(source, f"ambiguous format: {names} all recognise it.")
     if _is_caltech(head):
         raise InputError(
@@ -225,7 +225,9 @@ def read_bytes(
     chosen, source = identified(Path(path), data, file_format, options)
     whole = replace(chosen, read_streams=None)  # an error if no stream can be used
     records, _ = read_format(whole, Path(path), data, options, [Path(path).name])
-    return [replace(one, source_file=source_file or Path(path).name, **source) for one in records]
+    return [
+        replace(record, source_file=source_file or Path(path).name, **source) for record in records
+    ]
 
 
 def read_format(
@@ -283,8 +285,10 @@ def _recognised(path: Path, data: bytes, options: ReadOptions) -> Format:
 
 def _claims(head: bytes) -> list[Format]:
     """Return the formats that recognise a file; those without a mark only if no other does."""
-    marked = [known for known in FORMATS if known.name not in UNMARKED and known.sniff(head)]
-    return marked or [known for known in FORMATS if known.name in UNMARKED and known.sniff(head)]
+    marked = [reader for reader in FORMATS if reader.name not in UNMARKED and reader.sniff(head)]
+    return marked or [
+        reader for reader in FORMATS if reader.name in UNMARKED and reader.sniff(head)
+    ]
 
 
 def _is_caltech(head: bytes) -> bool:

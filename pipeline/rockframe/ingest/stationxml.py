@@ -168,8 +168,8 @@ def _given(trace: Any, sensitivity: float) -> ChannelResponse:
 
 def _find(path: Path, trace: Any, files: list[Content]) -> ChannelResponse:
     epochs = [(file, channel) for file in files for channel in _epochs(file, trace)]
-    covering = [one for one in epochs if _covers(one[1], trace)]
-    crossed = [] if covering else [one for one in epochs if _touches(one[1], trace)]
+    covering = [epoch for epoch in epochs if _covers(epoch[1], trace)]
+    crossed = [] if covering else [epoch for epoch in epochs if _touches(epoch[1], trace)]
     if not covering and not _adjoin([channel for _, channel in crossed], trace):
         raise _none_found(path, trace, files, epochs)
     (file, channel), *others = covering or crossed
@@ -190,8 +190,8 @@ def _none_found(
     """Return the error for a trace that no epoch covers."""
     begins, ends = trace.stats.starttime, trace.stats.endtime
     if epochs:
-        stated = "; ".join(f"{_period(channel)} ({file.name})" for file, channel in epochs[:3])
-        message = f"StationXML describes {trace.id} for other times: {stated}."
+        periods = "; ".join(f"{_period(channel)} ({file.name})" for file, channel in epochs[:3])
+        message = f"StationXML describes {trace.id} for other times: {periods}."
         return InputError(path, f"{message} The record lasts from {begins} to {ends}.")
     looked = ", ".join(dict.fromkeys(file.name for file in files)) or "none that names the station"
     message = f"no StationXML of {trace.id} at {begins} (looked at: {looked})."
@@ -218,14 +218,14 @@ def _touches(channel: Any, trace: Any) -> bool:
 
 def _adjoin(channels: list[Any], trace: Any) -> bool:
     """Return True if epochs together cover a trace; one begins at most a second after another."""
-    known = trace.stats.starttime
+    start = trace.stats.starttime
     if not channels:
         return False
-    for channel in sorted(channels, key=lambda one: one.start_date or known):
-        if channel.start_date is not None and channel.start_date > known + 1.0:
+    for channel in sorted(channels, key=lambda one: one.start_date or start):
+        if channel.start_date is not None and channel.start_date > start + 1.0:
             return False
-        known = max(known, channel.end_date or trace.stats.endtime)
-    return bool(known >= trace.stats.endtime)
+        start = max(start, channel.end_date or trace.stats.endtime)
+    return bool(start >= trace.stats.endtime)
 
 
 def _period(channel: Any) -> str:
@@ -352,14 +352,14 @@ def _channel_response(content: Content, channel: Any, trace: Any) -> ChannelResp
 def _metres_per_second_squared(file: Path, name: str, units: str) -> float:
     if units.strip().lower() == "g":
         return GRAVITY
-    found = _UNITS.fullmatch(units.strip())
-    if not found:
+    match = _UNITS.fullmatch(units.strip())
+    if not match:
         message = f"sensitivity of {name} per {units!r}. Must be per m/s**2 or g."
         raise InputError(file, f"{message} Otherwise state it with --sensitivity-counts-s2-m.")
-    if not (found["square"] or found["per"].startswith("(")):
+    if not (match["square"] or match["per"].startswith("(")):
         message = f"sensitivity of {name} per {units!r}, a velocity, not an acceleration."
         raise InputError(file, message)
-    return _PREFIXES[found["prefix"].lower()]
+    return _PREFIXES[match["prefix"].lower()]
 
 
 def _stage_gain(file: Path, name: str, response: Any) -> float | None:
@@ -368,12 +368,12 @@ def _stage_gain(file: Path, name: str, response: Any) -> float | None:
     gains = [stage.stage_gain for stage in stages]
     if not stages or None in gains:  # the gains are incomplete
         return None
-    stated = str(response.instrument_sensitivity.input_units)
-    units = str(stages[0].input_units or stated)
+    input_units = str(response.instrument_sensitivity.input_units)
+    units = str(stages[0].input_units or input_units)
     try:
         return float(math.prod(gains)) / _metres_per_second_squared(file, name, units)
     except InputError:
-        message = f"first stage of {name} is per {units!r}, its sensitivity per {stated!r}."
+        message = f"first stage of {name} is per {units!r}, its sensitivity per {input_units!r}."
         raise InputError(file, f"{message} Both must be accelerations.") from None
 
 

@@ -75,9 +75,9 @@ def tops(
     for i in range(products.shape[0]):
         for j in range(products.shape[1]):
             for n in range(kinds.size):
-                one = products[i, j, kinds[n] % 2, start : stop + 1]
+                row = products[i, j, kinds[n] % 2, start : stop + 1]
                 for k in range(within + 1):
-                    power[k] = one[k] * one[k]
+                    power[k] = row[k] * row[k]
                 if kinds[n] == 2:
                     other = products[i, j, 1, start : stop + 1]
                     for k in range(within + 1):
@@ -89,7 +89,7 @@ def tops(
                     top += 1
                 found[i, j, n] = power[top]
                 if within > 1:  # a parabola fits the product of one part better than its square
-                    heights = power if kinds[n] == 2 else one
+                    heights = power if kinds[n] == 2 else row
                     between = _square_between(heights, top, within - 1, beyond, kinds[n])
                     found[i, j, n] = max(found[i, j, n], between)
 

@@ -160,8 +160,8 @@ def best_ricker(matches: Mapping[str, PulseMatch]) -> str:
     The Ricker wavelet of any phase and that of Mavroeidis and Papageorgiou have more parameters,
     so they explain more of every record. This does not mean that they suit the record better.
     """
-    known = [name for name in matches if name in RICKERS] or list(matches)
-    return known[best_match([matches[name] for name in known])]
+    matched = [name for name in matches if name in RICKERS] or list(matches)
+    return matched[best_match([matches[name] for name in matched])]
 
 
 def _best(
@@ -217,17 +217,20 @@ def _candidates(
     down = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     around = np.maximum(np.maximum(down[:, :-2], down[:, 1:-1]), down[:, 2:])
     peaks = np.argwhere(weighted >= np.maximum(around, _NEARLY * weighted.max()))
-    found = []
+    candidates = []
     for i, j in peaks.tolist():
         period, number = float(heights.periods[i]), heights.half_cycles[j]
         factor = float(signal.weighting.of_square(heights.periods[i]))
         for square, time in summits(signal, wavelet, period, number, _NEARLY):
-            found.append((factor * square, period, time, number))
-    least = _NEARLY * max(one[0] for one in found)
-    found = sorted((one for one in found if one[0] >= least), key=lambda one: (-one[0], one[2]))
+            candidates.append((factor * square, period, time, number))
+    least = _NEARLY * max(candidate[0] for candidate in candidates)
+    candidates = sorted(
+        (candidate for candidate in candidates if candidate[0] >= least),
+        key=lambda one: (-one[0], one[2]),
+    )
     # the first and the last may be at an end of the record, where the grid errs most
-    ends = [choose(found, key=lambda one: one[2]) for choose in (min, max)]
-    return [one[1:] for one in dict.fromkeys([*found[:_LOCATED], *ends])]
+    ends = [choose(candidates, key=lambda candidate: candidate[2]) for choose in (min, max)]
+    return [one[1:] for one in dict.fromkeys([*candidates[:_LOCATED], *ends])]
 
 
 def _outside(pulse: Pulse, duration: float) -> float:
@@ -287,10 +290,10 @@ def match_curve(
     low, high = period_range(samples.size, time_step, options)
     signal = prepared(samples, time_step, options, high)
     periods = ladder(low, high, _PER_OCTAVE)
-    found = search(signal, periods, options.wavelet, options.half_cycles, _FINENESS)
+    best = search(signal, periods, options.wavelet, options.half_cycles, _FINENESS)
     return periods, {
         name: np.sqrt(np.minimum(1.0, heights.power[0].max(axis=1) / signal.energy))
-        for name, heights in found.items()
+        for name, heights in best.items()
     }
 
 
@@ -343,8 +346,8 @@ def scalogram(
     [1, 500]
     """
     if wavelet not in _PYWAVELETS:
-        known = ", ".join(_PYWAVELETS)
-        raise ParameterError(f"Invalid wavelet {wavelet!r}. Must be one of: {known}.")
+        allowed = ", ".join(_PYWAVELETS)
+        raise ParameterError(f"Invalid wavelet {wavelet!r}. Must be one of: {allowed}.")
     name, rate = _PYWAVELETS[wavelet]
     scales = np.asarray(periods) / (rate * time_step)
     coefficients, _ = pywt.cwt(acceleration, scales, name, method="fft", precision=14)

@@ -167,8 +167,8 @@ def likeness(
     levels = np.quantile(drawn, (0.5, 1.0 - LEVEL), axis=1)
     numbers = zip(beaten, own[:, 0].tolist(), *levels.tolist(), strict=True)
     return {
-        name: _judged(matches[name], drawn.shape[1], *found)
-        for name, found in zip(options.wavelet, numbers, strict=True)
+        name: _judged(matches[name], drawn.shape[1], *number)
+        for name, number in zip(options.wavelet, numbers, strict=True)
     }
 
 
@@ -255,9 +255,9 @@ def _indices(samples: Samples, time_step: float, options: PulseOptions) -> Float
     signal = prepared(samples, time_step, options, periods[1])
     half_cycles = np.linspace(1.0, options.most_half_cycles, _HALF_CYCLES).tolist()
     rungs = ladder(*periods, _PER_OCTAVE)
-    found = search(signal, rungs, options.wavelet, half_cycles, _FINENESS, nearly=1.0)
+    indices = search(signal, rungs, options.wavelet, half_cycles, _FINENESS, nearly=1.0)
     energy = np.square(signal.samples).sum(axis=1, dtype=np.float64) * time_step
-    best = np.stack([found[name].power.max(axis=2) for name in options.wavelet])
+    best = np.stack([indices[name].power.max(axis=2) for name in options.wavelet])
     rung = (best * Weighting(options.weighting).of_square(rungs)).argmax(axis=2, keepdims=True)
     return np.asarray(np.sqrt(np.take_along_axis(best, rung, 2)[..., 0] / energy))
 
@@ -359,13 +359,13 @@ def pulses_or_reasons(
     task : sequence
         Records, each with the options of its search.
     """
-    found: list[tuple[str, RecordPulses | None, str]] = []
+    results: list[tuple[str, RecordPulses | None, str]] = []
     for record, options in task:
         try:
-            found.append((record.record_id, find_pulses(record, options=options), ""))
+            results.append((record.record_id, find_pulses(record, options=options), ""))
         except ParameterError as error:
-            found.append((record.record_id, None, str(error)))
-    return found
+            results.append((record.record_id, None, str(error)))
+    return results
 
 
 def _find_pulses(
@@ -389,7 +389,7 @@ def _runners_up(
     """Search the residual repeatedly, at most until nothing is left of it."""
     time = time_step * np.arange(acceleration.size)
     alone = options.replaced(wavelet=(best.pulse.wavelet,), pulse_wavelet=None)
-    rest, found, match = acceleration, list[RunnerUp](), best
+    rest, runners, match = acceleration, list[RunnerUp](), best
     whole = float(acceleration @ acceleration)
     for _ in range(options.runners_up):
         rest = rest - match.pulse.acceleration(time)
@@ -398,8 +398,8 @@ def _runners_up(
         match = match_pulses(rest, time_step, alone)[best.pulse.wavelet]
         further = rest - match.pulse.acceleration(time)
         share = float(rest @ rest - further @ further) / whole
-        found.append(RunnerUp(match=match, energy_share=share))
-    return tuple(found)
+        runners.append(RunnerUp(match=match, energy_share=share))
+    return tuple(runners)
 
 
 #: Constant, factor of the peak ratio and factor of the energy ratio in the published regression.

@@ -105,19 +105,19 @@ def search(
     """
     weight = signal.weighting.of_square(periods)
     signals = np.atleast_2d(signal.samples).shape[0]
-    known = {}
+    spectra = {}
     for span in _spans(wavelets):
         numbers, served = _numbers(span, half_cycles), _served(span, wavelets)
         parts = [part for number in numbers for part in WAVELETS[span].parts(number)]
         far = np.max([(part.core, part.reach) for part in parts], axis=0)
         heights = np.zeros((signals, periods.size, len(numbers), len(served)))
-        known[span] = (numbers, served, far, heights)
+        spectra[span] = (numbers, served, far, heights)
     # long periods first: they take little time, and limit the times to search at shorter ones
     for rungs in _octaves(periods)[::-1]:
         chosen = periods[rungs]
         least = math.ceil(fineness * signal.period / float(chosen[0]))
         band, (_, within, beyond) = _band(signal, least), _resampled(signal, least)
-        for span, (numbers, served, far, heights) in known.items():
+        for span, (numbers, served, far, heights) in spectra.items():
             best = (heights * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
             floor = nearly * best / weight[rungs].max()
             part, rows, times = strong_stretch(band, within, far * chosen[-1], floor)
@@ -125,11 +125,11 @@ def search(
             each = max(1, _TOGETHER // (2 * max(1, rows.size) * chosen.size * part.padded))
             for k in range(0, len(numbers) if rows.size else 0, each):
                 some = tuple(numbers[k : k + each])
-                found = largest(part, times, beyond, chosen, span, some, kinds)
-                heights[rows, rungs, k : k + each] = found
+                crests = largest(part, times, beyond, chosen, span, some, kinds)
+                heights[rows, rungs, k : k + each] = crests
     all_heights = {
         name: Heights(periods, tuple(numbers), heights[..., i])
-        for numbers, served, _, heights in known.values()
+        for numbers, served, _, heights in spectra.values()
         for i, name in enumerate(served)
     }
     return {name: all_heights[name] for name in wavelets}
@@ -209,10 +209,10 @@ def largest(
     match_lines(spectrum, shape, lines, table)
     products = scipy.fft.irfft(table, signal.padded, overwrite_x=True)
     count = len(half_cycles)
-    found = np.empty((sizes[0], periods.size * count, kinds.size))
+    highest = np.empty((sizes[0], periods.size * count, kinds.size))
     split = (sizes[0], periods.size * count, shape.shape[0] // count, signal.padded)
-    tops(products.reshape(split), times.start, times.stop, beyond, kinds, found)
-    squares = found.reshape(*sizes, count, kinds.size)
+    tops(products.reshape(split), times.start, times.stop, beyond, kinds, highest)
+    squares = highest.reshape(*sizes, count, kinds.size)
     return squares * (periods[:, None, None] / signal.time_step**2)
 
 
@@ -534,12 +534,12 @@ def _crests(near: Refined, points: Float) -> Float:
     crest_times(
         spectra, signal.spectrum, step, energies, (near.time - start) / periods, ends, close, sums
     )
-    found = np.empty((len(points), 4 + energies.shape[1]))
-    found[:, 0], found[:, 1] = periods, start + sums[:, 0] * periods
-    np.divide(sums[:, 1:], periods[:, None] * energies, out=found[:, 4:])
-    found[:, 3] = (sums[:, 1:] * found[:, 4:]).sum(axis=1)
-    found[:, 2] = found[:, 3] * signal.weighting.of_square(periods)
-    return found
+    crests = np.empty((len(points), 4 + energies.shape[1]))
+    crests[:, 0], crests[:, 1] = periods, start + sums[:, 0] * periods
+    np.divide(sums[:, 1:], periods[:, None] * energies, out=crests[:, 4:])
+    crests[:, 3] = (sums[:, 1:] * crests[:, 4:]).sum(axis=1)
+    crests[:, 2] = crests[:, 3] * signal.weighting.of_square(periods)
+    return crests
 
 
 def _variables(point: Refined) -> Float:
@@ -585,8 +585,8 @@ def _newton_move(
     held = target != x + move
     if held.any() and x.size == 2:  # at a corner, leave it along the bound that leads uphill
         slides = [_slide(slope, bend, target - x, k) for k in np.flatnonzero(held).tolist()]
-        slides = [np.minimum(np.maximum(x + one, low), high) - x for one in slides]
-        move = max(slides, key=lambda one: float(one @ (slope + 0.5 * bend @ one)))
+        slides = [np.minimum(np.maximum(x + slide, low), high) - x for slide in slides]
+        move = max(slides, key=lambda slide: float(slide @ (slope + 0.5 * bend @ slide)))
     return move + x - start, (x, slope), bend
 
 

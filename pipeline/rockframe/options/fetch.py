@@ -65,7 +65,7 @@ class FetchOptions(Options):
     """
 
     conditions: ClassVar[Conditions] = dict.fromkeys(
-        ("before", "after"), Condition("event or origin", lambda one: one.start is None)
+        ("before", "after"), Condition("event or origin", lambda options: options.start is None)
     )
 
     url: Url
@@ -114,9 +114,9 @@ class FetchOptions(Options):
 
     @model_validator(mode="after")
     def _states_one_source(self) -> Self:
-        stated = sum(map(bool, (self.event, self.origin, self.start or self.end)))
-        if stated != 1:
-            raise rule(f"{stated} of event, origin and start are given. Give exactly one of them")
+        sources = sum(map(bool, (self.event, self.origin, self.start or self.end)))
+        if sources != 1:
+            raise rule(f"{sources} of event, origin and start are given. Give exactly one of them")
         for name in ("latitude", "longitude", "magnitude", "event_name"):
             given = getattr(self, name) not in (None, "")
             if given and self.origin is None:

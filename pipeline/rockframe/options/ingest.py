@@ -289,8 +289,8 @@ class IngestOptions(FileOptions):
     """Options of reading and processing record files."""
 
     conditions: ClassVar[Conditions] = {
-        "catalogue_columns": Condition("catalogue", lambda one: one.catalogue is not None),
-        "rest_s": Condition("sequence", lambda one: one.sequence is not None),
+        "catalogue_columns": Condition("catalogue", lambda options: options.catalogue is not None),
+        "rest_s": Condition("sequence", lambda options: options.sequence is not None),
     }
 
     band_pass_hz: Annotated[Range | None, Field(examples=[(0.1, 40.0)])] = None

@@ -92,9 +92,9 @@ def _descriptions(model: type) -> dict[str, str]:
         source = textwrap.dedent(inspect.getsource(model))
     except (OSError, TypeError):  # a model that the package makes from others
         return {}
-    (stated,) = ast.parse(source).body
+    (definition,) = ast.parse(source).body
     texts = {}
-    for field, below in itertools.pairwise(getattr(stated, "body", ())):
+    for field, below in itertools.pairwise(getattr(definition, "body", ())):
         if isinstance(field, ast.AnnAssign) and isinstance(below, ast.Expr):
             texts[ast.unparse(field.target)] = inspect.cleandoc(ast.literal_eval(below.value))
     return texts
@@ -184,7 +184,7 @@ class Options(BaseModel, metaclass=_OneLine):
 
 
 #: The distance to the site of a hazard file matters where its place is stated.
-OF_SITE: Final = Condition("hazard_site", lambda one: one.hazard_site is not None)
+OF_SITE: Final = Condition("hazard_site", lambda options: options.hazard_site is not None)
 
 
 def rule(message: str) -> PydanticCustomError:
@@ -262,8 +262,8 @@ def options_within(annotation: Any) -> type | None:
         issubclass(annotation, Options) or is_dataclass(annotation)
     ):
         return annotation
-    found = (options_within(inner) for inner in get_args(annotation))
-    return next((model for model in found if model is not None), None)
+    within = (options_within(inner) for inner in get_args(annotation))
+    return next((model for model in within if model is not None), None)
 
 
 #: Largest number of values in a list; a longer list is probably a mistake.
@@ -366,8 +366,8 @@ PositiveNumbers = Annotated[Numbers, AfterValidator(_above_zero)]
 
 def _known_units(units: str) -> str:
     if units not in ACCELERATION_UNITS:
-        known = ", ".join(ACCELERATION_UNITS)
-        raise value_error(f"{units!r}. Must be one of: {known}")
+        allowed = ", ".join(ACCELERATION_UNITS)
+        raise value_error(f"{units!r}. Must be one of: {allowed}")
     return units
 
 

@@ -50,11 +50,11 @@ class PulseOptions(Options):
 
     conditions: ClassVar[Conditions] = {
         **dict.fromkeys(
-            ("scrambling", "seed"), Condition("surrogates", lambda one: one.surrogates > 0)
+            ("scrambling", "seed"), Condition("surrogates", lambda options: options.surrogates > 0)
         ),
         "most_half_cycles": Condition(
             "wavelet mavroeidis_papageorgiou",
-            lambda one: "mavroeidis_papageorgiou" in one.wavelet,
+            lambda options: "mavroeidis_papageorgiou" in options.wavelet,
         ),
     }
 
@@ -83,9 +83,9 @@ class PulseOptions(Options):
     @model_validator(mode="after")
     def _is_matched(self) -> Self:
         if self.pulse_wavelet is not None and self.pulse_wavelet not in self.wavelet:
-            known = ", ".join(self.wavelet)
+            allowed = ", ".join(self.wavelet)
             raise rule(
-                f"pulse_wavelet {self.pulse_wavelet!r} is not matched. Must be one of: {known}",
+                f"pulse_wavelet {self.pulse_wavelet!r} is not matched. Must be one of: {allowed}",
             )
         return self
 

@@ -36,8 +36,8 @@ from rockframe.quantities import LIMITED
 
 def _enough(members: int) -> int:
     if 0 < members < LEAST_MEMBERS:
-        stated = f"{members}. Must be 0, or at least {LEAST_MEMBERS}: fewer say little of a share"
-        raise value_error(stated)
+        fault = f"{members}. Must be 0, or at least {LEAST_MEMBERS}: fewer say little of a share"
+        raise value_error(fault)
     return members
 
 
@@ -130,7 +130,7 @@ class RespondOptions(Options):
     """The response of each structure to each record."""
 
     conditions: ClassVar[Conditions] = dict.fromkeys(
-        _OF_MEMBERS, Condition("members", lambda one: one.ensemble.members > 0)
+        _OF_MEMBERS, Condition("members", lambda options: options.ensemble.members > 0)
     )
 
     structure: Annotated[str | None, Field(examples=["bridge-bent"])] = None
@@ -158,7 +158,7 @@ class DesignOptions(Options):
     """The smallest dimension that keeps a quantity below a limit."""
 
     conditions: ClassVar[Conditions] = {
-        "share": Condition("statistic share", lambda one: one.statistic == "share"),
+        "share": Condition("statistic share", lambda options: options.statistic == "share"),
     }
 
     dimension: Annotated[Literal["height", "width", "mass_ratio"], Field(examples=["height"])]
@@ -219,14 +219,16 @@ class ScreenOptions(Options):
             _OF_MEMBERS,
             Condition(
                 "scenario_members above 1, or margins robust",
-                lambda one: _has_scenario_members(one) or _has_robust_margins(one),
+                lambda options: _has_scenario_members(options) or _has_robust_margins(options),
             ),
         ),
         **dict.fromkeys(
             ("ensemble.corner", "ensemble.orientation_degree"),
             Condition("scenario_members above 1", _has_scenario_members),
         ),
-        "ensemble.members": Condition("margins robust", lambda one: one.margins == "robust"),
+        "ensemble.members": Condition(
+            "margins robust", lambda options: options.margins == "robust"
+        ),
         "hazard_site_within_km": OF_SITE,
     }
 
@@ -327,8 +329,8 @@ class ScreenOptions(Options):
             if azimuths:
                 message = f"{name} and azimuths_degree both stated. State only one of them"
                 raise rule(message)
-        for stated in self.azimuths_degree or ():
-            warn_beyond_turn(stated)
+        for degrees in self.azimuths_degree or ():
+            warn_beyond_turn(degrees)
         return self
 
     @model_validator(mode="after")
@@ -364,8 +366,10 @@ class ScreenOptions(Options):
 
     def limits(self) -> tuple[tuple[str, float], ...]:
         """Return the stated limits of the response as pairs of quantity and value [SI]."""
-        stated = {one.name: getattr(self, f"limit_{one.column()}") for one in LIMITED}
-        return tuple((name, value) for name, values in stated.items() for value in values or ())
+        limits_of = {
+            quantity.name: getattr(self, f"limit_{quantity.column()}") for quantity in LIMITED
+        }
+        return tuple((name, value) for name, values in limits_of.items() for value in values or ())
 
     def pulse_filters(self) -> dict[str, object]:
         """Return the stated filters by the pulse."""
@@ -406,8 +410,8 @@ class SpectrumOptions(Options):
             try:
                 Pulse(wavelet=name, a_p=1.0, T_p=1.0, phase=phase, half_cycles=self.half_cycles)
             except ParameterError as error:
-                stated = f"phase_degree {self.phase_degree:g}: " if phase else ""
-                raise rule(stated + str(error).rstrip(".")) from None
+                where = f"phase_degree {self.phase_degree:g}: " if phase else ""
+                raise rule(where + str(error).rstrip(".")) from None
         return self
 
 

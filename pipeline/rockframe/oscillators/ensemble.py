@@ -102,12 +102,12 @@ def bridge_members(
             )
             for strong, stiff in zip(strength, stiffness, strict=True)
         ]
-    found = []
+    bridges = []
     for number, (stiff, strong) in enumerate(
         zip(factors["cracked_stiffness"], factors["yield_strength"], strict=True), 1
     ):
         try:
-            found.append(
+            bridges.append(
                 replace(
                     model,
                     period=model.period / math.sqrt(stiff),
@@ -121,7 +121,7 @@ def bridge_members(
                 f"of {model.name!r}: member {number} has {stiff:.4g} times the stiffness. {error} "
                 "State a smaller spread."
             ) from None
-    return found
+    return bridges
 
 
 def shaken_members(
@@ -132,7 +132,7 @@ def shaken_members(
     if versions is not None:
         every = [versions.grounds[k] for k in versions.of_member]
     scales = draws(ensemble)[:, 3].tolist()
-    grounds = [one.scaled(scale) for one, scale in zip(every, scales, strict=True)]
+    grounds = [ground.scaled(scale) for ground, scale in zip(every, scales, strict=True)]
     return list(zip(bridge_members(ensemble, model), grounds, strict=True))
 
 
@@ -172,16 +172,19 @@ def oscillator_ensemble(
     chosen = ensemble or BridgeEnsemble()
     require_members(chosen)
     each = [respond_oscillator(*pair) for pair in shaken_members(model, motion, chosen, versions)]
-    fallen = np.array([one.verdict is Verdict.OVERTURNS for one in each])
+    fallen = np.array([response.verdict is Verdict.OVERTURNS for response in each])
     peaks = {
-        name: np.where(fallen, np.inf, [getattr(one, name) for one in each]) for name in _BANDED
+        name: np.where(fallen, np.inf, [getattr(response, name) for response in each])
+        for name in _BANDED
     }
     limited = model.abutment is not None or isinstance(model, FixedFrame)
     return EnsembleResponse(
         members=chosen.members,
         uplifted=None,
         overturned=int(fallen.sum()),
-        model_ends=sum(one.model_end is not ModelEnd.NONE for one in each) if limited else None,
+        model_ends=sum(response.model_end is not ModelEnd.NONE for response in each)
+        if limited
+        else None,
         bands=Bands({name: _band(values) for name, values in peaks.items()}),
         rank_correlations=correlations_of(
             peaks["peak_u"],
@@ -194,7 +197,7 @@ def oscillator_ensemble(
 
 def _commonest(responses: Sequence[OscillatorResponse]) -> ModelEnd:
     """Return the event that ends the model of most members."""
-    ends = [one.model_end for one in responses if one.model_end is not ModelEnd.NONE]
+    ends = [response.model_end for response in responses if response.model_end is not ModelEnd.NONE]
     return max(ends, key=lambda end: (ends.count(end), -end), default=ModelEnd.NONE)
 
 

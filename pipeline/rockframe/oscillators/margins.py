@@ -81,8 +81,8 @@ def _first_collapse(model: Oscillator, ground: GroundAcceleration) -> FirstOvert
         excursions[..., DISTANCE] = -np.inf
         return *_outcomes(peaks), excursions
 
-    found: FirstOverturning = _answered(search, answer)
-    return found
+    first: FirstOverturning = _answered(search, answer)
+    return first
 
 
 def _robust(
@@ -97,15 +97,15 @@ def _robust(
     def answer(request: tuple[NDArray[np.int64], Float]) -> tuple[NDArray[np.bool_], Float]:
         return _outcomes(respond_pairs(family, ground, *request))
 
-    found: RobustMargin = _answered(search, answer)
+    margin: RobustMargin = _answered(search, answer)
     if not any(map(can_collapse, family)):
-        return found
+        return margin
     every = np.arange(len(family))
     falls, finer = (
         _outcomes(respond_pairs(family, sampled, every, amplitude))[0]
         for sampled in (ground, resampled(ground))
     )
-    return replace(found, sampling_changes=int((falls != finer).sum()))
+    return replace(margin, sampling_changes=int((falls != finer).sum()))
 
 
 def _answered(search: Generator[Any, Any, Any], answer: Callable[[Any], Any]) -> Any:
@@ -128,12 +128,16 @@ def _least_scale(family: Sequence[Oscillator], ground: GroundAcceleration) -> fl
 
     Up to yielding, the displacement grows with the scale.
     """
-    some = [one for one in family if can_collapse(one)]
+    some = [member for member in family if can_collapse(member)]
     if not some:
         return math.inf
-    elastic = [replace(one, strength_ratio=math.inf) for one in some if isinstance(one, FixedFrame)]
+    elastic = [
+        replace(member, strength_ratio=math.inf)
+        for member in some
+        if isinstance(member, FixedFrame)
+    ]
     every = np.arange(len(some))
     peaks = respond_pairs(elastic, ground, every, np.ones(len(some))).peak_displacement
-    yields = np.array([one.yield_displacement for one in some])
+    yields = np.array([member.yield_displacement for member in some])
     with np.errstate(divide="ignore"):
         return float(_BEFORE * (yields / peaks).min())

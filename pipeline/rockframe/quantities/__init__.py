@@ -332,16 +332,23 @@ _DECLARED: Final = (
 #: All quantities by name.
 QUANTITIES: Final = MappingProxyType({quantity.name: quantity for quantity in _DECLARED})
 #: Peaks of the response to one motion.
-PEAKS: Final = tuple(one for one in _DECLARED if one.taken == "response")
+PEAKS: Final = tuple(quantity for quantity in _DECLARED if quantity.taken == "response")
 #: Quantities of the response to one motion that only some kinds of structures have.
-OF_KINDS: Final = tuple(one for one in _DECLARED if one.taken == "kind")
+OF_KINDS: Final = tuple(quantity for quantity in _DECLARED if quantity.taken == "kind")
 #: Peaks of a scenario of a screening.
-OF_SCENARIO: Final = (*PEAKS, *(one for one in _DECLARED if one.name == "peak_impact_velocity"))
+OF_SCENARIO: Final = (
+    *PEAKS,
+    *(quantity for quantity in _DECLARED if quantity.name == "peak_impact_velocity"),
+)
 #: Those with bands in each ensemble, and the forces, in the order of tables.
-BANDED: Final = tuple(one for one in _DECLARED if one.banded and not one.of_joints)
-FORCES: Final = tuple(one for one in _DECLARED if one.kind in ("force", "impulse", "tie"))
+BANDED: Final = tuple(
+    quantity for quantity in _DECLARED if quantity.banded and not quantity.of_joints
+)
+FORCES: Final = tuple(
+    quantity for quantity in _DECLARED if quantity.kind in ("force", "impulse", "tie")
+)
 #: Those that limits define damage states of.
-LIMITED: Final = tuple(one for one in _DECLARED if one.limited)
+LIMITED: Final = tuple(quantity for quantity in _DECLARED if quantity.limited)
 #: Those of summaries and matrices, and the names of all matrices.
-IN_MATRICES: Final = tuple(one for one in _DECLARED if one.matrix)
-MATRICES: Final = ("share_overturned", *(one.name for one in IN_MATRICES), "margin")
+IN_MATRICES: Final = tuple(quantity for quantity in _DECLARED if quantity.matrix)
+MATRICES: Final = ("share_overturned", *(quantity.name for quantity in IN_MATRICES), "margin")

@@ -133,12 +133,12 @@ def _panels(designs: Sequence[Row]) -> list[Panel]:
         _panel("overturn [%]", named, _percent, *(f"share_overturned{end}" for end in _ENDS)),
         _panel("model ends in [%]", named, _percent, *(["share_model_ends"] * 3)),
     ]
-    found = []
-    for one in DESIGN_QUANTITIES:
-        keys = [one.column(part) for part in (0.5, 0.5, 0.84, "worst")]
+    panels = []
+    for quantity in DESIGN_QUANTITIES:
+        keys = [quantity.column(part) for part in (0.5, 0.5, 0.84, "worst")]
         if any(not math.isnan(row[keys[2]]) for row in designs):
-            found.append(_panel(one.heading, named, partial(_outcome, one), *keys))
-    return [*found, *shares]
+            panels.append(_panel(quantity.heading, named, partial(_outcome, quantity), *keys))
+    return [*panels, *shares]
 
 
 _ENDS: Final = ("", "_low", "_high")

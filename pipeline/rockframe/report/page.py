@@ -92,7 +92,7 @@ _NOT_SHOWN: Final = frozenset(
     ["row_size", "history", "passport", "source_sha256", "samples_sha256", *FORCES]
 )
 #: Values that are not shown for structures that overturn, because they only describe the fall.
-_OF_THE_FALL: Final = frozenset(one.name for one in PEAKS)
+_OF_THE_FALL: Final = frozenset(quantity.name for quantity in PEAKS)
 
 
 def encode(values: ArrayLike) -> str:
@@ -185,7 +185,7 @@ def payload(
             for name in ("theta", "u", "v", "theta_low", "theta_high"):
                 samples[f"{name}{len(pairs)}"] = encode(getattr(history, name))
             row = run.rows[row_of[pair]]
-            stated = spread_verdict(row)
+            verdict = spread_verdict(row)
             grounds[i]["pulse"] = stated_pulse(row)
             pairs.append(
                 {
@@ -194,16 +194,16 @@ def payload(
                     "record": row["record"],
                     "event": row["event"],
                     "structure": history.structure,
-                    "tone": tone(stated),
-                    "words": _sentence(row, stated),
-                    "band": _band(row, stated),
-                    "overturns": stated.overturns,
+                    "tone": tone(verdict),
+                    "words": _sentence(row, verdict),
+                    "band": _band(row, verdict),
+                    "overturns": verdict.overturns,
                     "strip": strip_svg(run.strips[pair]) if pair in run.strips else "",
                     "spreads": _spreads(run.spreads[pair]) if pair in run.spreads else "",
                     "forces": _forces(run.forces.get(pair, ())),
                     "path": _path(run, history) if ground.components else "",
                     "peak": _finite(row["peak_rotation_ratio"]),
-                    "facts": _texts(_of_pair(run.pairs[pair], stated)),
+                    "facts": _texts(_of_pair(run.pairs[pair], verdict)),
                 }
             )
     shown_here = {pair["structure"] for pair in pairs}
@@ -226,7 +226,9 @@ _DRAWN_TO: Final = 1.3
 def _path(run: Run, history: History) -> str:
     """Return the path of the deck until it falls."""
     alpha = next(
-        one.value for one in run.structures[history.structure] if one.name == "slenderness"
+        structure.value
+        for structure in run.structures[history.structure]
+        if structure.name == "slenderness"
     )
     stands = history.theta <= _DRAWN_TO * float(alpha)
     return path_svg(*(np.where(stands, one, np.nan) for one in (history.u_x, history.u_y)))
@@ -292,10 +294,10 @@ def _ground(run: Run, ground: Ground, record: str, entry: Mapping[str, str]) -> 
 def _structure(facts: Sequence[LabelledValue]) -> dict[str, Any]:
     """Return the geometry for the drawing, and the labelled values."""
     wanted = ("height", "width", "top_contact_width", "mass_ratio", "slenderness")
-    known: dict[str, Any] = {fact.name: fact.value for fact in facts if fact.name in wanted}
-    words = unusual(*(known[name] for name in ("height", "mass_ratio", "slenderness")))
+    values: dict[str, Any] = {fact.name: fact.value for fact in facts if fact.name in wanted}
+    words = unusual(*(values[name] for name in ("height", "mass_ratio", "slenderness")))
     return {
-        **known,
+        **values,
         "facts": [*([["unusual", words]] if words else []), *_texts(facts)],
     }
 
@@ -336,14 +338,14 @@ def _finite(number: str) -> float | None:
 
 def _texts(facts: Sequence[LabelledValue]) -> list[list[str]]:
     """Return label and value with unit of each known value."""
-    known = [
+    facts_shown = [
         fact
         for fact in facts
         if fact.name not in _NOT_SHOWN
         and not (isinstance(fact.value, float) and math.isnan(fact.value))
         and fact.value != ""
     ]
-    return [[fact.label, with_unit(fact)] for fact in known]
+    return [[fact.label, with_unit(fact)] for fact in facts_shown]
 
 
 def with_unit(fact: LabelledValue) -> str:
@@ -428,7 +430,7 @@ def _overview(run: Run) -> dict[str, Any]:
     return {
         "rows": run.rows,
         "columns": (columns := shown(run.rows)),
-        "margin": next((one.key for one in columns if one.rule is critical_scale), ""),
+        "margin": next((column.key for column in columns if column.rule is critical_scale), ""),
         "count": count,
         "others": [
             (name, _texts(run.structures[name])) for name in structures if name not in rocking
@@ -460,8 +462,8 @@ def _overview(run: Run) -> dict[str, Any]:
 def _answers(run: Run, members: int) -> dict[str, str]:
     """Return the answer about each structure; none if the page lacks rows, or is of many."""
     whole = len(run.rows) == sum(run.counts.values())
-    found = answers(run.rows, members) if whole else {}
-    return found if len(found) <= _MOST_ANSWERS else {}
+    sentences = answers(run.rows, members) if whole else {}
+    return sentences if len(sentences) <= _MOST_ANSWERS else {}
 
 
 def _over_records(run: Run) -> dict[str, Any]:
@@ -512,8 +514,8 @@ def _spreads(row: Mapping[str, Any]) -> str:
 
 def _strip_of_each_row(run: Run) -> list[Markup]:
     """Return the strip of each row, "" without one; empty if margins were not computed."""
-    found = [run.strips.get((row["record_id"], row["structure"])) for row in run.rows]
-    drawn = [Markup(strip_svg(one) if one else "") for one in found]  # noqa: S704 -- our own picture
+    strips = [run.strips.get((row["record_id"], row["structure"])) for row in run.rows]
+    drawn = [Markup(strip_svg(strip) if strip else "") for strip in strips]  # noqa: S704 -- our own picture
     return drawn if any(drawn) else []
 
 
@@ -586,7 +588,7 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
 def _fragility(one: xr.Dataset) -> list[tuple[str, list[Plot]]]:
     """Return the title and the plots of each limit state, over each measure that is known."""
     states = equal_states(one)
-    known = [
+    fits_known = [
         one.sel(measure=name)
         for name in one["measure"].values
         if int(one["fragility_outcome"].sel(measure=name)[0]) != Outcome.UNKNOWN
@@ -595,7 +597,7 @@ def _fragility(one: xr.Dataset) -> list[tuple[str, list[Plot]]]:
     return [
         (
             in_verb_of(row, title_of_states(state)),
-            [_fragility_plot(fits, state[0], states[0][0]) for fits in known],
+            [_fragility_plot(fits, state[0], states[0][0]) for fits in fits_known],
         )
         for state in states
     ]
@@ -619,12 +621,12 @@ def _fragility_plot(fits: xr.Dataset, limit: LimitState, overturning: LimitState
         if int(outcomes.sel(limit_state=one.name)) == Outcome.FITTED
     }
     undetermined = int(state["fragility_outcome"]) == Outcome.UNDETERMINED
-    x, known = across(tried), limit in fitted
+    x, has_curve = across(tried), limit in fitted
     band = plot_path(np.append(x, x[::-1]), np.append(low, high[::-1]))
     shares = zip(across(state["bin_intensity"].values), state["bin_share"].values, strict=True)
     return Plot(
         f"{measure.symbol} [{measure.unit}]"
-        + (f", median {median / measure.printed:.3g}" if known else "")
+        + (f", median {median / measure.printed:.3g}" if has_curve else "")
         + (f", {Outcome.UNDETERMINED.sentence}" if undetermined else ""),
         f"{first / measure.printed:.2g}",
         f"{last / measure.printed:.2g}",
@@ -637,7 +639,7 @@ def _fragility_plot(fits: xr.Dataset, limit: LimitState, overturning: LimitState
         ),
         (f"{band}Z" if band else "",),
         (tuple(plot_place(*share) for share in shares if np.isfinite(share).all()),),
-        plot_place(float(across(median)), 0.5)[0] if known else None,
+        plot_place(float(across(median)), 0.5)[0] if has_curve else None,
     )
 
 
@@ -645,15 +647,15 @@ def _design(screening: xr.Dataset) -> dict[str, Any]:
     values, unit = screening["design_value"].values, screening["design_value"].attrs["units"]
     across = (values - values[0]) / (values[-1] - values[0])
     quantity, limit = str(screening["design_quantity"].item()), float(screening["design_limit"])
-    what = str(screening["design_dimension"].item()).replace("_", " ")
+    dimension = str(screening["design_dimension"].item()).replace("_", " ")
     return {
-        "what": what,
+        "what": dimension,
         "unit": "" if unit == "1" else unit,
         "limit": LimitState(quantity, limit).words.replace("≥", "<"),
         "share": float(screening["design_required_share"]),
         "by_share": design_by_share(screening),
         "plot": Plot(
-            f"{what}{'' if unit == '1' else f' [{unit}]'}",
+            f"{dimension}{'' if unit == '1' else f' [{unit}]'}",
             f"{values[0]:g}",
             f"{values[-1]:g}",
             tuple(

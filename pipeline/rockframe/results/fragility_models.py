@@ -100,7 +100,7 @@ def fragility_model(screening: xr.Dataset, options: ExportOptions) -> FragilityM
         structures = [options.structure]
     limits = _limit_states(screening, options.limit_state)
     chosen = screening.sel(
-        structure=structures, limit_state=[one.name for one in limits], measure=options.measure
+        structure=structures, limit_state=[limit.name for limit in limits], measure=options.measure
     )
     reasons = _undetermined(chosen, limits, allowed=options.undetermined)
     printed = measure_of(options.measure).printed
@@ -128,7 +128,7 @@ def fragility_model(screening: xr.Dataset, options: ExportOptions) -> FragilityM
         measure=options.measure,
         imt=imt,
         curve=curve,
-        states=tuple(_state(one) for one in limits),
+        states=tuple(_state(limit) for limit in limits),
         taxonomies=taxonomies,
         levels=levels * factor,
         probability=nested,
@@ -160,14 +160,14 @@ def _limit_states(screening: xr.Dataset, stated: Sequence[str] | None) -> list[L
     for name in stated or ():
         require_known("limit state", name, names)
     limits = [LimitState.named(name) for name in dict.fromkeys(stated or names)]
-    quantities = sorted({one.quantity for one in limits if one.quantity})
+    quantities = sorted({limit.quantity for limit in limits if limit.quantity})
     if len(quantities) > 1:
         listed = ", ".join(names)
         raise ParameterError(
             f"Invalid limit states of {len(quantities)} quantities ({', '.join(quantities)}): none "
             f"includes the other. Choose those of one with --limit-state: {listed}."
         )
-    return sorted(limits, key=lambda one: (not one.quantity, one.value))
+    return sorted(limits, key=lambda limit: (not limit.quantity, limit.value))
 
 
 def _undetermined(
@@ -196,23 +196,23 @@ def _undetermined(
 def _taxonomies(structures: Sequence[str], stated: Sequence[str] | None) -> tuple[str, ...]:
     """Return the taxonomy of each structure: as stated, otherwise its name."""
     named = dict.fromkeys(structures, "")
-    for one in stated or ():
-        name, equals, taxonomy = one.partition("=")
+    for text in stated or ():
+        name, equals, taxonomy = text.partition("=")
         if len(structures) == 1 and name not in named:
-            name, taxonomy = structures[0], one
+            name, taxonomy = structures[0], text
         elif not equals or name not in named:
-            known = ", ".join(structures)
+            allowed = ", ".join(structures)
             raise ParameterError(
-                f"Invalid taxonomy {one!r}. Must be STRUCTURE=TAXONOMY, with one of: {known}."
+                f"Invalid taxonomy {text!r}. Must be STRUCTURE=TAXONOMY, with one of: {allowed}."
             )
         named[name] = taxonomy
-    found = tuple(taxonomy or name for name, taxonomy in named.items())
-    for taxonomy in found:
+    taxonomies = tuple(taxonomy or name for name, taxonomy in named.items())
+    for taxonomy in taxonomies:
         plain = taxonomy.isascii() and taxonomy.isprintable() and not _FORBIDDEN & {*taxonomy}
-        if not plain or len(taxonomy) > _LONGEST or found.count(taxonomy) > 1:
+        if not plain or len(taxonomy) > _LONGEST or taxonomies.count(taxonomy) > 1:
             must = f"at most {_LONGEST} ASCII characters without # and quotes, and different ones"
             raise ParameterError(f"Invalid taxonomy {taxonomy!r}. Must be {must}.")
-    return found
+    return taxonomies
 
 
 def as_nrml(model: FragilityModel) -> str:

@@ -46,14 +46,14 @@ def merge(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
         If a file cannot be read, or was made from other inputs or with other options than the
         first; if a file is missing or out of order; or if no file contains a record.
     """
-    known, left_out = _small_variables(parts, kind)
-    if not known:
+    small_variables, left_out = _small_variables(parts, kind)
+    if not small_variables:
         reason = next(iter(left_out.values()), "no record")
         raise InputError(parts[0], f"no batch contains a record: {reason}")
-    attrs = known[0].attrs
+    attrs = small_variables[0].attrs
     series = _series(parts, kind)
     small = xr.concat(
-        known,
+        small_variables,
         dim="record",
         data_vars="minimal",
         coords="minimal",
@@ -93,17 +93,17 @@ def _small_variables(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset]
     """Return the batches that have records, without series and matrices, and the rejected
     records.
     """
-    known: list[xr.Dataset] = []
+    datasets: list[xr.Dataset] = []
     left_out: dict[str, str] = {}
     first: Mapping[str, Any] = {}
     for number, path in enumerate(parts, 1):
         raise_if_interrupted()
         with opened(path, kind, empty=True) as part:
-            stated, wanted = part.attrs.pop("batch", "1/1"), f"{number}/{len(parts)}"
-            if stated != wanted:
+            batch, wanted = part.attrs.pop("batch", "1/1"), f"{number}/{len(parts)}"
+            if batch != wanted:
                 raise InputError(
                     path,
-                    f"is batch {stated}. Must be batch {wanted} here: state the batches in order.",
+                    f"is batch {batch}. Must be batch {wanted} here: state the batches in order.",
                 )
             first = first or part.attrs
             for name in _COMMON:
@@ -115,18 +115,20 @@ def _small_variables(parts: Sequence[Path], kind: str) -> tuple[list[xr.Dataset]
             left_out |= json.loads(part.attrs["left_out"])
             if "record_id" in part:
                 whole = part.drop_dims("obs", errors="ignore")
-                matrices = [name for name, one in whole.variables.items() if _is_matrix(one)]
-                known.append(whole.drop_vars(matrices).load().drop_encoding())
-    return known, left_out
+                matrices = [
+                    name for name, variable in whole.variables.items() if _is_matrix(variable)
+                ]
+                datasets.append(whole.drop_vars(matrices).load().drop_encoding())
+    return datasets, left_out
 
 
 def _groups(parts: Sequence[Path], kind: str, records: int) -> list[list[str]]:
     """Return the names of the matrices, in groups that fit into `_GROUP`; at least one group."""
     groups: list[list[str]] = [[]]
     size = 0
-    for name, one in _variables(parts, kind).items():
-        if _is_matrix(one):
-            own = records * math.prod(one.shape[1:]) * one.dtype.itemsize
+    for name, variable in _variables(parts, kind).items():
+        if _is_matrix(variable):
+            own = records * math.prod(variable.shape[1:]) * variable.dtype.itemsize
             if groups[-1] and size + own > _GROUP:
                 groups.append([])
                 size = 0
@@ -141,7 +143,7 @@ def _variables(parts: Sequence[Path], kind: str) -> dict[str, xr.Variable]:
         with opened(path, kind, empty=True) as part:
             if "record_id" in part:
                 without = part.drop_dims("obs", errors="ignore")
-                return {str(name): one for name, one in without.variables.items()}
+                return {str(name): variable for name, variable in without.variables.items()}
     return {}
 
 
@@ -159,10 +161,10 @@ def _with_matrices(
             for name, whole in values.items() if end > start else ():
                 whole[start:end] = part[name].to_numpy()
             start = end
-    made = beside.assign(
+    merged = beside.assign(
         {name: (like[name].dims, whole, like[name].attrs) for name, whole in values.items()}
     )
-    return made[[name for name in like if name in made]]
+    return merged[[name for name in like if name in merged]]
 
 
 def _series(parts: Sequence[Path], kind: str) -> dict[str, xr.Variable]:
@@ -248,11 +250,11 @@ def _common_variables(dataset: xr.Dataset) -> dict[str, NDArray[Any]]:
 
 def _of_record(dataset: xr.Dataset, row: int) -> dict[str, NDArray[Any]]:
     """Return the values of one record, including its samples."""
-    one = dataset.isel(record=row)
+    record = dataset.isel(record=row)
     if "obs" in dataset.sizes and "row_size" in dataset:
-        one = one.isel(obs=slices(dataset["row_size"].values)[row])
+        record = record.isel(obs=slices(dataset["row_size"].values)[row])
     of_records = (n for n, v in dataset.variables.items() if {"record", "obs"} & set(v.dims))
-    return {str(name): one[name].values for name in of_records}
+    return {str(name): record[name].values for name in of_records}
 
 
 def _largest(variable: xr.DataArray) -> float:

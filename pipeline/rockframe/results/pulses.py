@@ -84,21 +84,21 @@ def _series(record: Record, pulse: Pulse) -> dict[str, NDArray[np.float64]]:
 
 def _complete(columns: Mapping[str, list[Any]], runners_up: int) -> dict[str, Any]:
     """Return the values of all variables except the series."""
-    found: list[RecordPulses] = columns["found"]
+    pulses: list[RecordPulses] = columns["found"]
     # Some runners-up do not exist: nothing of the record is left to search.
-    further = [[*p.runners_up, *[None] * (runners_up - len(p.runners_up))] for p in found]
+    further = [[*p.runners_up, *[None] * (runners_up - len(p.runners_up))] for p in pulses]
     return {
         **{name: values for name, values in columns.items() if name != "found"},
-        **PULSES_NC.filled("match", [list(p.matches.values()) for p in found]),
-        **PULSES_NC.filled("likeness", [list(p.likeness.values()) for p in found]),
-        **PULSES_NC.filled("velocity", [p.velocity for p in found]),
+        **PULSES_NC.filled("match", [list(p.matches.values()) for p in pulses]),
+        **PULSES_NC.filled("likeness", [list(p.likeness.values()) for p in pulses]),
+        **PULSES_NC.filled("velocity", [p.velocity for p in pulses]),
         **(PULSES_NC.filled("runner_up", further) if runners_up else {}),
-        **PULSES_NC.filled("used_match", [p.matches[p.used] for p in found]),
-        **PULSES_NC.filled("used_likeness", [p.likeness[p.used] for p in found]),
-        "best_wavelet": [p.used for p in found],
-        "shortest_period": [p.periods[0] for p in found],
-        "longest_period": [p.periods[1] for p in found],
-        "wavelet": list(found[0].matches),
+        **PULSES_NC.filled("used_match", [p.matches[p.used] for p in pulses]),
+        **PULSES_NC.filled("used_likeness", [p.likeness[p.used] for p in pulses]),
+        "best_wavelet": [p.used for p in pulses],
+        "shortest_period": [p.periods[0] for p in pulses],
+        "longest_period": [p.periods[1] for p in pulses],
+        "wavelet": list(pulses[0].matches),
     }
 
 
@@ -124,15 +124,15 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
         If the file is missing, corrupted, or of another kind.
     """
     pulses = loaded_pulses(path)
-    found: dict[str, PulseMatch] = {}
+    best: dict[str, PulseMatch] = {}
     if "record_id" not in pulses:  # a batch without accepted records
-        return found
+        return best
     for row in rows_along(best_of(pulses), "record", _OF_MATCH):
         name, match = row.pop("record_id"), {key: row.pop(key) for key in _BOUNDS}
         if math.isnan(row["half_cycles"]):
             row["half_cycles"] = None
-        found[name] = PulseMatch(pulse=Pulse(**row), **match)
-    return found
+        best[name] = PulseMatch(pulse=Pulse(**row), **match)
+    return best
 
 
 def sample_hashes(path: Path, pulses: xr.Dataset, names: Sequence[str]) -> dict[str, str]:
@@ -296,10 +296,10 @@ def recordings_of(records: Path | xr.Dataset) -> dict[str, Recording]:
             return recordings_of(dataset)
     channels = channels_of(records)
     names = [channel.record_id for channel in channels]
-    stated = records["parts"].values if "parts" in records else [""] * len(names)
+    sequences = records["parts"].values if "parts" in records else [""] * len(names)
     parts = {
         name: [Part.of(part) for part in str(text).split("; ")]
-        for name, text in zip(names, stated, strict=True)
+        for name, text in zip(names, sequences, strict=True)
         if text
     }
     return dict(zip(names, recordings_of_channels(channels, parts), strict=True))

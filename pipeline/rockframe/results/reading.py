@@ -98,12 +98,12 @@ def positions(dataset: xr.Dataset, **wanted: str | float) -> dict[str, int]:
     ParameterError
         If the file does not contain it.
     """
-    found = {}
+    places = {}
     for dimension, name in wanted.items():
         names = dataset["record_id" if dimension == "record" else dimension].values.tolist()
         require_known(dimension, name, names)
-        found[dimension] = names.index(name)
-    return found
+        places[dimension] = names.index(name)
+    return places
 
 
 def indexed(dataset: xr.Dataset) -> xr.Dataset:
@@ -170,11 +170,13 @@ def _lazily(stored: Stored) -> Any:
 
 def _dataset(stored: Sequence[Stored], attrs: Mapping[str, Any]) -> xr.Dataset:
     """Return the dataset of variables, made without the general and slow decoding of xarray."""
-    variables = {one.declared.name: _variable(one) for one in stored}
-    beside = {one.declared.attrs.get("coordinates", "") for one in stored}
-    coords = [name for name, one in variables.items() if name in beside or one.dims == (name,)]
+    variables = {variable.declared.name: _variable(variable) for variable in stored}
+    beside = {variable.declared.attrs.get("coordinates", "") for variable in stored}
+    coords = [
+        name for name, variable in variables.items() if name in beside or variable.dims == (name,)
+    ]
     return xr.Dataset(
-        {name: one for name, one in variables.items() if name not in coords},
+        {name: variable for name, variable in variables.items() if name not in coords},
         {name: variables[name] for name in coords},
         attrs,
     )

@@ -93,20 +93,20 @@ def write_records(
     def measures(columns: Mapping[str, list[Any]], written: Growing) -> Mapping[str, Any]:
         if "passport" not in columns:
             return {}
-        found = _rotd_of_pairs(columns, written, periods) if rotd is None else rotd
+        rotd_values = _rotd_of_pairs(columns, written, periods) if rotd is None else rotd
         spectra = {"spectral_period": periods} if periods else {}
-        return {**_rotd(columns, found, len(periods)), **spectra}
+        return {**_rotd(columns, rotd_values, len(periods)), **spectra}
 
-    made = write_rows(
+    dataset = write_rows(
         RECORDS_NC,
-        (_row(*one, periods=periods) for one in records),
+        (_row(*record, periods=periods) for record in records),
         path,
         partial(_with_sources, inputs),
         further=measures,
         input_sha256=inputs,
         parameters=parameters,
     )
-    return inputs, made
+    return inputs, dataset
 
 
 def _with_sources(
@@ -195,7 +195,7 @@ def _rotd_of_pairs(
     one motion is in memory at a time.
     """
     where = slices(values["row_size"])
-    found: dict[str, dict[str, Any]] = {}
+    measures_of: dict[str, dict[str, Any]] = {}
 
     def record(row: int) -> Record:
         samples = written.appended("acceleration", where[row])
@@ -207,22 +207,22 @@ def _rotd_of_pairs(
         across = [row for row in rows if not values["orientation"][row].upright]
         if len(across) < 2:  # no samples are needed to say so
             names = [values["record_id"][row] for row in across]
-            found |= {name: {"unpaired": alone[name]} for name in names}
+            measures_of |= {name: {"unpaired": alone[name]} for name in names}
             continue
         pairs, unpaired = pair_horizontals(map(record, rows))
-        for one in unpaired:
-            found[one.record_id] = {"unpaired": one.reason}
+        for reason in unpaired:
+            measures_of[reason.record_id] = {"unpaired": reason.reason}
         for pair in pairs:
             of_pair = _rotd_of(pair, periods)
-            found |= {one.record_id: of_pair for one in (pair.first, pair.second)}
-    return found
+            measures_of |= {one.record_id: of_pair for one in (pair.first, pair.second)}
+    return measures_of
 
 
 def _rotd_of(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, Any]:
     pga, pgv = rotd_of(pair), rotd_of(pair, transform=integrate)
     shares = [one.percentile(share) for one in (pga, pgv) for share in (50, 100)]
-    found = dict(zip(_ROTD, (*shares, pga.strongest_azimuth), strict=True))
-    return found | (_rotd_of_spectra(pair, periods) if periods else {})
+    values = dict(zip(_ROTD, (*shares, pga.strongest_azimuth), strict=True))
+    return values | (_rotd_of_spectra(pair, periods) if periods else {})
 
 
 def _rotd_of_spectra(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, list[float]]:
@@ -245,7 +245,7 @@ def _row(
     if passport is not None:
         unknown = np.broadcast_to(math.nan, record.acceleration.shape)
         series["acceleration_as_read"] = unknown if as_read is None else as_read.samples
-    known = {
+    facts = {
         "row_size": record.acceleration.size,
         "pga": peak(record.acceleration),
         "pgv": peak(integrate(record.acceleration, record.time_step)),
@@ -255,14 +255,14 @@ def _row(
         "parts": "; ".join(map(str, record.parts)),
     }
     if passport is not None:
-        known |= RECORDS_NC.filled("measures", passport.measures)
-        known |= RECORDS_NC.filled("passport", passport)
-        known["corner_frequency_high"] = math.nan if as_read is None else as_read.band.high
+        facts |= RECORDS_NC.filled("measures", passport.measures)
+        facts |= RECORDS_NC.filled("passport", passport)
+        facts["corner_frequency_high"] = math.nan if as_read is None else as_read.band.high
     if periods:
         motion = record.acceleration, record.time_step
-        known["spectral_acceleration"] = spectral_acceleration(*motion, periods)
-        known["housner_intensity"] = housner_intensity(*motion)
-    return series, known
+        facts["spectral_acceleration"] = spectral_acceleration(*motion, periods)
+        facts["housner_intensity"] = housner_intensity(*motion)
+    return series, facts
 
 
 def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
@@ -279,7 +279,7 @@ def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
 
 
 #: Fields of a record, except its samples and processing.
-_FIELDS: Final = [one for one in RECORDS_NC.variables if one.source == "record"]
+_FIELDS: Final = [variable for variable in RECORDS_NC.variables if variable.source == "record"]
 #: RotD50 and RotD100 of PGA and PGV, and the azimuth of the largest acceleration.
 _ROTD: Final = ("pga_rotd50", "pga_rotd100", "pgv_rotd50", "pgv_rotd100", "azimuth_rotd100")
 _ROTD_OF_SPECTRA: Final = ("spectral_acceleration_rotd50", "spectral_acceleration_rotd100")
@@ -310,7 +310,9 @@ class RecordsFile:
         with ExitStack() as stack:
             dataset = stack.enter_context(opened(self.path, RECORDS))
             self._series = {
-                str(name): one for name, one in dataset.variables.items() if "obs" in one.dims
+                str(name): variable
+                for name, variable in dataset.variables.items()
+                if "obs" in variable.dims
             }
             self._values_of = dataset.drop_dims("obs").load()
             self._open = stack.pop_all()
@@ -341,16 +343,16 @@ class RecordsFile:
         """Largest number of motions of a sequence in the file; 0 without sequences."""
         if "parts" not in self._values_of:
             return 0
-        stated = map(str, self._values_of["parts"].values)
-        return max((len(text.split("; ")) for text in stated if text), default=0)
+        texts = map(str, self._values_of["parts"].values)
+        return max((len(text.split("; ")) for text in texts if text), default=0)
 
     @property
     def sequences(self) -> list[str]:
         """Identifiers of the records that are sequences of motions."""
         if "parts" not in self._values_of:
             return []
-        stated = map(str, self._values_of["parts"].values)
-        return [name for name, text in zip(self.names, stated, strict=True) if text]
+        texts = map(str, self._values_of["parts"].values)
+        return [name for name, text in zip(self.names, texts, strict=True) if text]
 
     def in_both(self, names: Sequence[str]) -> BothDirections:
         """Return both horizontal components of the motion of these records, with the vertical.
@@ -413,16 +415,16 @@ class RecordsFile:
 
         Both are 0 if no period is usable.
         """
-        row, known = self._rows[name], (0.0, math.inf)
+        row, bounds = self._rows[name], (0.0, math.inf)
         if "usable_period_longest" not in self._values_of:  # without passports
-            return known
-        stated = (
+            return bounds
+        corners = (
             float(self._values_of[f"usable_period_{end}"].values[row])
             for end in ("shortest", "longest")
         )
         shortest, longest = (
             default if math.isnan(value) else value
-            for value, default in zip(stated, known, strict=True)
+            for value, default in zip(corners, bounds, strict=True)
         )
         return shortest, longest
 
@@ -488,10 +490,10 @@ class RecordsFile:
             for key, one in self._values_of.variables.items()
             if one.dims[:1] == ("record",)
         }
-        for one in RECORDS_NC.variables:
-            power = _POWERS.get(one.name, int(one.units in _OF_MOTION))
-            if power and one.name in values:
-                values[one.name] = values[one.name] * factor**power
+        for variable in RECORDS_NC.variables:
+            power = _POWERS.get(variable.name, int(variable.units in _OF_MOTION))
+            if power and variable.name in values:
+                values[variable.name] = values[variable.name] * factor**power
         return series, {**values, "processing": "; ".join(record.processing)}
 
     @property
@@ -513,30 +515,31 @@ class RecordsFile:
         if name not in self._rows:
             require_known("record", name, self._rows)
         row = self._rows[name]
-        known: dict[Any, Any] = {
+        fields: dict[Any, Any] = {
             key: array.values[row]
             for key, array in self._values_of.variables.items()
             if array.dims == ("record",)
         }
         samples = self._samples("acceleration", row)
         try:
-            record = _record(known, samples)
+            record = _record(fields, samples)
         except ParameterError as error:
             raise InputError(self.path, str(error)) from None
-        self._require_peaks(record, float(known["pga"]), float(known["pgv"]))
+        self._require_peaks(record, float(fields["pga"]), float(fields["pgv"]))
         return record
 
     def _require_peaks(self, record: Record, pga: float, pgv: float) -> None:
         """Reject samples whose peaks do not match the stated peaks: wrong slices or wrong units."""
-        for name, found, stated, units in (
+        for name, peak_of_samples, peak_of_file, units in (
             ("acceleration", peak(record.acceleration), pga, "m/s2"),
             ("velocity", peak(integrate(record.acceleration, record.time_step)), pgv, "m/s"),
         ):
-            if not math.isclose(found, stated, rel_tol=_PEAK_TOLERANCE):
+            if not math.isclose(peak_of_samples, peak_of_file, rel_tol=_PEAK_TOLERANCE):
                 raise InputError(
                     self.path,
-                    f"samples of {record.record_id!r} with a peak {name} of {found:g} {units}, "
-                    f"stated as {stated:g} {units}. Must be equal.",
+                    f"samples of {record.record_id!r} with a peak {name} of "
+                    f"{peak_of_samples:g} {units}, stated as {peak_of_file:g} {units}. "
+                    "Must be equal.",
                 )
 
 

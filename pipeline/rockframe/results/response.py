@@ -62,7 +62,7 @@ from rockframe.structures.contract import Compared, Structure, StructureResponse
 _HISTORIES: Final = ("theta", "u", "v")
 #: Histories of motions in both directions.
 _OF_BOTH: Final = ("phi", "u_x", "u_y")
-_ENVELOPES: Final = tuple(one.name for one in ENVELOPES)
+_ENVELOPES: Final = tuple(variable.name for variable in ENVELOPES)
 #: Optional parts of a response.
 _PARTS: Final = (
     *("to_pulse", "margin", "ensemble", "contact", "restraint"),
@@ -125,8 +125,8 @@ def write_responses(
     InputError
         If the file cannot be written.
     """
-    stated = origin["parameters"]
-    rows = (response_row(name, responses, stated) for name, responses in answers)
+    parameters = origin["parameters"]
+    rows = (response_row(name, responses, parameters) for name, responses in answers)
     return write_response_rows(rows, structures, path, batch=batch, motions=motions, **origin)
 
 
@@ -140,8 +140,8 @@ def write_response_rows(
     **origin: Unpack[Origin],
 ) -> xr.Dataset:
     """Write what `response_row` returned for each record; the rest is as for `write_responses`."""
-    stated = origin["parameters"]
-    pulses, pairs = bool(stated.get("pulses")), bool(stated.get("pairs"))
+    parameters = origin["parameters"]
+    pulses, pairs = bool(parameters.get("pulses")), bool(parameters.get("pairs"))
     complete = partial(
         _complete, structures=structures, pulses=pulses, motions=motions, pairs=pairs
     )
@@ -170,8 +170,8 @@ def responses_dataset(
     """
     rows = [_values(name, responses) for name, responses in answers.items()]
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    made = RESPONSE_NC.dataset(_complete(columns, structures, pulses, motions))
-    return made.assign_attrs(rockframe_kind=RESPONSE_NC.name)
+    dataset = RESPONSE_NC.dataset(_complete(columns, structures, pulses, motions))
+    return dataset.assign_attrs(rockframe_kind=RESPONSE_NC.name)
 
 
 def response_row(
@@ -245,14 +245,14 @@ def _of_part(part: str, responses: Sequence[StructureResponse]) -> Any:
     """Return a part of the responses to a record: its objects, or as arrays, which need a tenth of
     their memory; None if no response has it.
     """
-    found = [getattr(response, part, None) for response in responses]
+    objects = [getattr(response, part, None) for response in responses]
     if part == "to_pulse":
-        return RESPONSE_NC.arrays(to_pulse_values([found]))
+        return RESPONSE_NC.arrays(to_pulse_values([objects]))
     if part not in _AS_ARRAYS:
-        return found
-    if all(one is None for one in found):
+        return objects
+    if all(one is None for one in objects):
         return None
-    return RESPONSE_NC.arrays(RESPONSE_NC.filled(part, [found]))
+    return RESPONSE_NC.arrays(RESPONSE_NC.filled(part, [objects]))
 
 
 def _has_envelopes(parameters: Mapping[str, Any]) -> bool:
@@ -283,11 +283,11 @@ def _complete(
 ) -> dict[str, Any]:
     """Return the values of all variables except the histories."""
     beside = (*_PARTS, _CORRELATIONS)
-    values = dict[str, Any]((key, one) for key, one in columns.items() if key not in beside)
+    values = dict[str, Any]((key, column) for key, column in columns.items() if key not in beside)
     if all(getattr(structure, "abutment", None) is None for structure in structures):
         values = {name: column for name, column in values.items() if name not in ABUTMENT}
-    of_kinds = {name for one in structures for name in kind_of(one).quantities}
-    for name in {one.name for one in OF_KIND} - of_kinds:
+    of_kinds = {name for structure in structures for name in kind_of(structure).quantities}
+    for name in {variable.name for variable in OF_KIND} - of_kinds:
         del values[name]
     values |= structure_values(RESPONSE_NC, structures)
     if pulses:
@@ -314,7 +314,7 @@ def structure_values(kind: FileKind, structures: Sequence[Structure]) -> dict[st
     before = [getattr(structure, "before_crushing", None) for structure in structures]
     values |= kind.filled("before_crushing", before) if any(before) else {}
     values["mass_ratio"] = [one if one < math.inf else math.nan for one in values["mass_ratio"]]
-    return values | _kinds(structures) | {"structure": [one.name for one in structures]}
+    return values | _kinds(structures) | {"structure": [structure.name for structure in structures]}
 
 
 def _kinds(structures: Sequence[Structure]) -> dict[str, Any]:
@@ -322,8 +322,10 @@ def _kinds(structures: Sequence[Structure]) -> dict[str, Any]:
     kinds = [structure.kind for structure in structures]
     if {*kinds} == {RockingFrame.kind}:
         return {}
-    each = [{one.name: one for one in kind_of(of).parameters(of)} for of in structures]
-    named = {name: one for parameters in each for name, one in parameters.items()}
+    each = [
+        {parameter.name: parameter for parameter in kind_of(of).parameters(of)} for of in structures
+    ]
+    named = {name: parameter for parameters in each for name, parameter in parameters.items()}
     return {
         "kind": kinds,
         "parameter": [*named],
@@ -353,13 +355,13 @@ def _part_values(
 ) -> dict[str, Any]:
     """Return the values of the motions of sequences; NaN beyond those of a record."""
     shape = len(rows), len(rows[0]), motions
-    found = {name: np.full(shape, np.nan) for name in RESPONSE_NC.filled("part", None)}
+    values = {name: np.full(shape, np.nan) for name in RESPONSE_NC.filled("part", None)}
     for i, k in np.ndindex(*shape[:2]):
         for j, part in enumerate(rows[i][k] or ()):
             for name, value in RESPONSE_NC.filled("part", part).items():
-                found[name][i, k, j] = value
-    stated = [next(filter(None, row), ()) for row in rows]
-    return {"parts": ["; ".join(str(one.part) for one in parts) for parts in stated], **found}
+                values[name][i, k, j] = value
+    sequences = [next(filter(None, row), ()) for row in rows]
+    return {"parts": ["; ".join(str(one.part) for one in parts) for parts in sequences], **values}
 
 
 @dataclass(frozen=True)
@@ -375,10 +377,12 @@ class _Correlations:
 
     @classmethod
     def of(cls, ensembles: Sequence[EnsembleResponse | None]) -> Self:
-        each = [{} if one is None else one.rank_correlations for one in ensembles]
+        each = [{} if ensemble is None else ensemble.rank_correlations for ensemble in ensembles]
         spreads = tuple(dict.fromkeys(name for of in each for name in of))
         rows = [[of.get(name, math.nan) for name in spreads] for of in each]
-        members = max((one.members for one in ensembles if one is not None), default=0)
+        members = max(
+            (ensemble.members for ensemble in ensembles if ensemble is not None), default=0
+        )
         return cls(members, spreads, np.array(rows).reshape(len(each), len(spreads)))
 
 
@@ -624,23 +628,25 @@ def write_comparison(
     """
 
     def row(answer: tuple[str, Sequence[Sequence[Compared]]]) -> Any:
-        name, found = answer
-        time = found[0][0].time
+        name, responses = answer
+        time = responses[0][0].time
         series = {
-            key: np.array([[getattr(one, key) for one in variants] for variants in found])
+            key: np.array(
+                [[getattr(variant, key) for variant in variants] for variants in responses]
+            )
             for key in _COMPARED_HISTORIES
         }
-        every = [one for variants in found for one in variants]
+        every = [variant for variants in responses for variant in variants]
         peaks = COMPARE_NC.filled("compared", every)
-        peaks["validity"] = [Validity.of(one.model_end) for one in every]
+        peaks["validity"] = [Validity.of(compared.model_end) for compared in every]
         if every[0].ensemble is not None:
-            peaks |= COMPARE_NC.filled("ensemble", [one.ensemble for one in every])
-        shape = len(found), len(found[0])
+            peaks |= COMPARE_NC.filled("ensemble", [compared.ensemble for compared in every])
+        shape = len(responses), len(responses[0])
         values = {
             key: np.reshape(column, (*shape, *np.shape(column)[1:]))
             for key, column in peaks.items()
         }
-        models = [one.model for one in found[0]]
+        models = [response.model for response in responses[0]]
         return {"time": time, **series}, {
             "record_id": name, "row_size": time.size, "model": models, **values
         }  # fmt: skip
@@ -681,8 +687,8 @@ def _in_kilonewtons(row: Row) -> Row:
     weight = row.pop("weight")
     shear = QUANTITIES["peak_base_shear"]
     names = (shear.column(), *shear.band_columns)
-    found = {f"{name}_kn": kilonewtons(row[name], weight) for name in names}
-    return row | {"weight_kn": kilonewtons(1.0, weight)} | found
+    forces = {f"{name}_kn": kilonewtons(row[name], weight) for name in names}
+    return row | {"weight_kn": kilonewtons(1.0, weight)} | forces
 
 
 def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
@@ -715,17 +721,17 @@ def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
 
 def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:
     """Return the dataset of an overturning spectrum: maps, smallest amplitudes, intervals."""
-    found = spectrum.found
+    scan = spectrum.found
     maps = (*spectrum.shape, spectrum.amplitude.size)
-    fallen = found.verdict == Verdict.OVERTURNS
-    how = np.where(found.impacts == 0, Overturning.WITHOUT_IMPACT, Overturning.AFTER_IMPACT)
+    fallen = scan.verdict == Verdict.OVERTURNS
+    how = np.where(scan.impacts == 0, Overturning.WITHOUT_IMPACT, Overturning.AFTER_IMPACT)
     frames = [
         [column_of(float(alpha), float(gamma)) for gamma in spectrum.mass_ratio]
         for alpha in spectrum.slenderness
     ]
     return SPECTRUM_NC.dataset(
         {
-            "verdict": found.verdict.reshape(maps),
+            "verdict": scan.verdict.reshape(maps),
             "overturning": np.where(fallen, how, Overturning.NONE).reshape(maps),
             **SPECTRUM_NC.filled("spectrum", spectrum),
             **_intervals(spectrum),
@@ -741,16 +747,16 @@ def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:
 
 def _intervals(spectrum: OverturningSpectrum) -> dict[str, Any]:
     """Return the intervals along ``interval``, padded to the largest number of intervals."""
-    found = spectrum.found
-    counts = np.bincount(found.line, minlength=len(found.verdict))
-    rank = np.arange(found.line.size) - np.searchsorted(found.line, found.line)
+    scan = spectrum.found
+    counts = np.bincount(scan.line, minlength=len(scan.verdict))
+    rank = np.arange(scan.line.size) - np.searchsorted(scan.line, scan.line)
     size = max(1, int(counts.max()))
     lower, upper = np.full((2, counts.size, size), np.nan)
     impacts = np.full((counts.size, size), -1, dtype=np.int32)
-    lower[found.line, rank], upper[found.line, rank] = found.lower, found.upper
-    impacts[found.line, rank] = found.impacts_at_lower
+    lower[scan.line, rank], upper[scan.line, rank] = scan.lower, scan.upper
+    impacts[scan.line, rank] = scan.impacts_at_lower
     end = float(spectrum.amplitude[-1])
-    stand = np.array([len(islands(bounds, end)) for bounds in found.intervals()])
+    stand = np.array([len(islands(bounds, end)) for bounds in scan.intervals()])
     shape = (*spectrum.shape, size)
     return {
         "overturning_intervals": counts.reshape(spectrum.shape),

@@ -137,7 +137,9 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
         opened(folder / "response.nc", RESPONSE) as response,
     ):
         if most:
-            records, pulses, response = (_some(one, names) for one in (records, pulses, response))
+            records, pulses, response = (
+                _some(record, names) for record in (records, pulses, response)
+            )
         return Run(
             folder,
             manifest,
@@ -187,9 +189,9 @@ def _some(dataset: xr.Dataset, names: Collection[str]) -> xr.Dataset:
     places = np.flatnonzero([str(name) in names for name in dataset["record_id"].values])
     without = dataset.drop_dims("obs", errors="ignore")
     chosen = {
-        name: (one.dims, one.copy(deep=False).to_numpy()[places], one.attrs)
-        for name, one in without.variables.items()
-        if one.dims[:1] == ("record",)
+        name: (variable.dims, variable.copy(deep=False).to_numpy()[places], variable.attrs)
+        for name, variable in without.variables.items()
+        if variable.dims[:1] == ("record",)
     }
     others = without.drop_dims("record")
     held = others.assign({name: one for name, one in chosen.items() if name not in without.coords})
@@ -221,17 +223,17 @@ def _entries(path: Path, names: Collection[str] | None) -> tuple[tuple[dict[str,
         every = tuple(_rows(path))
         return every, len(every)
     first: list[tuple[int, int, dict[str, str]]] = []
-    found: dict[int, dict[str, str]] = {}
+    entries: dict[int, dict[str, str]] = {}
     count = 0
     for count, entry in enumerate(_rows(path), 1):
         if entry["record_id"] in names:
-            found[count] = entry
+            entries[count] = entry
         # counts differ, so that entries are not compared
         heapq.heappush(first, (-concern(entry), -count, entry))
         if len(first) > MOST_ENTRIES:
             heapq.heappop(first)
-    found |= {-place: entry for _, place, entry in first}
-    return tuple(found[place] for place in sorted(found)), count
+    entries |= {-place: entry for _, place, entry in first}
+    return tuple(entries[place] for place in sorted(entries)), count
 
 
 def rank(row: Mapping[str, str]) -> tuple[int, float]:
@@ -386,10 +388,12 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
             step = float(steps[both[0] if both else record])
             pulse, start = np.empty(0), 0
             if record in pulses:
-                found = pulses[record].pulse
+                selected = pulses[record].pulse
                 time = step * np.arange(acceleration.size)
-                near = np.flatnonzero(np.abs(time - found.time) <= found.mother.reach * found.T_p)
-                pulse, start = found.acceleration(time[near]), int(near[0])
+                near = np.flatnonzero(
+                    np.abs(time - selected.time) <= selected.mother.reach * selected.T_p
+                )
+                pulse, start = selected.acceleration(time[near]), int(near[0])
             ground = Ground(record, step, acceleration, pulse, start, tuple(both))
             yield ground, [_history(response, record, name, rows, both) for name in chosen]
 
@@ -410,10 +414,12 @@ def _history(
     response: xr.Dataset, record: str, structure: str, rows: slice, both: Sequence[str]
 ) -> History:
     k = _names(response, "structure").index(structure)
-    known = {"theta", "u", "v", *(("u_x", "u_y") if both else ("theta_low", "theta_high"))}
+    history_names = {"theta", "u", "v", *(("u_x", "u_y") if both else ("theta_low", "theta_high"))}
     names = ("theta", "u", "v", "theta_low", "theta_high", "u_x", "u_y")
     series = (
-        response[name][k, rows].to_numpy() if name in known and name in response else np.empty(0)
+        response[name][k, rows].to_numpy()
+        if name in history_names and name in response
+        else np.empty(0)
         for name in names
     )
     return History(record, structure, *series)

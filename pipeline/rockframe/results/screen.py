@@ -45,10 +45,12 @@ KeptHistory = tuple[tuple[int, int, int], StructureResponse]
 
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
-_PEAKS: Final = tuple(one.name for one in OF_SCENARIO)
+_PEAKS: Final = tuple(quantity.name for quantity in OF_SCENARIO)
 #: Variables that are written motion by motion, and those that need an ensemble.
 _NOMINAL: Final = ("verdict", *_PEAKS)
-_OF_MEMBERS: Final = tuple(one.name for one in SCREEN_NC.variables if one.group == "members")
+_OF_MEMBERS: Final = tuple(
+    variable.name for variable in SCREEN_NC.variables if variable.group == "members"
+)
 
 
 def write_screening(
@@ -108,11 +110,11 @@ def write_screening(
                     rows.append(scenario[name][:, reference])
         kept = {} if histories is None else _append_histories(partial, histories)
         values, units = describe()
-        made = SCREEN_NC.dataset({**values, **kept}, **units).assign_attrs(
+        dataset = SCREEN_NC.dataset({**values, **kept}, **units).assign_attrs(
             filtered=json.dumps(sorted(filtered))
         )
         put(
-            made,
+            dataset,
             partial,
             SCREEN,
             input_sha256=input_sha256,
@@ -120,12 +122,12 @@ def write_screening(
             left_out=left_out,
             mode="a",
         )
-    known = {
+    constants = {
         name: SCREEN_NC[name].holding(np.array(rows)[:, :, None]).isel(scale=0)
         for name, rows in at_reference.items()
     }
-    stated = {"rockframe_kind": SCREEN, "left_out": json.dumps(dict(left_out), sort_keys=True)}
-    return made.assign(known).assign_attrs(stated).set_coords("record_id")
+    attributes = {"rockframe_kind": SCREEN, "left_out": json.dumps(dict(left_out), sort_keys=True)}
+    return dataset.assign(constants).assign_attrs(attributes).set_coords("record_id")
 
 
 @contextmanager
@@ -200,13 +202,15 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     rockframe.errors.InputError: no-such-file.nc: no such file. Must be a screen file.
     """
     with opened(Path(path), SCREEN) as dataset:
-        known = dataset.drop_dims("obs", errors="ignore")
+        without_histories = dataset.drop_dims("obs", errors="ignore")
         if not every_scale:
-            scale = float(known["reference_scale"])
-            at = int(np.flatnonzero(known["scale"].values == scale)[0])
-            some = [name for name in (*_NOMINAL, *_OF_MEMBERS) if name in known]
-            known = known.assign({name: known[name].isel(scale=at, drop=True) for name in some})
-        return _with_undetermined(known.load()).set_coords("record_id")
+            scale = float(without_histories["reference_scale"])
+            at = int(np.flatnonzero(without_histories["scale"].values == scale)[0])
+            some = [name for name in (*_NOMINAL, *_OF_MEMBERS) if name in without_histories]
+            without_histories = without_histories.assign(
+                {name: without_histories[name].isel(scale=at, drop=True) for name in some}
+            )
+        return _with_undetermined(without_histories.load()).set_coords("record_id")
 
 
 def _with_undetermined(screening: xr.Dataset) -> xr.Dataset:
@@ -214,16 +218,16 @@ def _with_undetermined(screening: xr.Dataset) -> xr.Dataset:
 
     Files of earlier versions call them fitted.
     """
-    found = {}
+    outcomes = {}
     for start in ("fragility", "pooled_fragility"):
         if f"{start}_outcome" in screening:
             outcome = screening[f"{start}_outcome"]
             numbers = ("median", "lognormal_beta_high", "lowest", "highest")
-            known = determined(*(screening[f"{start}_{name}"].values for name in numbers))
-            undetermined = (outcome.values == Outcome.FITTED) & ~known
+            is_determined = determined(*(screening[f"{start}_{name}"].values for name in numbers))
+            undetermined = (outcome.values == Outcome.FITTED) & ~is_determined
             values = np.where(undetermined, Outcome.UNDETERMINED, outcome.values)
-            found[f"{start}_outcome"] = outcome.copy(data=values.astype(outcome.dtype))
-    return screening.assign(found)
+            outcomes[f"{start}_outcome"] = outcome.copy(data=values.astype(outcome.dtype))
+    return screening.assign(outcomes)
 
 
 def pooled_fits(screening: xr.Dataset) -> xr.Dataset | None:
@@ -240,8 +244,8 @@ def pooled_fits(screening: xr.Dataset) -> xr.Dataset | None:
     start, name = "pooled_", f"one of {int(screening['pooled'].sum())} structures"
     names = {str(n): str(n).removeprefix(start) for n in screening.variables if start in str(n)}
     others = ("record_id", "cluster", "members", "scale", "fragility_curve")
-    found = screening[list(names)].rename(names).expand_dims(structure=[name])
-    return found.assign({other: screening[other] for other in others})
+    fits = screening[list(names)].rename(names).expand_dims(structure=[name])
+    return fits.assign({other: screening[other] for other in others})
 
 
 def read_screen_history(
@@ -272,16 +276,16 @@ def read_screen_history(
     """
     with opened(Path(path), SCREEN) as dataset:
         where = positions(dataset, record=record, structure=structure, scale=scale)
-        found = np.empty(0, dtype=np.intp)
+        nodes = np.empty(0, dtype=np.intp)
         if "history_size" in dataset:
             all_of = np.stack([dataset[name].values for name in _INDICES])
-            found = np.flatnonzero((all_of == np.array([*where.values()])[:, None]).all(axis=0))
-        if not found.size:
+            nodes = np.flatnonzero((all_of == np.array([*where.values()])[:, None]).all(axis=0))
+        if not nodes.size:
             raise ParameterError(
                 f"no history of {structure!r} under {record!r} at scale {scale:g} was kept. "
                 "Compute it with --histories selected or all."
             )
-        rows = slices(dataset["history_size"].values)[found[0]]
+        rows = slices(dataset["history_size"].values)[nodes[0]]
         chosen = dataset[["theta", "u", "v"]].isel(obs=rows)
         return chosen.load().swap_dims(obs="time")
 
@@ -311,19 +315,19 @@ def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
     """
     with opened(path, SCREEN) as dataset:
         rows = np.flatnonzero(dataset["record_id"].values == record)
-        found = dataset.isel(record=rows).drop_dims("obs", errors="ignore").load()
-    scales = [f"{scale:g}" for scale in found["scale"].values]
+        screening = dataset.isel(record=rows).drop_dims("obs", errors="ignore").load()
+    scales = [f"{scale:g}" for scale in screening["scale"].values]
     columns = columns_of("structure azimuth_degree=azimuth verdicts=structure critical_scale")
     columns_at_scale = columns_of("verdict")
-    if "share_reached" in found:
+    if "share_reached" in screening:
         columns_at_scale |= {"share_overturned": "share_reached.0"}
-    at_scales = rows_along(found, "record structure scale", columns_at_scale)
-    rows_of_it = list(rows_along(found, "record structure", columns))
+    at_scales = rows_along(screening, "record structure scale", columns_at_scale)
+    rows_of_it = list(rows_along(screening, "record structure", columns))
     for row in rows_of_it:
         each = {scale: next(at_scales) for scale in scales}
-        row["verdicts"] = {scale: one["verdict"] for scale, one in each.items()}
-        if "share_reached" in found:
-            shares = {scale: one["share_overturned"] for scale, one in each.items()}
+        row["verdicts"] = {scale: response["verdict"] for scale, response in each.items()}
+        if "share_reached" in screening:
+            shares = {scale: response["share_overturned"] for scale, response in each.items()}
             row["shares_overturned"] = shares
     return rows_of_it
 

@@ -45,13 +45,15 @@ _MOTIONS: Final = 1024
 #: Columns of a row with their variables; margins only if the file has them.
 _OF_PAIR: Final = columns_of(
     "record_id structure scale=reference_scale verdict",
-    *(f"{one.column()}={one.name}" for one in PEAKS),
+    *(f"{quantity.column()}={quantity.name}" for quantity in PEAKS),
     "demand_rank",
 )
 _MARGINS: Final = ("critical_scale", "safe_islands", *ROBUST)
 #: Columns of the bands of scenarios, with their variables.
 _OF_BANDS: Final = {
-    column: variable for one in OF_SCENARIO for column, variable in one.band_columns.items()
+    column: variable
+    for quantity in OF_SCENARIO
+    for column, variable in quantity.band_columns.items()
 }
 _OF_MOTION: Final = columns_of(
     "event station azimuth_degree=azimuth magnitude epicentral_distance_km=epicentral_distance",
@@ -85,7 +87,7 @@ def screen_rows(screening: xr.Dataset) -> Rows:
         screening = screening.isel(scale=at)
     columns = _OF_PAIR | _of_members(screening)
     columns |= {name: name for name in _MARGINS if name in screening} | _OF_MOTION | _OF_FRAME
-    columns |= {one.column: name for name, one in FURTHER.items() if name in screening}
+    columns |= {quantity.column: name for name, quantity in FURTHER.items() if name in screening}
     columns |= {"kind": "kind"} if "kind" in screening else {}
     for end in ("", "rotd50", "rotd100"):
         variable = "spectral_acceleration" + (end and f"_{end}")
@@ -195,8 +197,8 @@ def overall_rows(screening: xr.Dataset) -> Rows:
     shares = (f"share_overturned{end}=overall_share_overturned{end}" for end in ends)
     peaks = (
         f"{column}=overall_{variable}"
-        for one in IN_MATRICES
-        for column, variable in one.band_columns.items()
+        for quantity in IN_MATRICES
+        for column, variable in quantity.band_columns.items()
     )
     pooled = rows_along(at_reference, "structure", columns_of(*shares, *peaks))
     rows = summary_rows(screen_rows(screening), left_out=left_out_reasons(screening.attrs))
@@ -271,11 +273,11 @@ def equal_states(screening: xr.Dataset) -> list[list[LimitState]]:
     variables = ["bin_share", "fragility", "fragility_outcome"]
     for name in screening["limit_state"].values:
         fits = screening[variables].sel(limit_state=name).drop_vars("limit_state")
-        found = next((states for known, states in groups if known.equals(fits)), None)
-        if found is None:
+        alike = next((states for known, states in groups if known.equals(fits)), None)
+        if alike is None:
             groups.append((fits, [LimitState.named(str(name))]))
         else:
-            found.append(LimitState.named(str(name)))
+            alike.append(LimitState.named(str(name)))
     return [states for _, states in groups]
 
 
@@ -304,27 +306,29 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
     summary = []
     screening = screening.drop_dims("record", errors="ignore")  # selecting in all takes long
     for structure in screening["structure"].values:
-        one = with_its_limits(screening.sel(structure=structure))
-        fits = one[[name for name in one if str(name).startswith("fragility_")]]
+        screened = with_its_limits(screening.sel(structure=structure))
+        fits = screened[[name for name in screened if str(name).startswith("fragility_")]]
         said: dict[str, Any] = {
             "structure": str(structure),
             "fragility": [
                 _fit(fits, str(limit), measure_of(str(measure)))
-                for limit in one["limit_state"].values
-                for measure in one["measure"].values
+                for limit in screened["limit_state"].values
+                for measure in screened["measure"].values
             ],
-            "better_measure": str(one["better_measure"].item()),
-            "better_measure_reason": str(one["better_measure_reason"].item()),
+            "better_measure": str(screened["better_measure"].item()),
+            "better_measure_reason": str(screened["better_measure_reason"].item()),
         }
-        row = kind_row(one)
-        if "annual_rate" in one:
-            said["rates"] = [_rate(one, str(limit)) for limit in one["limit_state"].values]
+        row = kind_row(screened)
+        if "annual_rate" in screened:
+            said["rates"] = [
+                _rate(screened, str(limit)) for limit in screened["limit_state"].values
+            ]
         for entry in (*said["fragility"], *said.get("rates", ())):
             for key in {"words", "said", "note"} & entry.keys():
                 entry[key] = in_verb_of(row, entry[key])
-        if "design_smallest" in one:
+        if "design_smallest" in screened:
             names = ("design_smallest", "design_sure_from")
-            said |= {name: float(one[name]) for name in names}
+            said |= {name: float(screened[name]) for name in names}
         summary.append(said)
     return summary
 
@@ -398,22 +402,22 @@ _NOTED: Final = 0.1
 
 
 def _rate(structure: xr.Dataset, limit: str) -> dict[str, Any]:
-    one = structure.sel(limit_state=limit)
-    measure = measure_of(str(one["hazard_measure"].item()))
-    rate = float(one["annual_rate"])
-    intensity = one["hazard_intensity"].values / measure.printed
-    parts = one["disaggregation"].values
+    limited = structure.sel(limit_state=limit)
+    measure = measure_of(str(limited["hazard_measure"].item()))
+    rate = float(limited["annual_rate"])
+    intensity = limited["hazard_intensity"].values / measure.printed
+    parts = limited["disaggregation"].values
     main = "" if np.isnan(parts).any() else _range(intensity, int(parts.argmax()), measure)
     return {
         "limit_state": limit,
         "words": LimitState.named(limit).words,
         "rate_per_year": rate,
-        "rate_low_per_year": float(one["annual_rate_low"]),
-        "rate_high_per_year": float(one["annual_rate_high"]),
+        "rate_low_per_year": float(limited["annual_rate_low"]),
+        "rate_high_per_year": float(limited["annual_rate_high"]),
         "return_period_years": 1.0 / rate if rate > 0.0 else math.nan,
-        "extrapolated_share": float(one["annual_rate_extrapolated"]),
+        "extrapolated_share": float(limited["annual_rate_extrapolated"]),
         "main_intensity": main,
-        "note": _note(one, measure),
+        "note": _note(limited, measure),
         "disaggregation": [
             {"intensity": _range(intensity, k, measure), "rate_per_year": float(part)}
             for k, part in enumerate(parts)
@@ -533,7 +537,7 @@ def _of_scenario(screening: xr.Dataset) -> dict[str, str]:
     """Return the columns of the table of scenarios, with their variables."""
     columns = columns_of(
         "record_id structure scale verdict",
-        *(f"{one.column()}={one.name}" for one in OF_SCENARIO),
+        *(f"{quantity.column()}={quantity.name}" for quantity in OF_SCENARIO),
         "pga_g=pga pgv_m_s=pgv",
     )
     return columns | _of_members(screening)
@@ -551,10 +555,10 @@ def _scenarios(path: Path) -> Rows:
     """Yield the rows of all scenarios; only some motions are in memory at a time."""
     with opened(path, SCREEN) as dataset:
         names = {name.partition(".")[0] for name in _of_scenario(dataset).values()}
-        known = dataset[[name for name in dataset.variables if name in names]]
-        together = max(1, _TOGETHER // (known.sizes["structure"] * known.sizes["scale"]))
-        for first in range(0, known.sizes["record"], together):
-            yield from scenario_rows(known.isel(record=slice(first, first + together)).load())
+        listed = dataset[[name for name in dataset.variables if name in names]]
+        together = max(1, _TOGETHER // (listed.sizes["structure"] * listed.sizes["scale"]))
+        for first in range(0, listed.sizes["record"], together):
+            yield from scenario_rows(listed.isel(record=slice(first, first + together)).load())
 
 
 _SCENARIO: Final = ("record_id", "structure", "scale", "verdict")

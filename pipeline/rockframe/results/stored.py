@@ -59,8 +59,8 @@ _NEEDED: Final = ("input_sha256", "parameters", "left_out", "source_code_hash")
 def require_file(path: Path, wanted: str) -> None:
     """Raise an error if there is no such file."""
     if not path.is_file():
-        what = "a folder" if path.is_dir() else "no such file"
-        raise InputError(path, f"{what}. Must be {wanted}.")
+        reason = "a folder" if path.is_dir() else "no such file"
+        raise InputError(path, f"{reason}. Must be {wanted}.")
 
 
 def require_netcdf(path: Path, instead: str) -> None:
@@ -169,9 +169,9 @@ def not_of(path: Path, kind: str, what: str) -> InputError:
 
 def require_attributes(path: Path, kind: str, attrs: Mapping[str, Any]) -> None:
     """Raise an error if the global attributes are not those of a file of a kind."""
-    found = str(attrs.get("rockframe_kind", "unknown"))
-    if found != kind:
-        raise not_of(path, kind, f"is a netCDF file of kind {found!r}.")
+    kind_of_file = str(attrs.get("rockframe_kind", "unknown"))
+    if kind_of_file != kind:
+        raise not_of(path, kind, f"is a netCDF file of kind {kind_of_file!r}.")
     for name in (*_NEEDED, *_JSON):
         if name not in attrs and name not in _NEEDED:
             continue
@@ -314,36 +314,40 @@ class Stored:
 
     def require_declared(self, path: Path, kind: FileKind) -> None:
         """Reject the file if the variable differs from its declaration."""
-        one, what = self.declared, f"variable {self.declared.name!r}"
-        if self.stored_type.kind not in _TYPES[one.holds]:
-            raise not_of(path, kind.name, f"{what} holds {self.stored_type}, not {one.holds}.")
-        if self.dims != one.dims:
-            along, must = (f"({', '.join(names)})" for names in (self.dims, one.dims))
-            raise InputError(path, f"{what} on {along}. Must be on {must}.")
+        variable, name_of = self.declared, f"variable {self.declared.name!r}"
+        if self.stored_type.kind not in _TYPES[variable.holds]:
+            raise not_of(
+                path, kind.name, f"{name_of} holds {self.stored_type}, not {variable.holds}."
+            )
+        if self.dims != variable.dims:
+            along, must = (f"({', '.join(names)})" for names in (self.dims, variable.dims))
+            raise InputError(path, f"{name_of} on {along}. Must be on {must}.")
         packed = next((name for name in _PACKED if name in self.stored_attrs), "")
         if packed:
-            raise InputError(path, f"{what} with {packed}. Must hold plain values.")
-        if self._factor != 1.0 and (math.isnan(self._factor) or one.holds != "numbers"):
-            raise InputError(path, f"{what} in {self._stated!r}. Must be in {self.units!r}.")
+            raise InputError(path, f"{name_of} with {packed}. Must hold plain values.")
+        if self._factor != 1.0 and (math.isnan(self._factor) or variable.holds != "numbers"):
+            raise InputError(path, f"{name_of} in {self._stated!r}. Must be in {self.units!r}.")
         meanings = str(self.stored_attrs.get("flag_meanings", ""))
-        former = meanings != "" and meanings == one.former_meanings
+        former = meanings != "" and meanings == variable.former_meanings
         for name in () if former or self._fewer_flags else _FLAGS:
-            stated, must_be = self.stored_attrs.get(name, ()), self.attrs.get(name, ())
-            if name in self.stored_attrs and not np.array_equal(stated, must_be):
-                raise InputError(path, f"{what} with {name} {stated}. Must be {must_be}.")
+            here, must_be = self.stored_attrs.get(name, ()), self.attrs.get(name, ())
+            if name in self.stored_attrs and not np.array_equal(here, must_be):
+                raise InputError(path, f"{name_of} with {name} {here}. Must be {must_be}.")
 
     @property
     def _fewer_flags(self) -> bool:
         """True if some of the declared flags are stated, as in files of earlier versions."""
-        stated, declared = (_flags(attrs) for attrs in (self.stored_attrs, self.attrs))
-        return bool(stated) and stated.items() <= declared.items()
+        meanings, declared = (_flags(attrs) for attrs in (self.stored_attrs, self.attrs))
+        return bool(meanings) and meanings.items() <= declared.items()
 
     @property
     def is_checked(self) -> bool:
         """True if the values are checked before use; series are checked as they are read."""
-        one = self.declared
-        of_any_value = one.holds == "numbers" and not (one.valid or one.key or one.refers_to)
-        return "obs" not in one.dims and not of_any_value
+        variable = self.declared
+        of_any_value = variable.holds == "numbers" and not (
+            variable.valid or variable.key or variable.refers_to
+        )
+        return "obs" not in variable.dims and not of_any_value
 
     @property
     def is_read(self) -> bool:
@@ -400,17 +404,17 @@ def _stored(
 ) -> list[Stored]:
     """Return the variables of an open file, checked against its kind before memory is allocated."""
     require_attributes(path, kind.name, attrs)
-    found = file.variables
-    if attrs.get("title") == WITHOUT_RECORDS and not found:
+    variables = file.variables
+    if attrs.get("title") == WITHOUT_RECORDS and not variables:
         return []
-    groups = {one.group for one in kind.variables if one.group and one.name in found}
+    groups = {one.group for one in kind.variables if one.group and one.name in variables}
     stored = []
-    for one in kind.variables:
-        if one.name in found:
-            stored.append(Stored(one, found[one.name], lock))
+    for variable in kind.variables:
+        if variable.name in variables:
+            stored.append(Stored(variable, variables[variable.name], lock))
             stored[-1].require_declared(path, kind)
-        elif not one.group or one.group in groups:
-            raise _without(path, kind, one, found)
+        elif not variable.group or variable.group in groups:
+            raise _without(path, kind, variable, variables)
     claimed, present = sum(one.bytes for one in stored), path.stat().st_size
     if claimed > _MOST_COMPRESSED * present:
         raise not_of(path, kind.name, f"states {claimed:.3g} bytes of values, but has {present}.")
@@ -426,16 +430,20 @@ def _without(path: Path, kind: FileKind, one: Variable, found: Container[str]) -
 
 def _sizes(stored: Sequence[Stored]) -> dict[str, int]:
     """Return the size of each dimension."""
-    return {name: size for one in stored for name, size in zip(one.dims, one.shape, strict=True)}
+    return {
+        name: size
+        for variable in stored
+        for name, size in zip(variable.dims, variable.shape, strict=True)
+    }
 
 
 def _require_valid(path: Path, stored: Sequence[Stored]) -> None:
     """Reject values outside their declared range."""
     sizes = _sizes(stored)
     of = {one.declared.name: one for one in stored}
-    for one in stored:
-        if one.is_checked:
-            _require_allowed(path, one, of, sizes)
+    for variable in stored:
+        if variable.is_checked:
+            _require_allowed(path, variable, of, sizes)
     _require_properties(path, of)
 
 
@@ -461,22 +469,22 @@ def _require_properties(path: Path, of: Mapping[str, Stored]) -> None:
 def _require_allowed(
     path: Path, stored: Stored, of: Mapping[str, Stored], sizes: Mapping[str, int]
 ) -> None:
-    one = stored.declared
+    variable = stored.declared
     for values in stored.blocks():
-        wrong = ~_allowed(one, values, of, sizes)
+        wrong = ~_allowed(variable, values, of, sizes)
         if wrong.any():
             value = values[wrong].item(0)
-            raise InputError(path, f"{one.name} {value!r}. Must be {_required(one)}.")
-    if one.key:
+            raise InputError(path, f"{variable.name} {value!r}. Must be {_required(variable)}.")
+    if variable.key:
         names, counts = np.unique(stored.values.astype(str), return_counts=True)
         if (counts > 1).any():
             twice = str(names[counts > 1][0])
-            raise InputError(path, f"{one.name} {twice!r} occurs twice. Must be unique.")
-    if "sample_dimension" in one.attrs:
-        stated, present = sum(stored.values.tolist()), sizes["obs"]
-        if stated != present:
+            raise InputError(path, f"{variable.name} {twice!r} occurs twice. Must be unique.")
+    if "sample_dimension" in variable.attrs:
+        claimed, present = sum(stored.values.tolist()), sizes["obs"]
+        if claimed != present:
             raise InputError(
-                path, f"{stated} samples in {one.name}, {present} along obs. Must be equal."
+                path, f"{claimed} samples in {variable.name}, {present} along obs. Must be equal."
             )
 
 
@@ -567,8 +575,8 @@ def describe(path: Path, kind: str) -> Described:
         If the file is missing, of another kind, or corrupted: each block has a checksum.
     """
     with opened_file(path, kind, empty=True) as (attrs, stored):
-        for one in stored:  # all samples together may not fit in memory
-            for _ in one.blocks():
+        for variable in stored:  # all samples together may not fit in memory
+            for _ in variable.blocks():
                 pass
         sizes = _sizes(stored)
         texts = {one.declared.name: one for one in stored}

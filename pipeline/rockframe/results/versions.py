@@ -167,12 +167,12 @@ def _other_horizontals(file: RecordsFile) -> dict[str, str]:
     """Return the record at a right angle to each horizontal record, if its motion has one."""
     azimuth = dict(zip(file.names, file.azimuths, strict=True))
     across = dict(zip(file.names, file.orientations, strict=True))
-    found = {}
+    others = {}
     for motion in file.motions:
         level = [name for name in motion if across[name] is Orientation.HORIZONTAL]
         for name in level:
             turned = [math.fmod(abs(azimuth[name] - azimuth[other]), 180.0) for other in level]
             square = [k for k, angle in enumerate(turned) if abs(angle - 90.0) < 0.01]
             if len(square) == 1:
-                found[name] = level[square[0]]
-    return found
+                others[name] = level[square[0]]
+    return others

@@ -162,14 +162,14 @@ def as_os_error() -> Iterator[None]:
 
 def input_hash(*paths: Path) -> dict[str, str]:
     """Return names and SHA-256 of inputs, as `Origin` needs them; equal names are numbered."""
-    found: dict[str, str] = {}
+    hashes: dict[str, str] = {}
     for path in paths:
         name, number = path.name, 1
-        while name in found:
+        while name in hashes:
             number += 1
             name = f"{path.name} ({number})"
-        found[name] = sha256_of(path)
-    return found
+        hashes[name] = sha256_of(path)
+    return hashes
 
 
 class Growing:
@@ -309,7 +309,7 @@ def write_rows(
     # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
     with named(path) as partial:
-        made = xr.Dataset(attrs={"title": WITHOUT_RECORDS})
+        dataset = xr.Dataset(attrs={"title": WITHOUT_RECORDS})
         for series, _ in first:
             empty = {name: kind[name].holding(s[..., :0]) for name, s in series.items()}
             with growing(partial, empty) as written:
@@ -318,12 +318,12 @@ def write_rows(
                     for name, value in values.items():
                         columns[name].append(value)
                 more = {} if further is None else further(columns, written)
-            made = kind.dataset({**complete(columns), **more})
+            dataset = kind.dataset({**complete(columns), **more})
         if batch:
-            made.attrs["batch"] = batch
-        put(made, partial, kind.name, mode="a" if columns else "w", **origin)
+            dataset.attrs["batch"] = batch
+        put(dataset, partial, kind.name, mode="a" if columns else "w", **origin)
     left_out = json.dumps(dict(origin.get("left_out") or {}), sort_keys=True)
-    return made.assign_attrs(rockframe_kind=kind.name, left_out=left_out)
+    return dataset.assign_attrs(rockframe_kind=kind.name, left_out=left_out)
 
 
 def slices(sizes: ArrayLike) -> list[slice]:

@@ -89,8 +89,8 @@ class DemandHazard:
             value, high = (each or math.nan for each in (value, high))
         if not (math.isfinite(value) and value):
             return value, low, high, math.nan
-        known = np.flatnonzero(np.isfinite(self.rate))
-        near = known[np.argmin(np.abs(np.log(self.rate[known].clip(1e-300) / aim)))]
+        places = np.flatnonzero(np.isfinite(self.rate))
+        near = places[np.argmin(np.abs(np.log(self.rate[places].clip(1e-300) / aim)))]
         return value, low, high, float(self.extrapolated[near])
 
     def _rates(self) -> tuple[Float, Float, Float]:
@@ -102,10 +102,10 @@ def _where(level: Float, rate: Float, aim: float) -> float:
 
     It is 0 if all levels that have a rate are reached more rarely.
     """
-    known = np.isfinite(rate)
-    if not known.any():
+    is_finite = np.isfinite(rate)
+    if not is_finite.any():
         return math.nan
-    level, rate = level[known], rate[known]
+    level, rate = level[is_finite], rate[is_finite]
     if rate[-1] >= aim:
         return math.inf if math.isinf(level[-1]) else math.nan
     above = np.flatnonzero(rate >= aim)
@@ -226,8 +226,10 @@ def demands_at(
     names = ("value", "low", "high", "extrapolated")
     if not finite.size:
         unknown = {name: np.full(len(return_periods), np.nan) for name in names}
-        known = not np.isnan(peaks).all()  # a structure without the quantity has no bound either
-        return unknown | ({"low": np.zeros(len(return_periods))} if known else {})
+        has_peaks = not np.isnan(
+            peaks
+        ).all()  # a structure without the quantity has no bound either
+        return unknown | ({"low": np.zeros(len(return_periods))} if has_peaks else {})
     levels = np.append(np.unique(np.geomspace(finite.min(), finite.max(), _LEVELS)), np.inf)
 
     def fragility_of(level: float) -> Fragility:
@@ -236,5 +238,5 @@ def demands_at(
     tried = np.outer(*intensities)[(peaks == 0.0).all(axis=-1)]
     least = float(tried[tried > 0.0].min(initial=math.inf))
     demand = demand_hazard(curve, levels, fragility_of, least)
-    found = np.array([demand.at(period) for period in return_periods])
-    return dict(zip(names, found.T, strict=True))
+    demands = np.array([demand.at(period) for period in return_periods])
+    return dict(zip(names, demands.T, strict=True))

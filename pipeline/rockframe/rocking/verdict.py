@@ -231,8 +231,12 @@ class SpreadVerdict:
         if scale is None:
             return ""
         none = math.isnan(scale)
-        stated = f"> {self.largest_scale:.3g}" if none else f"{scale:.2f}"
-        return f"10 % {self.fails} at {stated}" if robust else f"nominal critical scale {stated}"
+        scale_words = f"> {self.largest_scale:.3g}" if none else f"{scale:.2f}"
+        return (
+            f"10 % {self.fails} at {scale_words}"
+            if robust
+            else f"nominal critical scale {scale_words}"
+        )
 
     @property
     def sentence(self) -> str:

@@ -176,8 +176,8 @@ class Acceptance:
         if self.accepted:
             return
         rows = self.publish()
-        first = min(rows, key=lambda one: one.status != "filtered")  # or the first of all
-        statuses: list[str] = [one.status for one in rows]
+        first = min(rows, key=lambda row: row.status != "filtered")  # or the first of all
+        statuses: list[str] = [row.status for row in rows]
         counted = ", ".join(
             f"{count} {'more ' if status == first.status else ''}{words}"
             for status, words in (("filtered", "filtered out"), ("rejected", "rejected"))
@@ -189,16 +189,16 @@ class Acceptance:
     def _require_selected(self) -> None:
         """Raise an error if a record of the selection was not accepted."""
         for name in {*(self._factors or ())} - {one.record_id for one in self.accepted}:
-            reasons = [one.reason for one in self.outcomes if one.record_id == name]
+            reasons = [outcome.reason for outcome in self.outcomes if outcome.record_id == name]
             why = (
                 f"was not accepted: {reasons[0].rstrip('.')}" if reasons else "is not in the files"
             )
-            what = "Change files and filters, or remove it from the selection."
-            raise ParameterError(f"record {name!r} of the selection {why}. {what}")
+            advice = "Change files and filters, or remove it from the selection."
+            raise ParameterError(f"record {name!r} of the selection {why}. {advice}")
 
     def publish(self) -> tuple[InputOutcome, ...]:
         """Write the table, sorted by status, and return its rows."""
-        rows = tuple(sorted(self.outcomes, key=lambda one: STATUSES.index(one.status)))
+        rows = tuple(sorted(self.outcomes, key=lambda outcome: STATUSES.index(outcome.status)))
         # For a single rejected file, the error already says everything.
         if self.accepted or len(rows) > 1:
             write_entries(rows, self._table)
@@ -255,8 +255,8 @@ def _consecutive(
 
 def _channel(reading: Reading) -> Channel:
     """Return the channel of a record with the metadata that the user states."""
-    known = Channel.of(reading.record)._asdict()
-    return Channel(**{name: reading.facts.get(name, value) for name, value in known.items()})
+    fields = Channel.of(reading.record)._asdict()
+    return Channel(**{name: reading.facts.get(name, value) for name, value in fields.items()})
 
 
 def _corners(
@@ -268,17 +268,19 @@ def _corners(
     them.
     """
     corners = [
-        _corner(one.record, options.band_pass_hz, ratio)
-        if options.uncorrected or one.record.uncorrected
+        _corner(reading.record, options.band_pass_hz, ratio)
+        if options.uncorrected or reading.record.uncorrected
         else None
-        for one in together
+        for reading in together
     ]
-    for motion in motions_of([_channel(one) for one in together]):
+    for motion in motions_of([_channel(reading) for reading in together]):
         across = [place for place in motion if not together[place].record.orientation.upright]
         both = [corner for corner in (corners[place] for place in across) if corner is not None]
         if len(across) == len(both) == 2:
             higher = max(both, key=lambda corner: corner.frequency)
-            corners = [higher if place in across else one for place, one in enumerate(corners)]
+            corners = [
+                higher if place in across else corner for place, corner in enumerate(corners)
+            ]
     return corners
 
 
@@ -332,7 +334,10 @@ def checked(
 def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
     """Return the passport of a rotated motion with the faults of its components."""
     worst = {
-        name: max(components, key=lambda one: np.nan_to_num(getattr(one.measures, name), nan=-1.0))
+        name: max(
+            components,
+            key=lambda component: np.nan_to_num(getattr(component.measures, name), nan=-1.0),
+        )
         for name in _AS_RECORDED
     }
     measures = {name: getattr(one.measures, name) for name, one in worst.items()}
@@ -341,7 +346,9 @@ def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
         made,
         measures=replace(made.measures, **measures),
         checks=tuple(checks.get(c.name, c) for c in made.checks),
-        corner=max((one.corner for one in components), key=lambda corner: corner.source),
+        corner=max(
+            (component.corner for component in components), key=lambda corner: corner.source
+        ),
     )
 
 

@@ -229,8 +229,8 @@ def made_structures(entries: Iterable[StructureTable], name: str | None) -> tupl
 def _named(structures: list[Structure], name: str | None) -> list[Structure]:
     if name is None:
         return structures
-    require_known("structure", name, [one.name for one in structures])
-    return [one for one in structures if one.name == name]
+    require_known("structure", name, [structure.name for structure in structures])
+    return [structure for structure in structures if structure.name == name]
 
 
 def only_frames(structures: Iterable[Structure], what: str) -> list[RockingFrame]:
@@ -244,11 +244,11 @@ def only_frames(structures: Iterable[Structure], what: str) -> list[RockingFrame
     from rockframe.frame import RockingFrame
 
     frames = []
-    for one in structures:
-        if not isinstance(one, RockingFrame):
+    for structure in structures:
+        if not isinstance(structure, RockingFrame):
             raise ParameterError(
-                f"Invalid kind {one.kind} of structure {one.name!r} for {what}. Must be rocking: "
-                "choose another structure."
+                f"Invalid kind {structure.kind} of structure {structure.name!r} for {what}. "
+                "Must be rocking: choose another structure."
             )
-        frames.append(one)
+        frames.append(structure)
     return frames

@@ -112,14 +112,14 @@ def compare_stage(
     filtered, left_out = _filtered(paths, filters), dict[str, str]()
     with ExitStack() as stack:
         files = [stack.enter_context(open_records(path)) for path in paths]
-        chosen = [[name for name in horizontal(one) if name not in filtered] for one in files]
+        chosen = [[name for name in horizontal(file) if name not in filtered] for file in files]
         names = [name for some in chosen for name in some]
         if not names:
             name, reason = next(iter(filtered.items()))
             raise ParameterError(f"no record is left to compare; {name!r}: {reason}.")
         tasks = Counted(_tasks(files, chosen, tuple(compared), common.ensemble), len(names))
         answers = map_tasks(_answer, tasks, engine=engine)
-        made = write_comparison(
+        dataset = write_comparison(
             accepted(answers, names, WHOLE, left_out, progress),
             [rivals.frame for rivals in compared],
             output,
@@ -128,7 +128,7 @@ def compare_stage(
             | {"ensemble": common.ensemble.stated(), "filters": filters.bounds()},
             left_out=ChainMap(left_out, filtered),
         )
-    written(made)
+    written(dataset)
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
 
 
@@ -142,17 +142,17 @@ def _compared(
     """Return the models of each requested rocking frame."""
     frames = _frames(entries)
     if structure is not None:
-        require_known("structure", structure, [one.name for one in frames])
-    found: list[Rivals] = []
+        require_known("structure", structure, [frame.name for frame in frames])
+    compared: list[Rivals] = []
     for entry in frames:
         if structure not in (None, entry.name):
             continue
         try:
-            found.append(_next_rivals(found, entry, common, against))
+            compared.append(_next_rivals(compared, entry, common, against))
         except ParameterError as error:
             line = line_of(read_text(path), ("structure", entries.index(entry)))
             raise InputError(path, str(error), line) from None
-    return found
+    return compared
 
 
 def _frames(entries: Sequence[StructureTable]) -> list[StructureEntry]:
@@ -172,10 +172,10 @@ def _frames(entries: Sequence[StructureTable]) -> list[StructureEntry]:
 
 def foresee_compare(options: CompareEntry, structures: Sequence[StructureTable]) -> None:
     """Raise the errors of `compare_stage` that need no record."""
-    found: list[Rivals] = []
+    compared: list[Rivals] = []
     for entry in _frames(structures):
-        found.append(_next_rivals(found, entry, options))
-    models = [model for rivals in found for model in rivals.models.values()]
+        compared.append(_next_rivals(compared, entry, options))
+    models = [model for rivals in compared for model in rivals.models.values()]
     require_possible(models, options.ensemble)
 
 
@@ -194,7 +194,7 @@ def _next_rivals(
 def _filtered(paths: Sequence[Path], filters: Filters) -> dict[str, str]:
     """Return the reasons why records are filtered out; a record in two files is an error."""
     source: dict[str, Path] = {}
-    found: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     for path in paths:
         metadata = read_metadata(path, None)
         for row, name in enumerate(metadata.names):
@@ -204,8 +204,8 @@ def _filtered(paths: Sequence[Path], filters: Filters) -> dict[str, str]:
             numbers = {key: float(values[row]) for key, values in metadata.numbers.items()}
             reason = filtered_by(filters, numbers, metadata.texts["site"][row])
             if reason:
-                found[name] = reason
-    return found
+                reasons[name] = reason
+    return reasons
 
 
 @dataclass(frozen=True)
@@ -238,10 +238,10 @@ def _answer(task: _Task) -> tuple[str, list[list[Compared]] | None, str]:
     made_of, ensemble = task.made_of, task.ensemble
     versions = None if made_of is None else made_of.versions(ensemble, task.record)
     try:
-        found = [compare(one, task.record, ensemble, versions) for one in task.compared]
+        responses = [compare(one, task.record, ensemble, versions) for one in task.compared]
     except ParameterError as error:
         return task.name, None, str(error)
-    return task.name, found, ""
+    return task.name, responses, ""
 
 
 def _rivals_of(entry: StructureEntry, common: CompareEntry, against: Collection[str]) -> Rivals:
@@ -249,7 +249,7 @@ def _rivals_of(entry: StructureEntry, common: CompareEntry, against: Collection[
     whole = entry.whole()
     tendon, dissipater = whole.tendon or common.restrained, whole.dissipater or common.hybrid
     free, isolated = replace(whole, tendon=None, dissipater=None), entry.isolated or common.isolated
-    made: dict[str, Callable[[], RockingFrame | IsolatedDeck | FixedFrame | None]] = {
+    makers: dict[str, Callable[[], RockingFrame | IsolatedDeck | FixedFrame | None]] = {
         "restrained": lambda: entry.on_pivots(replace(free, tendon=tendon)) if tendon else None,
         "hybrid": lambda: (
             entry.on_pivots(replace(free, tendon=tendon, dissipater=dissipater))
@@ -264,7 +264,7 @@ def _rivals_of(entry: StructureEntry, common: CompareEntry, against: Collection[
             f"Dissipaters of {whole.name!r} without a tendon. State a tendon in "
             "[structure.tendon] or [compare.restrained]."
         )
-    rivals = {name: make() for name, make in made.items() if not against or name in against}
+    rivals = {name: make() for name, make in makers.items() if not against or name in against}
     tables = {"restrained": "tendon", "hybrid": "dissipater"}
     for name in against:
         if rivals[name] is None:
@@ -322,8 +322,8 @@ def comparison_figures(path: Path, most: int) -> Iterator[NamedFigure]:
     from rockframe.figures.histories import draw_comparison
 
     for record, structure in furthest_pairs(path, most):
-        one = read_histories(path, record, structure)
-        yield f"{record}-{structure}", f"{record} {structure}", draw_comparison(one)
+        history = read_histories(path, record, structure)
+        yield f"{record}-{structure}", f"{record} {structure}", draw_comparison(history)
 
 
 def write_comparison_page(

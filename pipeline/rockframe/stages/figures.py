@@ -104,20 +104,20 @@ def figures_stage(
     given = _by_kind(files)
     _require_own_folder(output)
     drawn: dict[str, str] = {}
-    known = _read_drawn(output)
+    drawn_before = _read_drawn(output)
     kept: dict[str, dict[str, Any]] = {}
     with replaced_folder(output) as partial:
         for group, files_of in _groups(given).items():
             key = key_of([sha256_of(file) for file in files_of], most)
-            if not _keep(known.get(group, {}), key, output, partial):
+            if not _keep(drawn_before.get(group, {}), key, output, partial):
                 if group == "response":
                     shows = _draw_most_rotated(given, partial, most, progress, workers)
                 else:
                     shows = draw_curves({group: given[group]}, partial, most)
                 pairs = [list(pair) for pair in shows.items()]  # in their order
-                made = Stamp.of(key, _files_of(shows, partial), partial)
-                known[group] = {"key": key, "shows": pairs, "sha256": made.outputs}
-            kept[group] = known[group]
+                new_stamp = Stamp.of(key, _files_of(shows, partial), partial)
+                drawn_before[group] = {"key": key, "shows": pairs, "sha256": new_stamp.outputs}
+            kept[group] = drawn_before[group]
             drawn |= dict(kept[group]["shows"])
         (partial / DRAWN).write_bytes(sealed(kept))
         with (partial / _INDEX).open("w", newline="", encoding="utf-8") as stream:
@@ -127,7 +127,7 @@ def figures_stage(
 
 def _groups(given: Mapping[str, Path]) -> dict[str, list[Path]]:
     """Return the files from which figures are drawn together: records first, then each curve."""
-    curves = [one.kind for one in STAGES.values() if one.figures and one.kind in given]
+    curves = [stage.kind for stage in STAGES.values() if stage.figures and stage.kind in given]
     records = {"response": [given[kind] for kind in _OF_RECORDS]} if "response" in given else {}
     return records | {kind: [given[kind]] for kind in curves}
 
@@ -135,7 +135,7 @@ def _groups(given: Mapping[str, Path]) -> dict[str, list[Path]]:
 def _files_of(drawn: Iterable[str], folder: Path) -> list[str]:
     """Return each figure, and its caption if it has one, by its path in the folder."""
     files = [path for name in drawn for path in (Path(name), caption_path(Path(name)))]
-    return [one.as_posix() for one in files if (folder / one).is_file()]
+    return [file.as_posix() for file in files if (folder / file).is_file()]
 
 
 def _read_drawn(folder: Path) -> dict[str, dict[str, Any]]:
@@ -186,9 +186,9 @@ def _by_kind(files: Sequence[Path]) -> dict[str, Path]:
         given[kind] = file
     missing = [kind for kind in _OF_RECORDS if kind not in given]
     if 0 < len(missing) < len(_OF_RECORDS):
-        stated = next(given[kind] for kind in _OF_RECORDS if kind in given)
+        of_records = next(given[kind] for kind in _OF_RECORDS if kind in given)
         raise InputError(
-            stated,
+            of_records,
             f"stated without {' and '.join(missing)}. Figures of records need three files: the "
             "records, their pulses and their responses.",
         )

@@ -70,8 +70,8 @@ def rotated(
         Filled with the measures of both horizontals of each rotated motion (`RecordsFile.rotd`).
     """
     of_recorded = file.rotd
-    recorded = {one.record_id: one for one in outcomes if one.status == "accepted"}
-    yield from ((None, one, None) for one in outcomes if one.status != "accepted")
+    recorded = {outcome.record_id: outcome for outcome in outcomes if outcome.status == "accepted"}
+    yield from ((None, outcome, None) for outcome in outcomes if outcome.status != "accepted")
     for names in file.motions:
         records = [file.read(name) for name in names]
         pairs, unpaired = pair_horizontals(records)
@@ -92,14 +92,14 @@ def rotated(
 
 def _as_read(file: RecordsFile, record: Record) -> AsRead | None:
     """Return the samples as read of a record that was not cut; None if they are unknown."""
-    found = file.as_read(record.record_id)
-    return found if found and found.samples.size == record.acceleration.size else None
+    samples = file.as_read(record.record_id)
+    return samples if samples and samples.samples.size == record.acceleration.size else None
 
 
 def _both_as_read(file: RecordsFile, pair: HorizontalPair) -> tuple[AsRead, AsRead] | None:
     """Return the samples as read of a pair with one band, which its rotations have too."""
-    one, other = (_as_read(file, record) for record in (pair.first, pair.second))
-    return (one, other) if one and other and one.band == other.band else None
+    first, other = (_as_read(file, record) for record in (pair.first, pair.second))
+    return (first, other) if first and other and first.band == other.band else None
 
 
 def _toward(
@@ -109,10 +109,10 @@ def _toward(
     limits: PassportLimits,
     as_read: tuple[AsRead, AsRead] | None,
 ) -> Iterator[Inspected]:
-    made = [rotate(pair, azimuth) for azimuth in azimuths]
+    turned = [rotate(pair, azimuth) for azimuth in azimuths]
     components = [(one, recorded[one.record_id]) for one in (pair.first, pair.second)]
     corrected = any(outcome.corrected_here for _, outcome in components)
-    for record in made:
+    for record in turned:
         # A component perpendicular to the azimuth does not contribute to the motion toward it.
         passports = [
             outcome.passport
@@ -125,7 +125,7 @@ def _toward(
             samples = pair.toward([record.azimuth], [one.samples for one in as_read])[0]
             unfiltered = AsRead(samples, as_read[0].band)
         yield record, replace(outcome, corrected_here=corrected), unfiltered
-    into = " and ".join(repr(record.record_id) for record in made)
+    into = " and ".join(repr(record.record_id) for record in turned)
     for _, outcome in components:
         yield None, replace(outcome, status="rotated", reason=f"rotated into {into}."), None
 
@@ -243,10 +243,10 @@ def ingest_stage(
     entries = read_catalogue(catalogue, columns=columns) if catalogue else None
     sources = sources_of(paths, entries, outputs)
     catalogues = _catalogues(sources, catalogue)
-    stated = catalogues
+    files_stated = catalogues
     if options.selection is not None:
-        stated = {**catalogues, options.selection.name: options.selection}
-    _refuse(outputs, sources, stated.values())
+        files_stated = {**catalogues, options.selection.name: options.selection}
+    _refuse(outputs, sources, files_stated.values())
     checks = _limits(options)
     filters = filters or Filters()
     first = partial(Acceptance, outputs[1], strict=options.strict, listed=listed)
@@ -272,10 +272,10 @@ def ingest_stage(
         _place(output, rotated=bool(azimuths)) as place,
     ):
         read = inspected(readings, options, checks)
-        inputs, made = write_records(
+        inputs, dataset = write_records(
             acceptance.passed(_and_sequence(read, None if azimuths else options, checks)),
             place,
-            input_sha256={name: sha256_of(path) for name, path in stated.items()},
+            input_sha256={name: sha256_of(path) for name, path in files_stated.items()},
             parameters=parameters,
             spectral_periods=options.spectral_periods_s or (),
         )
@@ -284,7 +284,7 @@ def ingest_stage(
             with open_records(place) as recorded:
                 rotd: dict[str, Mapping[str, Any]] = {}
                 toward = rotated(recorded, outcomes, azimuths, checks, rotd)
-                _, made = write_records(
+                _, dataset = write_records(
                     acceptance.passed(_and_sequence(toward, options, checks)),
                     output,
                     input_sha256=inputs,
@@ -295,7 +295,7 @@ def ingest_stage(
     rows = acceptance.publish()
     _warn_of_idle_options(options, acceptance.accepted, rows)
     rejections = tuple(row for row in rows if row.status == "rejected")
-    return Ingested(tuple(acceptance.accepted), rejections, rows, inputs, made)
+    return Ingested(tuple(acceptance.accepted), rejections, rows, inputs, dataset)
 
 
 #: Formats of the files that an option concerns.
@@ -346,10 +346,10 @@ def _and_sequence(
     """Yield the inputs, then the sequence of their records that the options state, if any."""
     wanted = options.sequence if options else None
     held: dict[str, tuple[Record, InputOutcome]] = {}
-    known = []
+    accepted = []
     for record, outcome, as_read in inputs:
         if record is not None and outcome.status == "accepted":
-            known.append(record.record_id)
+            accepted.append(record.record_id)
             if wanted and record.record_id in wanted:
                 held[record.record_id] = record, outcome
         yield record, outcome, as_read
@@ -357,7 +357,7 @@ def _and_sequence(
         return
     for name in wanted:
         if name not in held:
-            listed = ", ".join(known)
+            listed = ", ".join(accepted)
             raise ParameterError(
                 f"Invalid record {name!r} of the sequence. Must be one of those accepted: {listed}."
             )

@@ -96,9 +96,9 @@ def pulse_stage(
         tasks = Counted(
             _tasks(file, names, wanted, left_out, waiting), math.ceil(len(names) / _TOGETHER)
         )
-        found = chain.from_iterable(map_tasks(pulses_or_reasons, tasks, engine=engine))
-        pulses = accepted(found, names, batch, left_out, progress)
-        made = write_pulses(
+        results = chain.from_iterable(map_tasks(pulses_or_reasons, tasks, engine=engine))
+        pulses = accepted(results, names, batch, left_out, progress)
+        dataset = write_pulses(
             ((waiting.pop(name), one) for name, one in pulses),
             output,
             input_sha256=input_hash(records_path),
@@ -106,7 +106,7 @@ def pulse_stage(
             left_out=left_out,
             batch=batch.stated,
         )
-    written(made)
+    written(dataset)
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)
 
 

@@ -43,7 +43,7 @@ _OF_EACH_RECORD: Final = [
     stage.file for stage in STAGES.values() if stage.of_records and stage.kind != SCREEN
 ]
 #: Files of a run from which other files are computed.
-_MADE_FROM: Final = tuple(dict.fromkeys(name for one in STAGES.values() for name in one.inputs))
+_MADE_FROM: Final = tuple(dict.fromkeys(name for stage in STAGES.values() for name in stage.inputs))
 
 
 @dataclass(frozen=True)
@@ -122,18 +122,18 @@ def verify_run(folder: str | Path) -> Verification:
 
 
 def _other_versions(manifest: Mapping[str, Any]) -> dict[str, str]:
-    here, stated = package_versions(), manifest["versions"]
-    return {name: str(made) for name, made in stated.items() if here.get(name, made) != made}
+    here, then = package_versions(), manifest["versions"]
+    return {name: str(made) for name, made in then.items() if here.get(name, made) != made}
 
 
 def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Yield the names of files that differ from the manifest, and a message for each."""
-    for name, stated in outputs.items():
+    for name, output in outputs.items():
         path = folder / name
         if not path.is_file():
             yield name, f"{path}: missing, although the manifest lists it."
-        elif (found := sha256_of(path)) != stated:
-            hashes = f"SHA-256 {found[:12]}…, the manifest says {str(stated)[:12]}…"
+        elif (digest := sha256_of(path)) != output:
+            hashes = f"SHA-256 {digest[:12]}…, the manifest says {str(output)[:12]}…"
             yield name, f"{path}: {hashes}. Must be equal."
 
 
@@ -168,7 +168,7 @@ def _files_of_other_runs(
     folder: Path, manifest: Mapping[str, Any], datasets: Mapping[str, Described]
 ) -> Iterator[str]:
     """Yield a message for each file that was computed from files of another run."""
-    known = {**manifest["inputs"], **manifest["outputs"]}
+    own_hashes = {**manifest["inputs"], **manifest["outputs"]}
     hashes = {str(sha256) for sha256 in manifest["inputs"].values()}
     for name, held in datasets.items():
         if name == "records.nc":
@@ -181,8 +181,8 @@ def _files_of_other_runs(
             continue
         for source in _MADE_FROM:
             needed = source == RECORDS_FILE and _STAGE_OF[name].of_records
-            stated = held.inputs.get(source)
-            if (needed or stated is not None) and stated != known.get(source):
+            hash_of_source = held.inputs.get(source)
+            if (needed or hash_of_source is not None) and hash_of_source != own_hashes.get(source):
                 yield f"{folder / name}: was made from another {source}. Must be of the same run."
 
 
@@ -202,9 +202,9 @@ def _lost_records(folder: Path, datasets: Mapping[str, Described]) -> Iterator[s
                 f"{folder / name}: holds {strange[0]!r}, which is not in records.nc. "
                 "Must be of the same run."
             )
-        known = {*held, *datasets[name].left_out}
+        listed = {*held, *datasets[name].left_out}
         asked = [datasets[name].only] if datasets[name].only else horizontal
-        lost = [record for record in asked if record not in known]
+        lost = [record for record in asked if record not in listed]
         if lost:
             yield (
                 f"{folder / name}: neither contains {lost[0]!r} of records.nc nor states a reason. "
@@ -340,11 +340,11 @@ def client_stage(
     content = read_run(folder)
     refuse_overwriting([page], [folder / name for name in content.manifest["outputs"]])
     study = content.manifest["parameters"].get("study") or content.manifest["parameters"]
-    stated = options.model_dump(exclude_unset=True) if options else {}
-    wanted = ReportOptions(**{**(study.get("report") or {}), **stated})
+    given = options.model_dump(exclude_unset=True) if options else {}
+    wanted = ReportOptions(**{**(study.get("report") or {}), **given})
     screened = folder / "screen.nc"
-    known = screened.name in content.manifest["outputs"]
-    screening = read_screening(screened, every_scale=False) if known else None
+    is_of_run = screened.name in content.manifest["outputs"]
+    screening = read_screening(screened, every_scale=False) if is_of_run else None
     parameters = json.loads(attributes_of(folder / "response.nc", "response")["parameters"])
     letterhead = Letterhead(wanted.company, wanted.project, wanted.question, wanted.logo)
     text = client_page(content, letterhead, members_of(parameters), screening)

@@ -192,20 +192,23 @@ def respond_stage(
         )
         every = _with_pairs(names, pairs)
         answers = chain.from_iterable(map_tasks(_rows, tasks, engine=engine))
-        made = write_response_rows(
+        dataset = write_response_rows(
             (row for _, row in accepted(answers, every, batch, left_out, progress)),
             structures,
             output,
             input_sha256=input_hash(records_path, structures_path, *beside),
             parameters=options.stated()
-            | {"structures": [one.name for one in structures], "pulses": pulses_path is not None}
+            | {
+                "structures": [structure.name for structure in structures],
+                "pulses": pulses_path is not None,
+            }
             | ({"pairs": True} if pairs else {}),
             left_out=left_out,
             batch=batch.stated,
             motions=file.most_parts,
         )
-    written(made)
-    _warn_of_motion(made)
+    written(dataset)
+    _warn_of_motion(dataset)
     return tuple(InputOutcome(name, left_out[name]) for name in every if name in left_out)
 
 
@@ -240,16 +243,16 @@ def _pairs_of(file: RecordsFile, structures: Sequence[Structure]) -> dict[str, _
     """Return the motions with two horizontals, by the later of these in the file; none if no
     structure is computed in both directions.
     """
-    found: dict[str, _Pair] = {}
+    pairs: dict[str, _Pair] = {}
     if not computed_in_both_directions(structures):
-        return found
+        return pairs
     level = {*horizontal(file)}
     sequences = {*file.sequences}
     for records in file.motions:
         across = [name for name in records if name in level]
         if len(across) == 2 and not sequences.intersection(across):
-            found[across[1]] = _Pair(file.name_of_pair(across[0]), tuple(records))
-    return found
+            pairs[across[1]] = _Pair(file.name_of_pair(across[0]), tuple(records))
+    return pairs
 
 
 def _with_pairs(names: Sequence[str], pairs: Mapping[str, _Pair]) -> list[str]:
@@ -268,12 +271,12 @@ def _in_both(file: RecordsFile, pair: _Pair, options: RespondOptions) -> _Motion
     """
     from rockframe.wobbling import PairAcceleration  # not needed for motions in one plane
 
-    one = file.in_both(pair.records)
-    if options.vertical and one.vertical is None:
+    both = file.in_both(pair.records)
+    if options.vertical and both.vertical is None:
         raise ParameterError(_WITHOUT_VERTICAL)
-    motion = PairAcceleration.from_pair(one, vertical=options.vertical)
-    records = (one.first.record_id, one.second.record_id)
-    components = Components(records, one.remark)
+    motion = PairAcceleration.from_pair(both, vertical=options.vertical)
+    records = (both.first.record_id, both.second.record_id)
+    components = Components(records, both.remark)
     return _Motion(pair.name, 2 * motion.x.size, motion, components=components)
 
 
@@ -320,7 +323,7 @@ def _tasks(
     held: list[_Motion] = []
     for motion in motions:
         held.append(motion)
-        if sum(one.samples for one in held) * len(structures) >= _nodes(options):
+        if sum(entry.samples for entry in held) * len(structures) >= _nodes(options):
             yield _task(held, structures, options, pulses, pairs)
             held = []
     if held:
@@ -334,18 +337,18 @@ def _task(
     pulses: _Pulses,
     pairs: bool,
 ) -> ResponseTask:
-    records = [one.record for one in held if one.record is not None]
+    records = [entry.record for entry in held if entry.record is not None]
     beside: dict[str, Pulse] = {}
     for record in records:
         beside |= pulses.of(record)
     return ResponseTask(
-        {one.name: one.motion for one in held},
-        {one.name: one.uncertain for one in held if one.uncertain is not None},
+        {entry.name: entry.motion for entry in held},
+        {entry.name: entry.uncertain for entry in held if entry.uncertain is not None},
         {record.record_id: record.parts for record in records if record.parts},
         beside,
         structures,
         options,
-        {one.name: one.components for one in held if one.components.records},
+        {entry.name: entry.components for entry in held if entry.components.records},
         pairs,
     )
 
@@ -377,12 +380,12 @@ def _rows(task: ResponseTask) -> list[tuple[str, WrittenRow | None, str]]:
     """Return what is written of each record, or the reason why it is rejected."""
     together = _together(task)
     if together is not None:
-        return [(name, nominal_row(name, found), "") for name, found in together.items()]
-    stated = task.options.stated() | {"pairs": task.pairs}
+        return [(name, nominal_row(name, reading), "") for name, reading in together.items()]
+    parameters = task.options.stated() | {"pairs": task.pairs}
 
     def row(name: str, responses: Sequence[StructureResponse]) -> WrittenRow:
         components = task.components.get(name, NO_COMPONENTS)
-        return response_row(name, responses, stated, components)
+        return response_row(name, responses, parameters, components)
 
     return [
         (name, row(name, responses) if responses else None, reason)
@@ -503,22 +506,22 @@ def scaled_rows(
     options = options or RespondOptions()
     structures = choose_structures(structures_path, options.structure)
     left_out: dict[str, str] = {}
-    found: list[Row] = []
+    rows: list[Row] = []
     with open_records(records_path) as file:
         names = horizontal(file)
         for name in records:
             require_known("record", name, names)
         names = [name for name in names if name in records] if records else names
-        for done, one in enumerate(_motions(file, names, options, left_out)):
-            motion = as_ground(one.motion)  # type: ignore[arg-type]  # without pairs
-            made_of = one.uncertain
+        for done, held in enumerate(_motions(file, names, options, left_out)):
+            motion = as_ground(held.motion)  # type: ignore[arg-type]  # without pairs
+            made_of = held.uncertain
             versions = made_of.versions(options.ensemble, motion) if made_of else None
             try:
-                found += _at_scales(one.name, motion, structures, scales, options, versions)
+                rows += _at_scales(held.name, motion, structures, scales, options, versions)
             except ParameterError as error:
-                left_out[one.name] = str(error)
+                left_out[held.name] = str(error)
             progress(done + 1, len(names))
-    return found, tuple(InputOutcome(name, left_out[name]) for name in left_out)
+    return rows, tuple(InputOutcome(name, left_out[name]) for name in left_out)
 
 
 def _at_scales(
@@ -544,7 +547,10 @@ def _at_scales(
                 "structure": structure.name,
                 "scale": float(scale),
                 "verdict": response.verdict.name.lower(),
-                **{one.column(): getattr(response, one.name, math.nan) for one in PEAKS},
+                **{
+                    quantity.column(): getattr(response, quantity.name, math.nan)
+                    for quantity in PEAKS
+                },
                 "overturning_time_s": getattr(response, "overturning_time", math.nan),
                 **(ensemble_cells(members) if members else {}),
             }

@@ -259,12 +259,12 @@ def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
     """Return intensities slightly beyond the range tried, for the curves; NaN if none is known."""
     grid = {}
     for name, values in intensities.items():
-        known = values[np.isfinite(values) & (values > 0.0)]
-        if not known.size:
+        positive = values[np.isfinite(values) & (values > 0.0)]
+        if not positive.size:
             grid[name] = np.full(_POINTS, np.nan)
             continue
         factors = _powers(scales, name)
-        least, most = known.min() * factors[0], known.max() * factors[-1]
+        least, most = positive.min() * factors[0], positive.max() * factors[-1]
         grid[name] = np.geomspace(least / _BEYOND, most * _BEYOND, _POINTS)
     return grid
 
@@ -276,13 +276,13 @@ def _preferences(
     both = compared_motions(intensities)
     some = {name: values[both] for name, values in intensities.items()}
     scales, form = run.request.scales, run.request.options.fragility_curve
-    found = [
+    preferences = [
         better_measure(_fits(some, scales, fell[both], clusters[both], form))
         for fell in run.shares(0).swapaxes(0, 1)
     ]
     return {
-        "better_measure": [one.measure for one in found],
-        "better_measure_reason": [one.reason for one in found],
+        "better_measure": [preference.measure for preference in preferences],
+        "better_measure_reason": [preference.reason for preference in preferences],
     }
 
 
@@ -318,9 +318,9 @@ def _pooled_values(
 
     A recording is one observation, whatever number of structures respond to it.
     """
-    request, limits = run.request, [k for k, one in enumerate(run.limits) if _is_pooled(one)]
-    free = [k for k, one in enumerate(request.structures) if is_free(one)]
-    frames = [one for one in request.structures if is_free(one)]
+    request, limits = run.request, [k for k, limit in enumerate(run.limits) if _is_pooled(limit)]
+    free = [k for k, structure in enumerate(request.structures) if is_free(structure)]
+    frames = [structure for structure in request.structures if is_free(structure)]
     intensities = pooled_intensities(frames, numbers["pga"], numbers["pgv"])
     together = np.tile(clusters, len(free))
     # Without restraints, a frame has the share of each of these limit states.
@@ -329,7 +329,7 @@ def _pooled_values(
         for limit in limits
     ]
     form = request.options.fragility_curve
-    fits = [_fits(intensities, request.scales, one, together, form) for one in shares]
+    fits = [_fits(intensities, request.scales, share, together, form) for share in shares]
     better = better_measure(fits[0])
     of_one_structure = {
         **_fragility_values([fits], _grid(intensities, request.scales)),
@@ -368,7 +368,7 @@ def _rates(curve: HazardCurve, fits: Sequence[Sequence[Mapping[str, Fragility]]]
 
 def _design_values(design: Design, shares: Float, largest: Float) -> dict[str, Any]:
     """Return the scan of a design; shares and 84 % quantiles of shape (structures, steps)."""
-    found = [design.result(*row) for row in zip(shares, largest, strict=True)]
+    results = [design.result(*row) for row in zip(shares, largest, strict=True)]
     return {
         "design_dimension": design.dimension,
         "design_quantity": design.quantity,
@@ -378,13 +378,13 @@ def _design_values(design: Design, shares: Float, largest: Float) -> dict[str, A
         "design_share": shares,
         "design_statistic": design.statistic,
         "design_quantile_84": largest,
-        **SCREEN_NC.filled("found", found),
+        **SCREEN_NC.filled("found", results),
     }
 
 
 def _design_units(design: Design) -> dict[str, str]:
     """Return the units of the variables of a design that allow two units."""
-    two = (one for one in SCREEN_NC.variables if one.also_units == "1")
+    two = (variable for variable in SCREEN_NC.variables if variable.also_units == "1")
     ratio = design.dimension == "mass_ratio"
     of_quantity = QUANTITIES[design.quantity].units
     limit = dict.fromkeys(("design_limit", "design_quantile_84"), of_quantity)
@@ -488,7 +488,7 @@ def screen_stage(
         origin = _origin(records_path, chosen, options)
         batches = Batches(output, origin | request.scenarios())
         run = ScreeningRun(chosen, request, batches, engine, progress)
-        made = write_screening(
+        dataset = write_screening(
             run.rows(),
             run.sizes(),
             request.reference,
@@ -498,15 +498,15 @@ def screen_stage(
             parameters=options.stated()
             | {
                 "filters": chosen.filters.bounds(),
-                "structures": [one.name for one in structures],
+                "structures": [structure.name for structure in structures],
             },
             left_out={r.file: r.reason for r in chosen.rejections} | chosen.left_out,
             filtered=chosen.left_out,
             histories=None if options.histories == "none" else run.histories(),
         )
-    write_screen_tables(output, table_format=table_format, screening=made)
+    write_screen_tables(output, table_format=table_format, screening=dataset)
     batches.sweep()
-    written(made)
+    written(dataset)
     rejected = tuple(chosen.rejections)
     return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
 
@@ -589,9 +589,9 @@ def screening_figures(path: Path, _most: int) -> Iterator[NamedFigure]:
 
     screening = read_screening(path, every_scale=False)
     for structure in map(str, screening["structure"].values):
-        one = screening.sel(structure=structure)
-        yield f"fragility-{structure}", structure, draw_fragility(one)
-        yield f"peaks-{structure}", structure, draw_peak_distribution(one)
+        screened = screening.sel(structure=structure)
+        yield f"fragility-{structure}", structure, draw_fragility(screened)
+        yield f"peaks-{structure}", structure, draw_peak_distribution(screened)
     together = pooled_fits(screening)
     if together is not None:
         name = str(together["structure"].item())

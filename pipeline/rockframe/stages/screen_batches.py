@@ -99,12 +99,14 @@ class ScreeningRequest:
         _require_free(options, structures)
         require_possible(structures, chosen_ensemble(options))
         for quantity, key, owner in _RESTRAINED:
-            without = [one.name for one in structures if not has_quantity(one, quantity)]
+            without = [
+                structure.name for structure in structures if not has_quantity(structure, quantity)
+            ]
             if getattr(options, f"limit_{quantity}") and len(without) == len(structures):
                 raise invalid(key, None, owner, f"stated for limit_{quantity}")
             if without and options.design is not None and options.design.quantity == quantity:
-                stated = f"stated for a design of quantity {quantity}"
-                raise invalid(key, None, f"frame {without[0]!r}", stated)
+                needs = f"stated for a design of quantity {quantity}"
+                raise invalid(key, None, f"frame {without[0]!r}", needs)
         design = None
         if options.design is not None:
             lowest, highest = options.design.range
@@ -127,8 +129,8 @@ class ScreeningRequest:
     def scenarios(self) -> dict[str, Any]:
         """Return everything that the scenarios depend on, as JSON values."""
         return {
-            "structures": [_as_json(one) for one in self.structures],
-            "candidates": [_as_json(one) for one in self.candidates],
+            "structures": [_as_json(structure) for structure in self.structures],
+            "candidates": [_as_json(candidate) for candidate in self.candidates],
             "scales": self.scales.tolist(),
             "members": self.options.model_dump(
                 mode="json", include={"margins", "ensemble", "scenario_members"}
@@ -142,7 +144,7 @@ def is_free(structure: Structure) -> TypeGuard[RockingFrame]:
 
 
 def _require_free(options: ScreenOptions, structures: Sequence[Structure]) -> None:
-    free = [one.name for one in structures if is_free(one)]
+    free = [structure.name for structure in structures if is_free(structure)]
     if options.pooled and len(free) < 2:
         raise ParameterError(
             f"pooled needs at least two rocking structures without tendons and dissipaters, and "
@@ -154,8 +156,8 @@ def _require_free(options: ScreenOptions, structures: Sequence[Structure]) -> No
 def _candidates(design: Design, structures: Sequence[Structure]) -> tuple[Structure, ...]:
     """Return each structure with each value of the dimension of a design."""
     return tuple(
-        kind_of(one).resized(one, design.dimension, value)
-        for one in structures
+        kind_of(structure).resized(structure, design.dimension, value)
+        for structure in structures
         for value in design.values.tolist()
     )
 
@@ -238,13 +240,16 @@ class ScreeningRun:
                     self._keep(i, k, {name: values[k : k + 1] for name, values in row.items()})
                 yield row
                 continue
-            found = []
+            held_peaks = []
             for k, structure in enumerate(structures):
                 columns = (values[k].T for values in of_members)
                 family = quantities_of(kind_of(structure).members(structure, ensemble), *columns)
                 self._keep(i, k, family)
-                found.append(self._shares_and_bands(i, k, family))
-            yield row | {name: np.stack([one[name] for one in found]) for name in found[0]}
+                held_peaks.append(self._shares_and_bands(i, k, family))
+            yield row | {
+                name: np.stack([held_peak[name] for held_peak in held_peaks])
+                for name in held_peaks[0]
+            }
 
     def _keep(self, i: int, k: int, found: Arrays) -> None:
         """Keep what the members of a structure do under a motion, shape (members, scales)."""
@@ -262,7 +267,9 @@ class ScreeningRun:
         structure = self.request.structures[k]
         has = [has_quantity(structure, limit.quantity) for limit in self.limits]
         share = self.reached[:, i, k].T / self.members
-        bands = {one.band: quantiles(_standing(found, one.name).T) for one in OF_SCENARIO}
+        bands = {
+            quantity.band: quantiles(_standing(found, quantity.name).T) for quantity in OF_SCENARIO
+        }
         uplifted = (found["verdict"] != Verdict.NO_UPLIFT).mean(axis=0)
         reached = np.where(has, share, np.nan)
         return {"share_reached": reached, "share_uplifted": uplifted, **bands}
@@ -297,8 +304,8 @@ class ScreeningRun:
         """Return margins, shape (motions, structures); empty if they were not requested."""
         if self.request.options.margins == "none":
             return {}
-        found = list(self._map("margins"))
-        return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+        batches = list(self._map("margins"))
+        return {name: np.concatenate([part[name] for part in batches]) for name in batches[0]}
 
     def demands_at(self, curve: HazardCurve, intensities: Mapping[str, Float]) -> dict[str, Any]:
         """Return the demand of each structure at the return periods, by variable.
@@ -321,16 +328,16 @@ class ScreeningRun:
         )
         values: dict[str, Any] = {"return_period_years": [*periods]}
         for name, of_frames in self._demands.items():
-            found = [
+            demands = [
                 demands_at(
                     *(curve, periods, of_frames[:, k], measured, clusters),
                     options.fragility_curve,
                 )
                 for k in range(len(self.request.structures))
             ]
-            for end in found[0]:
+            for end in demands[0]:
                 variable = f"{name}_at_return_period" + ("" if end == "value" else f"_{end}")
-                values[variable] = np.stack([of_frame[end] for of_frame in found])
+                values[variable] = np.stack([of_frame[end] for of_frame in demands])
         return values
 
     def candidates(self, design: Design) -> tuple[Float, Float]:
@@ -355,7 +362,7 @@ class ScreeningRun:
             held.append(part)
             width += len(part["verdict"])
             if width == len(self.motions):
-                whole = {name: np.concatenate([one[name] for one in held]) for name in PEAKS}
+                whole = {name: np.concatenate([entry[name] for entry in held]) for name in PEAKS}
                 yield next(groups), whole
                 held, width = [], 0
 
@@ -365,13 +372,17 @@ class ScreeningRun:
         ensemble = self.request.options.scenario_ensemble()
         family = candidates
         if ensemble is not None:
-            family = [m for one in candidates for m in kind_of(one).members(one, ensemble)]
+            family = [
+                m
+                for candidate in candidates
+                for m in kind_of(candidate).members(candidate, ensemble)
+            ]
         columns = {name: values.reshape(len(self.motions), -1).T for name, values in held.items()}
-        found = quantities_of(family, *(columns[name] for name in PEAKS))
-        fell = found["verdict"] == Verdict.OVERTURNS
+        quantities = quantities_of(family, *(columns[name] for name in PEAKS))
+        fell = quantities["verdict"] == Verdict.OVERTURNS
         shape = (len(candidates), -1)
-        reached = LimitState(design.quantity, design.limit).reached(found, fell).reshape(shape)
-        demand = _standing(found, design.quantity).reshape(shape)
+        reached = LimitState(design.quantity, design.limit).reached(quantities, fell).reshape(shape)
+        demand = _standing(quantities, design.quantity).reshape(shape)
         return (~reached).mean(axis=1), quantiles(demand)[:, 2]
 
     def _peaks(self, kind: str) -> Iterator[tuple[NDArray[Any], ...]]:
@@ -383,7 +394,7 @@ class ScreeningRun:
             width += part["verdict"].shape[2]
             if width < self.request.scales.size:
                 continue
-            whole = (np.concatenate([one[name] for one in held], axis=2) for name in PEAKS)
+            whole = (np.concatenate([entry[name] for entry in held], axis=2) for name in PEAKS)
             yield from zip(*whole, strict=True)
             held, width = [], 0
 

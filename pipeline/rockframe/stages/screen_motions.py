@@ -117,7 +117,7 @@ class Motions:
         self.left_out: dict[str, str] = {}
         self.motions: list[Motion] = []
         self._choose()
-        ensemble, names = options.scenario_ensemble(), [one.name for one in self.motions]
+        ensemble, names = options.scenario_ensemble(), [motion.name for motion in self.motions]
         versions = None if ensemble is None or options.azimuths_degree else ensemble
         self._sources = None if versions is None else VersionSources.of(file, versions, names)
 
@@ -129,8 +129,8 @@ class Motions:
         names = horizontal(self._file)
         if self._vertical and not azimuths:
             self._beside = vertical_beside(self._file)
-        found = self._turned(rows, azimuths) if azimuths else self._recorded(rows, names)
-        for motion in found:
+        motions = self._turned(rows, azimuths) if azimuths else self._recorded(rows, names)
+        for motion in motions:
             like = None if azimuths else self._metadata.pulse_like[motion.row]
             site = self._metadata.texts["site"][motion.row]
             reason = self._filtered_by(motion.numbers, like, site)
@@ -157,18 +157,18 @@ class Motions:
 
     def _with_measures(self, motion: Motion) -> Motion:
         """Return the motion with its spectral accelerations and further measures."""
-        found: dict[str, float] = {}
+        measures: dict[str, float] = {}
         of_component = [name for name in self._measures if name in _OF_COMPONENT]
         if self._periods or of_component:
             record = self._component(motion)
             samples = record.acceleration, record.time_step
             spectrum = spectral_acceleration(*samples, self._periods) if self._periods else ()
             for period, value in zip(self._periods, spectrum, strict=True):
-                found[spectral(period).name] = float(value)
-            found |= {name: _OF_COMPONENT[name](*samples) for name in of_component}
+                measures[spectral(period).name] = float(value)
+            measures |= {name: _OF_COMPONENT[name](*samples) for name in of_component}
         if len(of_component) < len(self._measures):
-            found |= self._of_pair(motion)
-        return replace(motion, numbers={**motion.numbers, **found})
+            measures |= self._of_pair(motion)
+        return replace(motion, numbers={**motion.numbers, **measures})
 
     def _of_pair(self, motion: Motion) -> dict[str, float]:
         """Return the measures of both horizontals of a motion; NaN without a partner."""
@@ -177,8 +177,8 @@ class Motions:
             together = self._recordings[self._metadata.recordings[motion.row]]
             self._of_pairs |= dict.fromkeys(together, self._rotd(None))
             for pair in pair_horizontals(map(self._file.read, together))[0]:
-                found = self._rotd(pair)
-                self._of_pairs |= {one.record_id: found for one in (pair.first, pair.second)}
+                measures = self._rotd(pair)
+                self._of_pairs |= {one.record_id: measures for one in (pair.first, pair.second)}
         return self._of_pairs[name]
 
     def _rotd(self, pair: HorizontalPair | None) -> dict[str, float]:
@@ -192,12 +192,12 @@ class Motions:
         sweeps: list[Sweep] = []
         if pair is not None:
             sweeps = on_threads(lambda quantity: _sweep(pair, *quantity), list(wanted))
-        found: dict[str, float] = {}
+        measures: dict[str, float] = {}
         for number, ((quantity, period), shares) in enumerate(wanted.items()):
             for share in shares:
                 name = spectral(period, share).name if period else f"{quantity}_{share}"
-                found[name] = sweeps[number].percentile(_SHARES[share]) if sweeps else math.nan
-        return found
+                measures[name] = sweeps[number].percentile(_SHARES[share]) if sweeps else math.nan
+        return measures
 
     def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None, site: str) -> str:
         """Return the reason why a motion is filtered out, or ""."""
@@ -207,8 +207,8 @@ class Motions:
         for name, number in (("pulse_period_s", "T_p"), ("pulse_length_m", "L_p")):
             bounds, value = getattr(self._options, name), numbers[number]
             if bounds is not None and not bounds[0] <= value <= bounds[1]:
-                known = "unknown" if math.isnan(value) else f"{value:g}"
-                return f"{name} {known}. Must be from {bounds[0]:g} to {bounds[1]:g}"
+                printed = "unknown" if math.isnan(value) else f"{value:g}"
+                return f"{name} {printed}. Must be from {bounds[0]:g} to {bounds[1]:g}"
         return filtered_by_pulse(self._options.pulse_like, pulse_like)
 
     def read(self, motion: Motion) -> Record | GroundAcceleration:
@@ -278,8 +278,10 @@ class Motions:
             for pair in pairs:
                 names = pair.first.record_id, pair.second.record_id
                 row = rows[names[0]]
-                known = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
-                known |= dict.fromkeys(("a_p", "T_p", "L_p"), math.nan)
+                numbers = {
+                    key: float(values[row]) for key, values in self._metadata.numbers.items()
+                }
+                numbers |= dict.fromkeys(("a_p", "T_p", "L_p"), math.nan)
                 for azimuth in azimuths:
                     record = rotate(pair, azimuth)
                     peaks = {
@@ -287,7 +289,7 @@ class Motions:
                         "pgv": peak(integrate(record.acceleration, record.time_step)),
                         "azimuth": azimuth,
                     }
-                    yield Motion(record.record_id, row, cluster, names, azimuth, known | peaks)
+                    yield Motion(record.record_id, row, cluster, names, azimuth, numbers | peaks)
                 cluster += 1
 
     def _why_none(self) -> str:

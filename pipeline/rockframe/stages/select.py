@@ -182,10 +182,12 @@ def select_stage(
         )
     away = np.sqrt(((log_sa - target.log_sa) ** 2).mean(axis=1))
     rows = list(_rows(metadata, factors, dict(zip(factors, away, strict=True)), verticals))
-    made = Selection(target, log_sa, rows, pool.records, len(pool.names), pool.left_out, tables)
+    selection = Selection(
+        target, log_sa, rows, pool.records, len(pool.names), pool.left_out, tables
+    )
     write_rows_as(tables[0], rows)
-    write_rows_as(tables[1], made.spectra())
-    return made
+    write_rows_as(tables[1], selection.spectra())
+    return selection
 
 
 def _target(options: SelectOptions) -> TargetSpectrum:
@@ -243,17 +245,17 @@ class _Pool:
         """
         options, names = self._options, self.names
         candidates = self._scaled(progress)
-        found = choose(candidates, self._target, options.motions, self._groups(), options.seed)
+        choice = choose(candidates, self._target, options.motions, self._groups(), options.seed)
         within = {names[motion] for motion in candidates.motion}
         low, high = options.scale_bounds
         out = f"scale_bounds exceeded. Must be from {low:g} to {high:g}"
         self.left_out |= dict.fromkeys((name for name in names if name not in within), out)
         self.names = [name for name in names if name in within]
-        if found.size < options.motions:
-            raise ParameterError(self._why_few(found.size))
-        found = found[np.argsort(candidates.motion[found])]
-        factors = {names[candidates.motion[k]]: float(candidates.factor[k]) for k in found}
-        return factors, candidates.log_sa[found]
+        if choice.size < options.motions:
+            raise ParameterError(self._why_few(choice.size))
+        choice = choice[np.argsort(candidates.motion[choice])]
+        factors = {names[candidates.motion[k]]: float(candidates.factor[k]) for k in choice}
+        return factors, candidates.log_sa[choice]
 
     def _refusal(self, name: str) -> str:
         """Return the reason why a record is no candidate, or ""."""
@@ -300,11 +302,11 @@ class _Pool:
         ]
         if self._options.most_per_event is not None:
             limits.append(([texts["event"][r] or r for r in rows], self._options.most_per_event))
-        found = []
+        groups = []
         for keys, most in limits:
             numbers = {key: number for number, key in enumerate(dict.fromkeys(keys))}
-            found.append(Groups(np.array([numbers[key] for key in keys], dtype=np.int64), most))
-        return found
+            groups.append(Groups(np.array([numbers[key] for key in keys], dtype=np.int64), most))
+        return groups
 
     def _why_few(self, reached: int) -> str:
         """Return the message that not enough records can be selected, and why."""
@@ -315,8 +317,8 @@ class _Pool:
         counted = ", ".join(f"{count} by {name}" for name, count in removed.most_common() if count)
         wanted = f"{options.motions} motions wanted, but only {reached} can be selected of"
         out = f" Left out: {counted}." if counted else ""
-        what = "Allow more, add records, or state fewer motions."
-        return f"{wanted} {self.records} horizontal records.{out} {what}"
+        advice = "Allow more, add records, or state fewer motions."
+        return f"{wanted} {self.records} horizontal records.{out} {advice}"
 
 
 def _refuse_scaled(record: Record) -> None:
@@ -333,12 +335,12 @@ def _verticals(file: RecordsFile, factors: Mapping[str, float]) -> dict[str, str
     A vertical beside two selected components belongs to neither: it cannot have both factors.
     """
     upright = {name for name, of in zip(file.names, file.orientations, strict=True) if of.upright}
-    found: dict[str, str] = {}
+    verticals: dict[str, str] = {}
     for together in file.motions:
         selected = [name for name in together if name in factors]
         if len(selected) == 1:
-            found |= {name: selected[0] for name in together if name in upright}
-    return found
+            verticals |= {name: selected[0] for name in together if name in upright}
+    return verticals
 
 
 def _rows(
@@ -392,23 +394,23 @@ def read_selection(path: Path) -> dict[str, float]:
     header = lines[0][1] if lines else []
     for column in LISTED:
         if column not in header:
-            stated = ", ".join(header)[:80] or "missing"
+            columns = ", ".join(header)[:80] or "missing"
             must = f"Must include {' and '.join(LISTED)}, as `rockframe select` writes them."
-            raise InputError(path, f"columns {stated}. {must}", line=1)
-    found: dict[str, float] = {}
+            raise InputError(path, f"columns {columns}. {must}", line=1)
+    factors: dict[str, float] = {}
     for line, row in lines[1:]:
         cells = dict(zip(header, row, strict=False))
         name, scale = (cells.get(column, "") for column in LISTED)
-        if not is_record_id(name) or name in found:
-            said = f"{name!r} is stated twice" if name in found else f"{name[:80]!r}"
+        if not is_record_id(name) or name in factors:
+            said = f"{name!r} is stated twice" if name in factors else f"{name[:80]!r}"
             raise InputError(path, f"record_id {said}. Must be a record, stated once.", line=line)
         try:
-            found[name] = decimal(scale)
+            factors[name] = decimal(scale)
         except ValueError:
-            found[name] = math.nan
-        if not LEAST_FACTOR <= found[name] <= LARGEST_FACTOR:
+            factors[name] = math.nan
+        if not LEAST_FACTOR <= factors[name] <= LARGEST_FACTOR:
             must = f"Must be a number from {LEAST_FACTOR:g} to {LARGEST_FACTOR:g}."
             raise InputError(path, f"scale {scale[:80]!r}. {must}", line=line)
-    if not found:
+    if not factors:
         raise InputError(path, "states no record. Must state one or more.")
-    return found
+    return factors

@@ -79,16 +79,16 @@ def spectrum_stage(
     """
     output = Path(output)
     refuse_obstacles([output])
-    found = overturning_spectrum(*_scan(options), engine=engine)
-    made = spectrum_dataset(found)
+    scan = overturning_spectrum(*_scan(options), engine=engine)
+    dataset = spectrum_dataset(scan)
     write(
-        made,
+        dataset,
         output,
         SPECTRUM_NC.name,
         input_sha256={},
         parameters=options.stated(),
     )
-    written(made)
+    written(dataset)
 
 
 def _scan(options: SpectrumOptions) -> tuple[list[Pulse], Float, Float, Float, Float]:
@@ -157,22 +157,22 @@ def rocking_spectrum_stage(
             require_known("record", record, names)
             names = [record]
         records = [file.read(name) for name in names]
-    found = rocking_spectrum(
+    spectra = rocking_spectrum(
         records,
         np.radians(options.slenderness_degree),
         options.mass_ratio,
         options.column_period_s,
         engine=engine,
     )
-    made = rocking_spectrum_dataset(names, found)
+    dataset = rocking_spectrum_dataset(names, spectra)
     write(
-        made,
+        dataset,
         output,
         ROCKING_SPECTRUM_NC.name,
         input_sha256=input_hash(records_path),
         parameters=options.stated(),
     )
-    written(made)
+    written(dataset)
 
 
 def amplitudes(largest: float, step: float) -> Float:
@@ -215,9 +215,9 @@ def rocking_spectrum_figures(path: Path, most: int) -> Iterator[NamedFigure]:
     spectrum = read_rocking_spectrum(path)
     for k in _furthest_records(spectrum, most):
         for j, gamma in enumerate(spectrum["mass_ratio"].values):
-            one = spectrum.isel(record=[k], mass_ratio=[j])
-            name = str(one["record_id"].item())
-            yield f"{name}-mass-ratio-{gamma:g}", name, draw_rocking_spectrum(one)
+            panel = spectrum.isel(record=[k], mass_ratio=[j])
+            name = str(panel["record_id"].item())
+            yield f"{name}-mass-ratio-{gamma:g}", name, draw_rocking_spectrum(panel)
 
 
 def _furthest_records(spectrum: xr.Dataset, most: int) -> list[int]:

@@ -109,12 +109,12 @@ def compare(
     >>> [(one.model, round(one.peak_u, 2)) for one in compare(Rivals(bent, isolated=deck), pulse)]
     [('free', 0.29), ('isolated', 0.39)]
     """
-    found = []
+    models = []
     for name, model in rivals.models.items():
         kind: Any = kind_of(model)
         compared = replace(kind.compared(model, motion), model=name)
         if ensemble is not None and ensemble.members:
             [[members]] = kind.ensembles([model], [motion], ensemble, [versions])
             compared = replace(compared, ensemble=members)
-        found.append(compared)
-    return found
+        models.append(compared)
+    return models

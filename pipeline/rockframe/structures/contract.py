@@ -377,10 +377,10 @@ def require_structures(structures: Sequence[Structure]) -> None:
     rockframe.errors.ParameterError: Invalid number of structures, 0. Must be one or more.
     """
     require_some(structures=structures)
-    for one in structures:
-        if getattr(one, "kind", None) not in KINDS:
+    for structure in structures:
+        if getattr(structure, "kind", None) not in KINDS:
             raise ParameterError(
-                f"Invalid structure of type {type(one).__name__}. Must be a RockingFrame, "
+                f"Invalid structure of type {type(structure).__name__}. Must be a RockingFrame, "
                 "IsolatedDeck, FixedFrame or another kind of structure."
             )
 
@@ -426,7 +426,7 @@ def computed_in_both_directions(structures: Sequence[Structure]) -> bool:
     from rockframe.wobbling import PairAcceleration  # not needed for motions in one plane
 
     still = PairAcceleration(np.zeros(2), np.zeros(2), 1.0)
-    return any(not kind_of(one).why_not(one, still) for one in structures)
+    return any(not kind_of(structure).why_not(structure, still) for structure in structures)
 
 
 def respond_each(structures: Sequence[Structure], shaking: Shaking) -> list[StructureResponse]:
@@ -511,7 +511,7 @@ def ensembles_of_each(
     ParameterError
         If a member or a motion is not possible.
     """
-    found: list[list[EnsembleResponse | None]] = [[None] * len(structures) for _ in motions]
+    ensembles: list[list[EnsembleResponse | None]] = [[None] * len(structures) for _ in motions]
     for kind, places in places_of_kinds(structures):
         some = [structures[place] for place in places]
         for those, which in _alike(kind, some, motions):
@@ -523,8 +523,8 @@ def ensembles_of_each(
             )
             for i, row in zip(those, answers, strict=True):
                 for k, answer in zip(which, row, strict=True):
-                    found[i][places[k]] = answer
-    return found
+                    ensembles[i][places[k]] = answer
+    return ensembles
 
 
 def places_of_kinds(
@@ -532,7 +532,10 @@ def places_of_kinds(
 ) -> Iterator[tuple[StructureKind, list[int]]]:
     """Yield each kind with the places of its structures."""
     for name in dict.fromkeys(structure.kind for structure in structures):
-        yield kind_named(name), [k for k, one in enumerate(structures) if one.kind == name]
+        yield (
+            kind_named(name),
+            [k for k, structure in enumerate(structures) if structure.kind == name],
+        )
 
 
 def _by_kind(
@@ -542,16 +545,16 @@ def _by_kind(
     not_computed: Callable[[Structure, str], StructureResponse],
 ) -> list[StructureResponse]:
     """Return the results of structures in their order, computed together for each kind."""
-    found: dict[int, StructureResponse] = {}
+    responses: dict[int, StructureResponse] = {}
     for kind, places in places_of_kinds(structures):
         reasons = {place: kind.why_not(structures[place], motion) for place in places}
         some = [place for place in places if not reasons[place]]
         for place in places:
             if reasons[place]:
-                found[place] = not_computed(structures[place], reasons[place])
+                responses[place] = not_computed(structures[place], reasons[place])
         if some:
-            found |= zip(some, compute(kind, [structures[k] for k in some]), strict=True)
-    return [found[place] for place in range(len(structures))]
+            responses |= zip(some, compute(kind, [structures[k] for k in some]), strict=True)
+    return [responses[place] for place in range(len(structures))]
 
 
 def _alike(
@@ -562,7 +565,9 @@ def _alike(
     """
     groups: dict[tuple[int, ...], list[int]] = {}
     for i, motion in enumerate(motions):
-        which = tuple(k for k, one in enumerate(structures) if not kind.why_not(one, motion))
+        which = tuple(
+            k for k, structure in enumerate(structures) if not kind.why_not(structure, motion)
+        )
         groups.setdefault(which, []).append(i)
     for which, those in groups.items():
         if which:

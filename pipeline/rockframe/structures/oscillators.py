@@ -63,7 +63,7 @@ class OscillatorKind:
         if structure.abutment is not None:
             gap = structure.abutment.gap
             parameters.append(Parameter("gap", "gap at the abutment", gap, "m"))
-        return [one for one in parameters if math.isfinite(one.value)]
+        return [parameter for parameter in parameters if math.isfinite(parameter.value)]
 
     def why_not(self, _structure: Oscillator, motion: Motion) -> str:
         """Return why a bridge is not computed under a motion; "" if it is."""
@@ -80,7 +80,9 @@ class OscillatorKind:
 
     def most_critical(self, structures: Sequence[Oscillator], count: int) -> list[Oscillator]:
         """Return bridges of which members may be impossible: those that P-delta makes softest."""
-        softest = sorted(structures, key=lambda one: -getattr(one, "stability_coefficient", 0.0))
+        softest = sorted(
+            structures, key=lambda structure: -getattr(structure, "stability_coefficient", 0.0)
+        )
         return softest[:count]
 
     def respond(
@@ -100,7 +102,7 @@ class OscillatorKind:
         """Return the response of the ensemble of each bridge to each motion."""
         chosen = bridge_ensemble(ensemble)
         return [
-            [oscillator_ensemble(one, motion, chosen, of_motion) for one in structures]  # type: ignore[arg-type]
+            [oscillator_ensemble(structure, motion, chosen, of_motion) for structure in structures]  # type: ignore[arg-type]
             for motion, of_motion in zip(motions, versions, strict=True)
         ]
 
@@ -134,12 +136,12 @@ class OscillatorKind:
         who, amplitude = structure * count + member, factors[scale] * draws(ensemble)[member, 3]
 
         def peaks(row: NDArray[np.int64]) -> Float:
-            found = np.empty(who.size)
+            displacements = np.empty(who.size)
             for version in np.unique(row).tolist():
                 some = row[member] == version
                 of_version = respond_pairs(family, grounds[version], who[some], amplitude[some])
-                found[some] = of_version.peak_displacement
-            return found.reshape(shape)
+                displacements[some] = of_version.peak_displacement
+            return displacements.reshape(shape)
 
         return _outcomes(np.stack(on_threads(peaks, list(of_member))))
 
@@ -147,13 +149,16 @@ class OscillatorKind:
         self, structures: Sequence[Oscillator], peak: Float, _speed: Float
     ) -> dict[str, Float]:
         """Return the quantities of scenarios from the largest displacements."""
-        yields = np.array([[one.yield_displacement] for one in structures])
-        gaps = [math.nan if one.abutment is None else one.abutment.gap for one in structures]
-        known = (yields > 0.0) & np.isfinite(yields)
+        yields = np.array([[structure.yield_displacement] for structure in structures])
+        gaps = [
+            math.nan if structure.abutment is None else structure.abutment.gap
+            for structure in structures
+        ]
+        can_yield = (yields > 0.0) & np.isfinite(yields)
         return {
             "peak_u": peak,
             "peak_v": np.zeros_like(peak),
-            "ductility": np.divide(peak, yields, out=np.full(peak.shape, np.nan), where=known),
+            "ductility": np.divide(peak, yields, out=np.full(peak.shape, np.nan), where=can_yield),
             "peak_gap_ratio": peak / np.array(gaps)[:, None],
         }
 

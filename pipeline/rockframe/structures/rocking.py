@@ -109,13 +109,14 @@ class RockingKind:
         responses = _nominal(structures, motion, shaking)
         if shaking.parts:
             responses = [
-                replace(one, parts=part_responses(one, shaking.parts)) for one in responses
+                replace(response, parts=part_responses(response, shaking.parts))
+                for response in responses
             ]
         if options.margins != "none":
             responses = with_margins(responses, motion, chosen_ensemble(options))
         if options.forces:
             beside = (motion, options.ensemble, shaking.versions)
-            responses = [with_forces(one, *beside) for one in responses]
+            responses = [with_forces(response, *beside) for response in responses]
         kept = [Histories(options.histories).keep(response) for response in responses]
         ensemble = chosen_ensemble(options)
         if ensemble is None:
@@ -142,7 +143,7 @@ class RockingKind:
         versions: Sequence[Versions | None],
     ) -> list[list[EnsembleResponse]]:
         """Return the response of the ensemble of each frame to each motion."""
-        found: dict[int, list[EnsembleResponse]] = {}
+        of_motions: dict[int, list[EnsembleResponse]] = {}
         plane = [i for i, motion in enumerate(motions) if in_one_plane(motion)]
         if plane:
             rows = ensemble_responses(
@@ -151,13 +152,13 @@ class RockingKind:
                 ensemble,
                 [versions[i] for i in plane],
             )
-            found |= zip(plane, rows, strict=True)
-        if both := [i for i in range(len(motions)) if i not in found]:
+            of_motions |= zip(plane, rows, strict=True)
+        if both := [i for i in range(len(motions)) if i not in of_motions]:
             from rockframe.structures.wobbling import ensembles_both
 
             rows = ensembles_both(structures, [motions[i] for i in both], ensemble)  # type: ignore[misc]
-            found |= zip(both, rows, strict=True)
-        return [found[i] for i in range(len(motions))]
+            of_motions |= zip(both, rows, strict=True)
+        return [of_motions[i] for i in range(len(motions))]
 
     def history(self, structure: RockingFrame, motion: GroundAcceleration) -> Response:
         """Return the bare response to a motion."""
@@ -170,8 +171,8 @@ class RockingKind:
         scales: Sequence[float],
     ) -> dict[str, NDArray[Any]]:
         """Return verdicts, peak rotations [rad] and speeds of impacts [m s-1] of scenarios."""
-        found = respond_many(motions, structures, scales)
-        return {name: getattr(found, attribute) for name, attribute in _PEAKS.items()}
+        outcomes = respond_many(motions, structures, scales)
+        return {name: getattr(outcomes, attribute) for name, attribute in _PEAKS.items()}
 
     def member_peaks(
         self,
@@ -187,7 +188,7 @@ class RockingKind:
         grounds, of_member = shaken(motions, ensemble, versions)
         shape = (len(motions), len(structures), factors.size, count)
         motion, frame, scale, member = (axis.ravel() for axis in np.indices(shape))
-        found = respond_scenarios(
+        outcomes = respond_scenarios(
             [Prepared(ground) for ground in grounds],
             family,
             of_member[motion, member],
@@ -195,7 +196,7 @@ class RockingKind:
             factors[scale] * draws(ensemble)[member, 3],
         )
         return {
-            name: getattr(found, attribute).reshape(shape) for name, attribute in _PEAKS.items()
+            name: getattr(outcomes, attribute).reshape(shape) for name, attribute in _PEAKS.items()
         }
 
     def quantities_of(
@@ -316,7 +317,9 @@ def _compared(response: Response, motion: GroundAcceleration) -> Compared:
         peak_base_shear=largest_until(until, response.time, shear),
         peak_rotation_ratio=response.peak_rotation_ratio,
         peak_tendon_force=math.nan if tied is None else tied.peak_tendon_force,
-        friction_demand=max((one for one in demands if not math.isnan(one)), default=math.nan),
+        friction_demand=max(
+            (demand for demand in demands if not math.isnan(demand)), default=math.nan
+        ),
         model_end=end,
         valid_until=until,
         gap_closed_time=response.gap_closed_time,

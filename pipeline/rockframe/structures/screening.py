@@ -73,8 +73,10 @@ def responses_of(scenarios: tuple[Scenario, ...]) -> list[StructureResponse]:
     ['NO_UPLIFT']
     """
     return [
-        kind_of(one.structure).history(one.structure, as_ground(one.motion).scaled(one.scale))
-        for one in scenarios
+        kind_of(scenario.structure).history(
+            scenario.structure, as_ground(scenario.motion).scaled(scenario.scale)
+        )
+        for scenario in scenarios
     ]
 
 
@@ -154,10 +156,10 @@ def margins_of(task: ScreeningTask) -> Arrays:
         order += places
         for row, margins in zip(rows, kind.margins(some, task.motions, task.ensemble), strict=True):
             row += margins
-    found = [[row[order.index(place)] for place in range(len(order))] for row in rows]
+    ordered = [[row[order.index(place)] for place in range(len(order))] for row in rows]
     robust = {
         f"robust_{measure}_{share}": np.array(
-            [[getattr(margin.robust, f"{prefix}{share}") for margin in row] for row in found]
+            [[getattr(margin.robust, f"{prefix}{share}") for margin in row] for row in ordered]
         )
         for share in (() if task.ensemble is None else (10, 25, 50))
         for measure, prefix in (("scale", "s"), ("error", "error"))
@@ -175,7 +177,7 @@ def _together(
     compute: Callable[[StructureKind, Sequence[Structure]], Arrays],
 ) -> Arrays:
     """Return the peaks of structures of several kinds in their order."""
-    found: Arrays = {}
+    joined: Arrays = {}
     for kind, places in places_of_kinds(structures):
         part = compute(kind, [structures[place] for place in places])
         if len(places) == len(structures):
@@ -183,8 +185,8 @@ def _together(
         for name in PEAKS:
             motions, _, *others = part[name].shape
             whole = np.empty((motions, len(structures), *others), dtype=part[name].dtype)
-            found.setdefault(name, whole)[:, places] = part[name]
-    return found
+            joined.setdefault(name, whole)[:, places] = part[name]
+    return joined
 
 
 def quantities_of(
@@ -203,12 +205,12 @@ def quantities_of(
         Results for one motion, as from `peaks_of`.
     """
     names = (one.name for one in dict.fromkeys((*OF_SCENARIO, *LIMITED)))
-    found: Arrays = {"verdict": verdict, **{name: np.full(peak.shape, np.nan) for name in names}}
+    arrays: Arrays = {"verdict": verdict, **{name: np.full(peak.shape, np.nan) for name in names}}
     for kind, places in places_of_kinds(structures):
         part = kind.quantities_of([structures[k] for k in places], peak[places], speed[places])
         for name, values in part.items():
-            found[name][places] = values
-    return found
+            arrays[name][places] = values
+    return arrays
 
 
 def has_quantity(structure: Structure, quantity: str) -> bool:

@@ -53,7 +53,7 @@ def respond_both(
     frames: Sequence[RockingFrame], motion: PairAcceleration, shaking: Shaking
 ) -> list[WobblingResponse]:
     """Return the response of each frame, with the demand on its joints, margins and forces."""
-    options, found = shaking.options, []
+    options, responses = shaking.options, []
     robust: Sequence[RobustMargin | None] = [None] * len(frames)
     if (ensemble := chosen_ensemble(options)) is not None:
         [robust] = wobbling_margins([motion], frames, ensemble)
@@ -65,8 +65,8 @@ def respond_both(
         if margin is not None:
             response = replace(response, margin=Margin(_NOT_SEARCHED, LARGEST_SCALE, margin))
         # the frame as stated: its section in one plane changes no displacement
-        found.append(replace(_kept(response, Histories(options.histories)), frame=frame))
-    return found
+        responses.append(replace(_kept(response, Histories(options.histories)), frame=frame))
+    return responses
 
 
 def _kept(response: WobblingResponse, histories: Histories) -> WobblingResponse:

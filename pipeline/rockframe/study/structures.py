@@ -155,18 +155,18 @@ class IsolatorsTable(TableEntry):
     def isolated(self) -> IsolatedDeck:
         """Return the deck on its isolators."""
         fields = IsolatorsTable.model_fields
-        stated = {name: value for name, value in self if name in fields and value is not None}
-        if "radius" in stated or "friction" in stated:
+        values = {name: value for name, value in self if name in fields and value is not None}
+        if "radius" in values or "friction" in values:
             for name, field in fields.items():
                 value = getattr(self, name)
                 if name not in ("radius", "friction", "damping_ratio") and value != field.default:
                     raise invalid(name, value, "isolators", "absent where a pendulum is stated")
             for name, other in (("radius", "friction"), ("friction", "radius_m")):
-                if name not in stated:
+                if name not in values:
                     message = f"stated together with {other}"
                     raise invalid(name, None, "friction pendulums", message)
-            del stated["yield_displacement"]
-            return IsolatedDeck.friction_pendulum(**stated)
+            del values["yield_displacement"]
+            return IsolatedDeck.friction_pendulum(**values)
         if self.strength_ratio is None:
             pendulum = "stated, or radius_m and friction of a pendulum"
             raise invalid("strength_ratio", None, "lead-rubber bearings", pendulum)
@@ -180,7 +180,7 @@ class IsolatorsTable(TableEntry):
         if self.period is not None and secant:
             allowed = f"absent where {secant[0]} is stated"
             raise invalid("period", self.period, "bearings", allowed)
-        return IsolatedDeck.lead_rubber(**stated)
+        return IsolatedDeck.lead_rubber(**values)
 
 
 class IsolatedEntry(IsolatorsTable):
@@ -233,8 +233,8 @@ class MonolithicTable(TableEntry):
     def of_columns(self, **size: Any) -> FixedFrame:
         """Return the frame of one column of a size: see `FixedFrame.from_columns`."""
         fields = MonolithicTable.model_fields
-        stated = {name: value for name, value in self if name in fields and value is not None}
-        moment = stated.pop("moment_capacity", None)
+        values = {name: value for name, value in self if name in fields and value is not None}
+        moment = values.pop("moment_capacity", None)
         if moment is not None:
             if self.strength_ratio is not None:
                 ratio = f"absent where strength_ratio {self.strength_ratio:g} is stated"
@@ -242,8 +242,8 @@ class MonolithicTable(TableEntry):
             if not moment > 0.0:
                 raise invalid("moment_capacity", moment, "columns", "positive")
             moving = (size["deck_mass"] + COLUMN_SHARE * size["column_mass"]) * GRAVITY
-            stated["strength_ratio"] = 2.0 * moment / (size["height"] * moving)
-        return FixedFrame.from_columns(columns=1, **stated | size)
+            values["strength_ratio"] = 2.0 * moment / (size["height"] * moving)
+        return FixedFrame.from_columns(columns=1, **values | size)
 
 
 class FixedEntry(MonolithicTable):
@@ -284,8 +284,8 @@ class FixedStructure(StructureTable, MonolithicTable):
         if not circular and self.depth_m is None:
             raise invalid("depth", None, whole, "stated for rectangular columns")
         if (self.column_mass_kg is None) == (self.density_kg_m3 is None):
-            stated = "stated, or density_kg_m3, and not both"
-            raise invalid("column_mass", self.column_mass_kg, whole, stated)
+            must = "stated, or density_kg_m3, and not both"
+            raise invalid("column_mass", self.column_mass_kg, whole, must)
         mass = self.column_mass_kg
         if self.density_kg_m3 is not None:
             size = (self.height_m, self.width_m)

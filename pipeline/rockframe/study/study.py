@@ -130,8 +130,8 @@ class Study:
         """File with the ``[[structure]]`` tables: the study file itself, or another one."""
         if self.tables.structure:
             return self.path
-        stated = self.tables.structures
-        return self.resolved(stated) if stated is not None else SHIPPED_STRUCTURES
+        given = self.tables.structures
+        return self.resolved(given) if given is not None else SHIPPED_STRUCTURES
 
     def resolved(self, stated: str | Path) -> Path:
         """Return the absolute path of a path stated relative to the study file."""
@@ -141,19 +141,19 @@ class Study:
 
     def files(self) -> dict[tuple[str, ...], Path]:
         """Return the absolute paths of all stated files except records, by table and key."""
-        stated: dict[tuple[str, ...], Path] = {
+        named: dict[tuple[str, ...], Path] = {
             (key,): path for key, path in self.tables.files().items()
         }
         for table, options in self.tables:
             if isinstance(options, Options):
-                stated |= {(table, key): path for key, path in options.files().items()}
-        return {where: self.resolved(path) for where, path in stated.items()}
+                named |= {(table, key): path for key, path in options.files().items()}
+        return {where: self.resolved(path) for where, path in named.items()}
 
     def options(self, table: str) -> Any:
         """Return the options of a table with absolute paths; None without the table."""
         options = getattr(self.tables, table)
-        found = {where[-1]: path for where, path in self.files().items() if where[0] == table}
-        return options.replaced(**found) if found else options
+        files_here = {where[-1]: path for where, path in self.files().items() if where[0] == table}
+        return options.replaced(**files_here) if files_here else options
 
     def parameters(self) -> dict[str, Any]:
         """Return all values of the study, with defaults filled in, as JSON values."""
@@ -229,8 +229,8 @@ def _require_files(study: Study, text: str) -> None:
     """Reject paths that do not exist, before anything runs."""
     table = study.tables.records
     named = dict(study.files())
-    for stated in (table.paths or ()) if table is not None else ():
-        named[("records", "paths", stated)] = study.resolved(stated)
+    for file in (table.paths or ()) if table is not None else ():
+        named[("records", "paths", file)] = study.resolved(file)
     for where, path in named.items():
         if not path.exists():
             key, name = ".".join(where[:2]), os.path.relpath(path, study.path.parent)
@@ -248,9 +248,9 @@ def structures_text(study: Study) -> str:
     lines = []
     for entry in study.tables.structure:
         lines.append("[[structure]]")
-        stated = entry.model_dump()
-        tables = {key: stated.pop(key) for key in list(stated) if isinstance(stated[key], dict)}
-        lines += _stated_keys(stated)
+        fields = entry.model_dump()
+        tables = {key: fields.pop(key) for key in list(fields) if isinstance(fields[key], dict)}
+        lines += _stated_keys(fields)
         for name, table in tables.items():
             lines += [f"[structure.{name}]", *_stated_keys(table)]
         lines.append("")

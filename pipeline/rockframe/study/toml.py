@@ -111,12 +111,12 @@ def _explain(
         return of_value
     table, owner = _owner(model, where[:-1], content)
     if kind in UNKNOWN:
-        known = [_written(owner, key, table) for key in option_fields(owner)]
+        keys_here = [_written(owner, key, table) for key in option_fields(owner)]
         hint = meant(names[-1], option_fields(owner))
         key = _dotted(model, names)
         if "structure" in names and not hint and (subject := _beyond(names[-1])):
             return f"unknown key {key!r}. Not modelled: {subject}. {_LIMITS_PAGE}", where
-        return f"unknown key {key!r}. Must be one of: {', '.join(known)}.{hint}", where
+        return f"unknown key {key!r}. Must be one of: {', '.join(keys_here)}.{hint}", where
     whole = _written(owner, names[-1], table)
     if whole.startswith("[["):
         if kind in {"missing", "too_short", "tuple_type"}:
@@ -153,10 +153,10 @@ def _invalid_quantity(
     keys = _keys(owner, error.quantity)
     if not keys:
         return str(error), where
-    stated = _dotted(model, (*names, *keys))
+    dotted = _dotted(model, (*names, *keys))
     if error.value is None:
-        return f"key {stated!r} missing. Must be {error.allowed}.", where
-    return f"{stated} {error.value!r}. Must be {error.allowed}.", (*where, *keys)
+        return f"key {dotted!r} missing. Must be {error.allowed}.", where
+    return f"{dotted} {error.value!r}. Must be {error.allowed}.", (*where, *keys)
 
 
 def _keys(model: type, quantity: str) -> tuple[str, ...]:
@@ -258,8 +258,8 @@ def read_text(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         missing = isinstance(error, FileNotFoundError)
-        what = "no such file" if missing else f"cannot be read: {error.strerror}"
-        raise InputError(path, f"{what}.") from None
+        reason = "no such file" if missing else f"cannot be read: {error.strerror}"
+        raise InputError(path, f"{reason}.") from None
     except UnicodeDecodeError as error:
         raise InputError(path, f"is not TOML: {error.reason} at byte {error.start}.") from None
 

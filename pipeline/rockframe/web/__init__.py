@@ -301,8 +301,10 @@ def bars_svg(values: Mapping[str, float], chance: float, most: str, words: str) 
             start, length = _MIDDLE + min(value, 0.0) * _HALF, abs(value) * _HALF
             parts.append(_rect(name, start, y + 2.0, length, _BAR - 4.0))
     height = _BAR * len(values)
-    for one in (-chance, chance):
-        parts.append(f'<path class="bar-chance" d="M{_MIDDLE + one * _HALF:.1f} 0V{height:g}"/>')
+    for chance_line in (-chance, chance):
+        parts.append(
+            f'<path class="bar-chance" d="M{_MIDDLE + chance_line * _HALF:.1f} 0V{height:g}"/>'
+        )
     parts.append(f'<path class="bar-zero" d="M{_MIDDLE:g} 0V{height:g}"/>')
     said = html.escape(words)
     return (

@@ -175,9 +175,9 @@ def shortenings(ensemble: Ensemble, least: float, most: float) -> Float:
     rng = np.random.default_rng([ensemble.seed, 3])  # not the draws of the structures
     drawn = hypercube(rng, ensemble.members, 1)[:, 0]
     middle, factor = math.sqrt(least * most), math.sqrt(most / least)
-    found: Float = middle * powers_within(factor, drawn)
-    found.flags.writeable = False  # the cache returns this array again
-    return found
+    shortened: Float = middle * powers_within(factor, drawn)
+    shortened.flags.writeable = False  # the cache returns this array again
+    return shortened
 
 
 def _bands(family: tuple[RockingFrame, ...], peaks: Float, ratios: Float) -> Bands:
@@ -188,8 +188,8 @@ def _bands(family: tuple[RockingFrame, ...], peaks: Float, ratios: Float) -> Ban
         beam = family[k].beam
         u[k] = beam.shift(peaks[k])
         v[k] = beam.lift(min(peaks[k], beam.angle))
-    known = {"peak_rotation_ratio": ratios, "peak_u": u, "peak_v": v}
-    return Bands({name: tuple(quantiles(each).tolist()) for name, each in known.items()})
+    peaks_of = {"peak_rotation_ratio": ratios, "peak_u": u, "peak_v": v}
+    return Bands({name: tuple(quantiles(each).tolist()) for name, each in peaks_of.items()})
 
 
 def _rank_correlation(one: Float, other: Float) -> float:

@@ -87,12 +87,14 @@ def wobbling_margins(
     if not (math.isfinite(largest_scale) and largest_scale >= 1.0):
         raise ParameterError(f"Invalid largest scale {largest_scale!r}. Must be 1 or more.")
     families = [family_of(frame, chosen, contact_shortening) for frame in frames]
-    found = []
+    results = []
     for motion in motions:
         ground = as_pair(motion)
         require_no_flight(ground)
-        found.append([_margin(ground, one, chosen, largest_scale, grid) for one in families])
-    return found
+        results.append(
+            [_margin(ground, family, chosen, largest_scale, grid) for family in families]
+        )
+    return results
 
 
 def _margin(
@@ -108,8 +110,8 @@ def _margin(
         try:
             member, scale = next(search) if answer is None else search.send(answer)
         except StopIteration as end:
-            found: RobustMargin = end.value
-            return replace(found, sampling_changes=-1)
+            robust: RobustMargin = end.value
+            return replace(robust, sampling_changes=-1)
         verdicts, summaries = integrated(ground, family.at(member, scale))
         fallen = verdicts == Verdict.OVERTURNS
         answer = fallen, summaries[:, kernel.PEAK] / family.slenderness[member]

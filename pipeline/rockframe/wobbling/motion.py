@@ -121,8 +121,8 @@ class PairAcceleration:
         if vertical and pair.vertical is not None:
             downward = pair.vertical.orientation is Orientation.DOWNWARD
             upwards = (-1.0 if downward else 1.0) * pair.vertical.acceleration
-        one, other = pair.first, pair.second
-        return cls(one.acceleration, other.acceleration, one.time_step, upwards)
+        first, other = pair.first, pair.second
+        return cls(first.acceleration, other.acceleration, first.time_step, upwards)
 
     @classmethod
     def from_pulses(cls, first: Pulse, second: Pulse, *, angle_degree: float = 90.0) -> Self:
@@ -156,11 +156,11 @@ class PairAcceleration:
         if not math.isfinite(angle_degree):
             raise ParameterError(f"Invalid angle {angle_degree!r} degrees. Must be finite.")
         pulses = (first, second)
-        start = min(one.time - one.mother.extent * one.T_p for one in pulses)
-        end = max(one.time + one.mother.extent * one.T_p for one in pulses)
-        step = min(one.T_p for one in pulses) / _SAMPLES_PER_PERIOD
+        start = min(pulse.time - pulse.mother.extent * pulse.T_p for pulse in pulses)
+        end = max(pulse.time + pulse.mother.extent * pulse.T_p for pulse in pulses)
+        step = min(pulse.T_p for pulse in pulses) / _SAMPLES_PER_PERIOD
         times = start + step * np.arange(math.ceil((end - start) / step) + 1)
-        along, other = (one.acceleration(times) for one in pulses)
+        along, other = (pulse.acceleration(times) for pulse in pulses)
         cosine, sine = _direction(angle_degree)
         return cls(along + cosine * other, sine * other, step, None, start)
 
@@ -210,6 +210,6 @@ def as_pair(motion: PairMotion) -> PairAcceleration:
     if isinstance(motion, HorizontalPair | BothDirections):
         return PairAcceleration.from_pair(motion)
     if not isinstance(motion, PairAcceleration):  # such as a list, where types are not checked
-        known = "a PairAcceleration, a HorizontalPair or BothDirections"  # type: ignore[unreachable]
-        raise ParameterError(f"Invalid motion of type {type(motion).__name__}. Must be {known}.")
+        allowed = "a PairAcceleration, a HorizontalPair or BothDirections"  # type: ignore[unreachable]
+        raise ParameterError(f"Invalid motion of type {type(motion).__name__}. Must be {allowed}.")
     return motion

@@ -158,10 +158,10 @@ class WobblingResponse(Shown):
 
     def facts(self) -> dict[str, str]:
         """Return verdict and peaks, for the table in notebooks."""
-        stated = {"structure": self.frame.name, "nominal verdict": self.verdict.label}
+        rows = {"structure": self.frame.name, "nominal verdict": self.verdict.label}
         if self.verdict is Verdict.OVERTURNS:
-            return stated | {"nominal overturning time": f"{self.overturning_time:.2f} s"}
-        return stated | {
+            return rows | {"nominal overturning time": f"{self.overturning_time:.2f} s"}
+        return rows | {
             "largest θ/α": f"{self.peak_rotation_ratio:.3f}",
             "largest u": f"{self.peak_u:.3f} m",
             "largest v": f"{self.peak_v:.4f} m",

@@ -91,25 +91,25 @@ def run_compare(options: argparse.Namespace) -> int:
         )
     drawn = figures_stage([options.output], options.figures) if options.figures else {}
     rows = comparison_rows(written[0])
-    recordings = ChainMap(*(recordings_of(one) for one in options.records))
+    recordings = ChainMap(*(recordings_of(record) for record in options.records))
     left_out = left_out_reasons(written[0].attrs)
     designs = design_rows(rows, recordings)
     best = best_rows(designs)
-    made = arguments.write_tables(
+    tables = arguments.write_tables(
         options, {"designs": designs, "best": best, _COMPARISON: rows}, _COMPARISON
     )
     if options.page:
         write_comparison_page(options.page, options.output.stem, rows, recordings, left_out)
-        made.append(str(options.page))
+        tables.append(str(options.page))
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
         said = {"comparison": rows, "designs": designs, "best": best, "rejected": rejected}
         beside = {"left_out": left_out, "output": str(options.output)}
-        found = {"tables": made} if made else {}
-        console.show_json({**said, **beside, **found})
+        named = {"tables": tables} if tables else {}
+        console.show_json({**said, **beside, **named})
     else:
         _show_comparison(rows, designs, best, options.output, left_out)
-        print(*made, sep="\n", end="\n" if made else "")
+        print(*tables, sep="\n", end="\n" if tables else "")
     for file in drawn:
         print(options.figures / file)
     return console.show_rejections(rejections)

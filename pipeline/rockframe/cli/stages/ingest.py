@@ -112,12 +112,12 @@ def run_ingest(options: argparse.Namespace) -> int:
         if none and len(rejected) > 1:
             console.show_rejections(rejected)
 
-    stated = chosen(options, IngestOptions)
+    wanted = chosen(options, IngestOptions)
     with console.progress_names("reading") as progress:
         result = ingest_stage(
             options.paths or arguments.bundled(),
             options.output,
-            stated,
+            wanted,
             filters=chosen(options, Filters),
             progress=progress,
             workers=chosen(options, ReadingOptions).workers,
@@ -134,7 +134,7 @@ def run_ingest(options: argparse.Namespace) -> int:
         _show(accepted, options.output)
         _show_unpaired(unpaired)
         _show_layouts(accepted)
-        _show_trusted(accepted, stated.trust or ())
+        _show_trusted(accepted, wanted.trust or ())
         filtered = sum(entry.status == "filtered" for entry in result.entries)
         if filtered:
             table = options.output.with_suffix(TABLE_FORMATS[options.format])
@@ -162,8 +162,8 @@ def _accepted(result: Ingested) -> list[dict[str, Any]]:
 
 def _unpaired(result: Ingested) -> dict[str, str]:
     """Return the reason for each horizontal that has no RotD."""
-    made = result.dataset
-    named = zip(made["record_id"].values, made["unpaired"].values, strict=True)
+    dataset = result.dataset
+    named = zip(dataset["record_id"].values, dataset["unpaired"].values, strict=True)
     return {str(name): str(reason) for name, reason in named if reason}
 
 

@@ -89,7 +89,7 @@ def _show(rows: Sequence[Mapping[str, Any]], output: str) -> None:
         lines.append({**row, "way": f"{'→ ' if row['best'] else '  '}{row['wavelet']}"})
         further = {"record_id": row["record_id"], "way": "  then, in what is left"}
         lines += [{**up, **further} for up in row["runners_up"]]
-    columns = _columns() if wide else [one for one in _columns() if not one.minor]
+    columns = _columns() if wide else [column for column in _columns() if not column.minor]
     console.show_rows(f"Pulses in {output}", columns, lines, group="record_id")
     _explain(rows, output, wide=wide)
 
@@ -136,9 +136,11 @@ def _disagrees(row: Mapping[str, Any]) -> bool:
     >>> _disagrees({"velocity_indicator": 0.93, "pulse_verdict": "untested"})
     False
     """
-    found = {"pulse": True, "noise": False}.get(row["pulse_verdict"])
+    is_pulse = {"pulse": True, "noise": False}.get(row["pulse_verdict"])
     indicator = float(row["velocity_indicator"])
-    return found is not None and not math.isnan(indicator) and (indicator > _BAKER) is not found
+    return (
+        is_pulse is not None and not math.isnan(indicator) and (indicator > _BAKER) is not is_pulse
+    )
 
 
 def _explain(rows: Sequence[Mapping[str, Any]], output: str, *, wide: bool) -> None:

@@ -117,7 +117,7 @@ def run_respond(options: argparse.Namespace) -> int:
         **({"scales": scaled} if scaled else {}),
     }
     said_of_each = answers(rows, wanted.ensemble.members)
-    made = arguments.write_tables(options, tables, _RESPONSES[0])
+    written = arguments.write_tables(options, tables, _RESPONSES[0])
     drawn = _draw(response, scaled, options.figures) if options.figures else []
     if options.json:
         from rockframe.results.tables.sensitivity import sensitivity_rows
@@ -130,7 +130,7 @@ def run_respond(options: argparse.Namespace) -> int:
             "answers": said_of_each,
             **({"motions": parts} if parts else {}),
             **({"sensitivity": list(sensitivity_rows(response))} if options.sensitivity else {}),
-            **({"tables": made} if made else {}),
+            **({"tables": written} if written else {}),
             **({"scales": scaled} if scales else {}),
         }
         console.show_json(said | matrices(rows, options.matrix))
@@ -139,14 +139,14 @@ def run_respond(options: argparse.Namespace) -> int:
         if len(said_of_each) == 1:
             ((name, sentence),) = said_of_each.items()
             print(f"{console.filled(f'{name} {sentence}.')}\n")
-        _show_responses(options, rows, summary, made)
+        _show_responses(options, rows, summary, written)
         _show_parts(parts)
         if wanted.forces:
             _show_forces(response, str(options.output), wanted)
         if options.sensitivity:
             _show_sensitivity(response, str(options.output))
         _show_scales(scaled)
-        files = [*made, *drawn]
+        files = [*written, *drawn]
         print(*files, sep="\n", end="\n" if files else "")
     return console.show_rejections(rejections)
 
@@ -260,8 +260,8 @@ def matrices(rows: Sequence[Row], quantities: Sequence[str]) -> dict[str, dict[s
     """Return the key ``matrices`` of JSON: records by structures in each quantity, if asked for."""
     from rockframe.results.tables.summary import matrix_rows
 
-    found = {quantity: matrix_rows(rows, quantity) for quantity in quantities}
-    return {"matrices": found} if found else {}
+    by_quantity = {quantity: matrix_rows(rows, quantity) for quantity in quantities}
+    return {"matrices": by_quantity} if by_quantity else {}
 
 
 def _require_spreads(ensemble: Ensemble) -> None:
@@ -574,9 +574,9 @@ def _periods_without_overturning(dataset: xr.Dataset) -> list[dict[str, Any]]:
     first = np.max(np.where(fallen, after + 1, 0), axis=-1)
     peaks = np.where(after >= first[..., None], dataset["peak_rotation_ratio"].values, -np.inf)
     peaks = np.where(first < periods.size, peaks.max(axis=-1), np.nan)
-    known = dataset.assign(
+    standing = dataset.assign(
         stands_from=(dims, np.append(periods, np.nan)[first]), largest=(dims, peaks)
     )
     columns = "record_id slenderness_deg=slenderness mass_ratio stands_from_s=stands_from"
     ratio = "peak_rotation_ratio=largest"
-    return list(rows_along(known, " ".join(dims), columns_of(columns, ratio)))
+    return list(rows_along(standing, " ".join(dims), columns_of(columns, ratio)))

@@ -179,8 +179,8 @@ def _show_shares(screening: xr.Dataset) -> None:
     ]
     columns = ["structure", *(f"{scales[s]:g}>" for s in shown)]
     order = [1 + shown.index(s) for s in nearest]
-    what = "Motions" if nominal else f"Share [%] of {responses_in_words(screening)}"
-    console.show_table(f"{what} that overturn, by scale{nominal}", columns, rows, order=order)
+    heading = "Motions" if nominal else f"Share [%] of {responses_in_words(screening)}"
+    console.show_table(f"{heading} that overturn, by scale{nominal}", columns, rows, order=order)
     if len(shown) < scales.size:
         print(f"The {_SHOWN} of {scales.size} scales that are nearest to 1; the files have all.\n")
 
@@ -201,10 +201,10 @@ def _show_ranking(screening: xr.Dataset) -> None:
         *(console.column(f"{name}>", f"of {name}") for name in structures),
     ]
     scale, nominal = float(screening["reference_scale"]), _nominal(screening)
-    what = f"θ/α at scale {scale:g}{nominal}"
+    quantity = f"θ/α at scale {scale:g}{nominal}"
     if not nominal:
-        what = f"median θ/α at scale {scale:g} (share of members that overturns)"
-    console.show_rows(f"Motions by demand: {what}", columns, motions.values())
+        quantity = f"median θ/α at scale {scale:g} (share of members that overturns)"
+    console.show_rows(f"Motions by demand: {quantity}", columns, motions.values())
 
 
 def _show_azimuths(screening: xr.Dataset) -> None:
@@ -234,8 +234,8 @@ def _show_azimuths(screening: xr.Dataset) -> None:
 def _each(summary: Sequence[dict[str, Any]], part: str) -> Iterator[dict[str, Any]]:
     """Yield the fits or rates of all structures, each with the name of its structure."""
     for structure in summary:
-        for one in structure[part]:
-            yield {"structure": structure["structure"], **one}
+        for row in structure[part]:
+            yield {"structure": structure["structure"], **row}
 
 
 def _show_fragility(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> None:
@@ -254,9 +254,9 @@ def _show_fragility(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) ->
         console.column("pseudo R²>", "pseudo_r2", ".2f"),
         console.column("concordance>", "concordance", ".2f"),
     )
-    known = [fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown"]
-    console.show_rows(f"Fragility ({form} curves)", columns, known, group="structure")
-    for fit in known:
+    fits = [fit for fit in _each(summary, "fragility") if fit["outcome"] != "unknown"]
+    console.show_rows(f"Fragility ({form} curves)", columns, fits, group="structure")
+    for fit in fits:
         if fit["said"]:
             print(f"{fit['structure']}, {fit['words']}, {fit['symbol']}: {fit['said']}.")
     for sentence, structures in _better_measures_in_words(summary).items():
@@ -330,8 +330,8 @@ def _demands(screening: xr.Dataset) -> dict[str, Any]:
     """Return the key ``demands`` of JSON, if there are return periods."""
     from rockframe.results.return_periods import demand_rows
 
-    known = "return_period_years" in screening
-    return {"demands": list(demand_rows(screening))} if known else {}
+    has_demands = "return_period_years" in screening
+    return {"demands": list(demand_rows(screening))} if has_demands else {}
 
 
 def _show_demands(screening: xr.Dataset) -> None:
@@ -345,8 +345,8 @@ def _show_demands(screening: xr.Dataset) -> None:
     console.show_rows(title, *demand_table(rows))
     for row in rows:
         if row["note"]:
-            what = f"{row['structure']}, {row['quantity']}, {row['return_period_years']:g} years"
-            print(f"{what}: {row['note']}.")
+            where = f"{row['structure']}, {row['quantity']}, {row['return_period_years']:g} years"
+            print(f"{where}: {row['note']}.")
     print(console.filled(_DEMAND_LEGEND) + "\n")
 
 
@@ -389,7 +389,7 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
 
     quantity, value = str(screening["design_quantity"].item()), float(screening["design_limit"])
     limit = LimitState(quantity, value).words.replace("≥", "<")
-    what = str(screening["design_dimension"].item()).replace("_", " ")
+    dimension = str(screening["design_dimension"].item()).replace("_", " ")
     share = 100.0 * float(screening["design_required_share"])
     for_what = f"for {share:g} %" if design_by_share(screening) else "in the 84 % quantile"
     scale = float(screening["reference_scale"])
@@ -402,11 +402,11 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
     ]
     of_what = f"{for_what} of {responses_in_words(screening)}"
     at = f"at scale {scale:g}{_nominal(screening)}"
-    title = f"Smallest {what} with {limit} {of_what}, {at}"
+    title = f"Smallest {dimension} with {limit} {of_what}, {at}"
     console.show_rows(title, columns, summary)
     print(
         f"{tried.size} values from {tried[0]:g} to {tried[-1]:g} were tried: demand is not "
-        f"monotone in the {what}.\n"
+        f"monotone in the {dimension}.\n"
     )
 
 

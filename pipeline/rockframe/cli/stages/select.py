@@ -40,7 +40,7 @@ def run_select(options: argparse.Namespace) -> int:
     given = arguments.records_file(options.records)
     bar = console.progress_bar("computing spectra")
     with given as (records, status), bar as progress:
-        found = select_stage(
+        selection = select_stage(
             records,
             options.output,
             wanted,
@@ -48,13 +48,13 @@ def run_select(options: argparse.Namespace) -> int:
             filters=chosen(options, Filters),
             progress=progress,
         )
-    files = [options.output, *found.tables]
+    files = [options.output, *selection.tables]
     if options.figure is not None:
-        files.append(_draw(found, options.figure))
+        files.append(_draw(selection, options.figure))
     if options.json:
-        _show_json(found, files)
+        _show_json(selection, files)
     else:
-        _show(found, files)
+        _show(selection, files)
     return status
 
 

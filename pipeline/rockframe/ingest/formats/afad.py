@@ -107,8 +107,8 @@ def _table(header: KeyedHeader, text: bytes) -> Float:
         tokens = row.split()
         if len(tokens) != len(_COMPONENTS):
             raise InputError(header.path, f"{len(tokens)} columns. Must be 3.", line=line)
-        if (found := _places(tokens)) != (must := _places(lines[0].split())):
-            message = f"{found} decimals. Must be {must}, as in the first row."
+        if (here := _places(tokens)) != (must := _places(lines[0].split())):
+            message = f"{here} decimals. Must be {must}, as in the first row."
             raise InputError(header.path, message, line=line)
     rows = values.size // len(_COMPONENTS)
     header.required(_COUNT)
@@ -123,16 +123,14 @@ def _places(tokens: list[bytes]) -> list[int]:
 
 def _peak_ratio(header: KeyedHeader, samples: Float, component: str) -> float:
     """Return the ratio of actual to stated peak; raise an error if they differ."""
-    stated = {
-        found["component"]: found["peak"] for found in _PEAKS.finditer(header.required(_PEAK))
-    }
-    if component not in stated:
+    peaks = {found["component"]: found["peak"] for found in _PEAKS.finditer(header.required(_PEAK))}
+    if component not in peaks:
         raise header.invalid(_PEAK, f"three values, one for ({component})")
     units, line = f"gal {component}", header.lines[_PEAK]
-    return require_printed_peak(header.path, stated[component], samples, units, line)
+    return require_printed_peak(header.path, peaks[component], samples, units, line)
 
 
 def _start_time(stated: str) -> str:
     """Return the start time (ISO 8601, UTC), or an empty string unless it is stated in GMT."""
-    found = re.fullmatch(r"([^(]*)\.(\d{1,6}) \(GMT\)", stated)
-    return parse_utc(found[1], "%d/%m/%Y %H:%M:%S", f".{found[2]:0<6}") if found else ""
+    match = re.fullmatch(r"([^(]*)\.(\d{1,6}) \(GMT\)", stated)
+    return parse_utc(match[1], "%d/%m/%Y %H:%M:%S", f".{match[2]:0<6}") if match else ""

@@ -78,11 +78,11 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         raise InputError(path, f"{len(ends)} ends of data (/&). Must be 3: one per component.")
     tops = [0, *(end + 1 for end in ends[:-1])]
     words = [line.decode("latin-1") for line in lines]
-    stated = [required_lines(path, words[top:], _LINES, top + 1) for top in tops]
-    names = [one["component"] for one in stated]
-    if names != ["L", "V", "T"] or [one["number"] for one in stated] != ["1", "2", "3"]:
+    headers = [required_lines(path, words[top:], _LINES, top + 1) for top in tops]
+    names = [header["component"] for header in headers]
+    if names != ["L", "V", "T"] or [header["number"] for header in headers] != ["1", "2", "3"]:
         raise InputError(path, f"components {', '.join(names)}. Must be L1, V2, T3.")
-    blocks = zip(tops, ends, stated, strict=True)
+    blocks = zip(tops, ends, headers, strict=True)
     return distinct_records(path, names, blocks, partial(_record, path, lines, options))
 
 

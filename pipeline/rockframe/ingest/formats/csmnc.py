@@ -82,28 +82,28 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     """
     text = plain_text(path, data)
     lines = [line.decode("latin-1") for line in text.split(b"\n", _HEADER_LINES)[:_HEADER_LINES]]
-    found = required_lines(path, lines, _LINES)
+    keys = required_lines(path, lines, _LINES)
     factor = factor_to_si(path, "cm/s2", options, 11)
     samples = parse_numbers(path, rows_below(text, _HEADER_LINES), _HEADER_LINES + 1)
-    require_sample_count(path, found["count"], 12, samples.size)
+    require_sample_count(path, keys["count"], 12, samples.size)
     require_even_lines(path, rows_below(text, _HEADER_LINES), _HEADER_LINES + 1)
-    step = settle_time_step(path, parse_number(path, found["step"], 12, "interval"), options, 12)
-    length = parse_number(path, found["length"], 13, "duration")
-    if abs(samples.size * step - length) > 1.5 * step + 0.5 * Printed.of(found["length"]).unit:
+    step = settle_time_step(path, parse_number(path, keys["step"], 12, "interval"), options, 12)
+    length = parse_number(path, keys["length"], 13, "duration")
+    if abs(samples.size * step - length) > 1.5 * step + 0.5 * Printed.of(keys["length"]).unit:
         message = f"{length:g} s stated, but {samples.size} samples at {step:g} s."
         settle(path, message, {"samples": samples.size}, 13)
     ratio = require_printed_peak(
-        path, found["peak"], samples, "cm/s2", 13,
-        signed=True, time=found["time"], time_step=step,
+        path, keys["peak"], samples, "cm/s2", 13,
+        signed=True, time=keys["time"], time_step=step,
     )  # fmt: skip
     header = "\n".join(lines[:9])
     return [
         Record(
-            record_id=record_ids(path, [found["component"]])[0],
+            record_id=record_ids(path, [keys["component"]])[0],
             acceleration=samples * factor,
             time_step=step,
-            uncorrected=found["un"] == "UN",
-            **directed(found["component"]),
+            uncorrected=keys["un"] == "UN",
+            **directed(keys["component"]),
             site_type=site_of_location(_text(header, r"OBSERVING POINT:\s*(.*)")),
             event=lines[2].strip(),
             station=_text(header, r"STATION:\s*(\w+)"),
@@ -119,5 +119,5 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
 
 
 def _text(header: str, pattern: str) -> str:
-    found = re.search(pattern, header)
-    return found[1].strip() if found else ""
+    match = re.search(pattern, header)
+    return match[1].strip() if match else ""

@@ -118,8 +118,8 @@ def _record(
         raise header.invalid(key, "two values, as in '1.615~ -1.495'")
     line = header.lines[key]
     ratios = [
-        require_printed_peak(header.path, stated.strip(), part, "gal", line, signed=True)
-        for stated, part in zip(
+        require_printed_peak(header.path, extreme.strip(), part, "gal", line, signed=True)
+        for extreme, part in zip(
             extremes, (np.maximum(samples, 0.0), np.minimum(samples, 0.0)), strict=True
         )
     ]
@@ -144,6 +144,6 @@ def _record(
 
 def _utc(stated: str) -> str:
     """Convert a time of Taiwan to UTC (ISO 8601); empty if it is not a time."""
-    found = re.fullmatch(r"(\d+/\d+/\d+-\d+:\d+:\d+)(\.\d{1,6})?", stated, re.ASCII)
+    match = re.fullmatch(r"(\d+/\d+/\d+-\d+:\d+:\d+)(\.\d{1,6})?", stated, re.ASCII)
     form = "%Y/%m/%d-%H:%M:%S"
-    return parse_utc(found[1], form, found[2] or "", hours_ahead=8) if found else ""
+    return parse_utc(match[1], form, match[2] or "", hours_ahead=8) if match else ""

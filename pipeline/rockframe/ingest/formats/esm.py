@@ -143,13 +143,13 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
     lines: dict[str, int] = {}
     count = 0
     for number, row in enumerate(text.split(b"\n", _LONGEST_HEADER)[:_LONGEST_HEADER], 1):
-        found = _KEY.match(row.decode("utf-8", "replace"))
-        if not found:
+        match = _KEY.match(row.decode("utf-8", "replace"))
+        if not match:
             break
-        if found["key"] in values:
-            raise InputError(path, f"key {found['key']} is stated twice.", number)
-        values[found["key"]] = found["value"].strip()
-        lines[found["key"]] = count = number
+        if match["key"] in values:
+            raise InputError(path, f"key {match['key']} is stated twice.", number)
+        values[match["key"]] = match["value"].strip()
+        lines[match["key"]] = count = number
     header = KeyedHeader(path, values, lines, count)
     if values.get("DATA_TYPE", "ACCELERATION").upper() != "ACCELERATION":
         error = header.invalid("DATA_TYPE", "ACCELERATION")
@@ -235,13 +235,13 @@ def read_older(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         message = f"{above.strip()[:60]!r}, where 'Accelaration time series in m/s/s' is expected."
         raise InputError(path, message, line=_OLDER_LINES)
     header = keyed_header(path, words[:-1])
-    stated = {key: header.required(key) for key in (_STEP, _COUNT, _PEAK)}
+    values = {key: header.required(key) for key in (_STEP, _COUNT, _PEAK)}
     rows = lines[_OLDER_LINES:]
     present = count_columns(rows, _COLUMNS)
-    count = require_sample_count(path, stated[_COUNT], header.lines[_COUNT], present)
+    count = require_sample_count(path, values[_COUNT], header.lines[_COUNT], present)
     samples = read_columns(path, rows, _COLUMNS, count, _OLDER_LINES)
-    ratio = require_printed_peak(path, stated[_PEAK], samples, "m/s2", header.lines[_PEAK])
-    step = parse_number(path, stated[_STEP], header.lines[_STEP], "time step")
+    ratio = require_printed_peak(path, values[_PEAK], samples, "m/s2", header.lines[_PEAK])
+    step = parse_number(path, values[_STEP], header.lines[_STEP], "time step")
     name = header.get("Orientation")
     # ITACA writes WE for the component that is positive to the east.
     meant = "EW" if name.strip().upper() == "WE" else name

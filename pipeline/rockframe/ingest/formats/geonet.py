@@ -209,17 +209,17 @@ def _record(component: _Component, record_id: str, options: ReadOptions) -> Reco
 def _step(component: _Component) -> float:
     """Return the time step [s] after comparing text and real header."""
     if component.uncorrected:
-        stated = component.matched(
+        match = component.matched(
             10, _RAW, "Raw readings in units of 1.00 mm/s/s  at intervals of 0.005 s"
         )
-        if not is_number(stated["units"]) or float(stated["units"]) != 1.0:
-            message = f"raw readings in units of {stated['units']} mm/s/s. Must be 1.00."
+        if not is_number(match["units"]) or float(match["units"]) != 1.0:
+            message = f"raw readings in units of {match['units']} mm/s/s. Must be 1.00."
             raise component.error(10, message)
     else:
-        stated = component.matched(
+        match = component.matched(
             10, _CORRECTED, "Instrument corrected data at 0.020 sec intervals"
         )
-    token, step = stated["step"], component.real(_STEP)
+    token, step = match["step"], component.real(_STEP)
     last_place = 10.0 ** -len(token.partition(".")[2])
     if not is_number(token) or abs(float(token) - step) > 0.501 * last_place:
         message = f"time step {token} s stated, but {step:g} s in the real header."
@@ -268,14 +268,14 @@ def _samples(component: _Component, step: float) -> Float:
 def _direction(component: _Component) -> tuple[Orientation, float]:
     """Return the direction from the name; for a horizontal, the integer header must agree."""
     orientation, azimuth = direction(component.name)
-    stated = component.integer(_DIRECTION)
-    turn = abs((azimuth - stated + 180.0) % 360.0 - 180.0)
+    degrees_stated = component.integer(_DIRECTION)
+    turn = abs((azimuth - degrees_stated + 180.0) % 360.0 - 180.0)
     if orientation is Orientation.HORIZONTAL and turn > 1.0:
         message = (
-            f"component {component.name!r} is {azimuth:g} degrees, but {stated} in item "
+            f"component {component.name!r} is {azimuth:g} degrees, but {degrees_stated} in item "
             f"{_DIRECTION} of the integer header."
         )
-        angles = {"component": azimuth, "azimuth": float(stated)}
+        angles = {"component": azimuth, "azimuth": float(degrees_stated)}
         azimuth = settle(component.path, message, angles, component.first_line + 12)
     return orientation, azimuth
 

@@ -183,7 +183,11 @@ def read_csv(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     header = _csv_header(path, words[: top + 1])
     printed = words[top].split(",")[len(_TIMES) :]
     columns = [_COLUMN.fullmatch(name) for name in printed]
-    names = [f"{one['name'].replace('-', '').upper()}{one['place']}" for one in columns if one]
+    names = [
+        f"{column['name'].replace('-', '').upper()}{column['place']}"
+        for column in columns
+        if column
+    ]
     if len(names) != len(columns) or not names:
         raise InputError(path, f"columns {words[top]!r}. Must be N-S(gal), ...", top + 1)
     table = _csv_rows(path, lines[top + 1 :], top + 2, len(names))
@@ -297,10 +301,10 @@ def _csv_peak_ratio(header: KeyedHeader, column: str, gal: Float) -> float:
     line = header.lines[key]
     if not is_number(printed):
         raise bad_number(header.path, printed.encode("latin-1", "replace"), line, "peak")
-    stated = StatedPeak(value=Printed.of(printed), units="gal", line=line, signed=False)
+    peak = StatedPeak(value=Printed.of(printed), units="gal", line=line, signed=False)
     centred = gal - gal.mean()
-    nearest = min((gal, centred), key=lambda x: abs(np.abs(x).max() - abs(stated.value.value)))
-    return require_peak(header.path, nearest, 1.0, stated, _CSV_DIGIT)
+    nearest = min((gal, centred), key=lambda x: abs(np.abs(x).max() - abs(peak.value.value)))
+    return require_peak(header.path, nearest, 1.0, peak, _CSV_DIGIT)
 
 
 def _require_whole_rows(path: Path, data: bytes, rows: list[bytes], line: int) -> None:
@@ -424,16 +428,16 @@ def _header(path: Path, text: bytes) -> KeyedHeader:
 def _matched(
     header: KeyedHeader, key: str, pattern: re.Pattern[str], example: str
 ) -> re.Match[str]:
-    found = pattern.fullmatch(header.values[key])
-    if not found:
+    match = pattern.fullmatch(header.values[key])
+    if not match:
         raise header.invalid(key, f"as in {example!r}")
-    return found
+    return match
 
 
 def _scale(header: KeyedHeader) -> float:
     """Return the acceleration of one count [gal]."""
-    stated = _matched(header, "Scale Factor", _SCALE, "3920(gal)/6182761")
-    tokens = stated["gal"], stated["counts"]
+    match = _matched(header, "Scale Factor", _SCALE, "3920(gal)/6182761")
+    tokens = match["gal"], match["counts"]
     if not all(is_number(token) and float(token) > 0.0 for token in tokens):
         raise header.invalid("Scale Factor", "two positive numbers")
     return float(tokens[0]) / float(tokens[1])
@@ -476,8 +480,8 @@ def _peak_ratio(header: KeyedHeader, acceleration: Float) -> float:
 
 
 def _component(header: KeyedHeader) -> str:
-    stated = header.values["Dir."]
-    component = _KIK_NET.get(stated, stated.replace("-", ""))
+    direction = header.values["Dir."]
+    component = _KIK_NET.get(direction, direction.replace("-", ""))
     if component.rstrip("12") not in {"NS", "EW", "UD"}:
         raise header.invalid("Dir.", "one of N-S, E-W, U-D, or 1 to 6")
     return component

@@ -99,7 +99,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     data = _clean(data)
     records = list(_records(path, data))
     data, records = _in_order(data, records)
-    counted, notes = sum(one.samples for one in records), _header_notes(path, data, records)
+    counted, notes = sum(record.samples for record in records), _header_notes(path, data, records)
     traces = list(read_stream(path, data, "MSEED"))
     decoded = sum(trace.data.size for trace in traces)
     if counted != decoded or not traces:
@@ -223,10 +223,10 @@ def _in_order(data: bytes, records: list[_DataRecord]) -> tuple[bytes, list[_Dat
     """
     ordered = sorted(records, key=lambda one: (one.channel, one.time))
     codes: dict[str, set[int]] = {}
-    for one in records:
-        codes.setdefault(one.channel, set()).add(data[one.begin + _SEQUENCE])
+    for record in records:
+        codes.setdefault(record.channel, set()).add(data[record.begin + _SEQUENCE])
     in_order = sorted(records, key=lambda one: one.channel) == ordered
-    if in_order and all(len(found) == 1 for found in codes.values()):
+    if in_order and all(len(code) == 1 for code in codes.values()):
         return data, records
     pieces = (data[one.begin : one.end] for one in ordered)
     whole = b"".join(piece[:_SEQUENCE] + b"D" + piece[_SEQUENCE + 1 :] for piece in pieces)
@@ -244,7 +244,7 @@ def _even_rate(path: Path, trace: Any, records: Sequence[_DataRecord]) -> float:
     obspy compares each data record with the one before it, so that small differences add up.
     """
     rate = float(trace.stats.sampling_rate)
-    own = [one for one in records if one.channel == trace.id and one.samples]
+    own = [record for record in records if record.channel == trace.id and record.samples]
     own.sort(key=lambda one: one.time)
     times = np.array([1e-6 * (one.time - own[0].time) for one in own])
     counts = np.cumsum([0, *(one.samples for one in own[:-1])])[: times.size]
@@ -269,7 +269,7 @@ def _header_notes(path: Path, data: bytes, records: Sequence[_DataRecord]) -> tu
     notes = (
         [f"archive: begins with record {first} of its sequence"] if first not in ("", "1") else []
     )
-    flags = [data[one.begin + _QUALITY] for one in records]
+    flags = [data[record.begin + _QUALITY] for record in records]
     if any(flag & _PADDED for flag in flags):
         raise InputError(path, "the headers flag missing or padded data.")
     return (*notes, *(["archive: clipping flagged"] if any(f & _CLIPPED for f in flags) else []))
@@ -286,9 +286,10 @@ def _require_whole(path: Path, traces: list[Any]) -> None:
                 message = f"{trace.id} has {rates[0]:g} samples a second, and {rates[1]:g} from"
                 raise InputError(path, f"{message} {trace.stats.starttime}.")
             ends, begins = before.stats.endtime, trace.stats.starttime
-            what = "gap" if begins > ends else "overlap"
+            fault = "gap" if begins > ends else "overlap"
             raise InputError(
-                path, f"{what} in {trace.id}: {ends} to {begins}. Only continuous records are read."
+                path,
+                f"{fault} in {trace.id}: {ends} to {begins}. Only continuous records are read.",
             )
         last[trace.id] = trace
 
@@ -370,8 +371,8 @@ def _response_removed(
     begins = str(stages[0].input_units)
     # obspy would differentiate if the first stage is a velocity, even if the sensitivity is not.
     if begins.lower() != instrument.units.lower():
-        stated = f"{instrument.units!r} ({instrument.source})"
-        message = f"first stage of {trace.id} is per {begins!r}, its sensitivity per {stated}."
+        units = f"{instrument.units!r} ({instrument.source})"
+        message = f"first stage of {trace.id} is per {begins!r}, its sensitivity per {units}."
         raise InputError(path, message)
     piece = trace.copy()
     piece.data = counts.copy()

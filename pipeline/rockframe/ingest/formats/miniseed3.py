@@ -131,8 +131,8 @@ def _codes(path: Path, identifier: str) -> tuple[str, str, str, str]:
 def _older(path: Path, number: int, piece: _Piece) -> bytes:
     """Return a data record of miniSEED 2."""
     if piece.encoding not in _ENCODINGS:
-        known = ", ".join(map(str, _ENCODINGS))
-        raise InputError(path, f"encoding {piece.encoding} of samples. Must be one of: {known}.")
+        allowed = ", ".join(map(str, _ENCODINGS))
+        raise InputError(path, f"encoding {piece.encoding} of samples. Must be one of: {allowed}.")
     rate = piece.rate if piece.rate > 0.0 else -1.0 / piece.rate if piece.rate < 0.0 else 0.0
     if not 0.0 < rate < 32_000.0 or piece.count > 0xFFFF:
         message = f"record {number + 1} has {piece.count} samples at {rate:g} Hz."

@@ -197,13 +197,13 @@ def filter_corners(header: Sequence[str]) -> tuple[float, float]:
     """
     low = high = math.nan
     for line in header:
-        stated = [(found["kind"].upper(), found["hertz"]) for found in _POINTS.finditer(line)]
-        stated += [
+        corners = [(found["kind"].upper(), found["hertz"]) for found in _POINTS.finditer(line)]
+        corners += [
             ("HP" if found["poles"].startswith("-") else "LP", found["hertz"])
             for found in _POLES.finditer(line)
             if int(found["poles"])
         ]
-        for kind, hertz in stated:
+        for kind, hertz in corners:
             if float(hertz) > 0.0:
                 low, high = (float(hertz), high) if kind == "HP" else (low, float(hertz))
     return low, high
@@ -216,14 +216,14 @@ def _peak_ratio(path: Path, header: list[str], samples: Float, factor: float) ->
     those units, or in g.
     """
     for number, line in enumerate(header, 1):
-        stated = _PEAK.search(line)
-        if stated:
-            units = plain_units(stated["units"].rstrip(".;"))
+        match = _PEAK.search(line)
+        if match:
+            units = plain_units(match["units"].rstrip(".;"))
             allowed = units in ACCELERATION_UNITS and acceleration_factor(units) == factor
             if units != "g" and not allowed:
-                raise InputError(path, f"PGA in units of {stated['units']!r}. Must be g.", number)
+                raise InputError(path, f"PGA in units of {match['units']!r}. Must be g.", number)
             inside = samples if allowed else samples * factor / GRAVITY
-            return require_printed_peak(path, stated["peak"], inside, units, number)
+            return require_printed_peak(path, match["peak"], inside, units, number)
     return math.nan
 
 
@@ -237,8 +237,8 @@ def _header(path: Path, text: bytes) -> list[str]:
     for number, line in enumerate(lines[:_LONGEST_HEADER], 1):
         if _sizes(line):
             return lines[:number]
-    known = "'NPTS= 4000, DT= .0050 SEC' or '4000 0.0050 NPTS, DT'"
-    raise InputError(path, f"no NPTS and DT, as in {known}, in the first {_LONGEST_HEADER} lines.")
+    forms = "'NPTS= 4000, DT= .0050 SEC' or '4000 0.0050 NPTS, DT'"
+    raise InputError(path, f"no NPTS and DT, as in {forms}, in the first {_LONGEST_HEADER} lines.")
 
 
 def _refuse_other_quantities(path: Path, header: list[str]) -> None:
@@ -253,11 +253,11 @@ def _refuse_other_quantities(path: Path, header: list[str]) -> None:
 def _factor(path: Path, header: list[str], options: ReadOptions) -> float:
     """Return m s-2 per number; programs that write AT2 files also use other units than PEER's g."""
     for number, line in enumerate(header, 1):
-        stated = _UNITS.search(line)
-        if stated:
-            units = plain_units(stated["units"].rstrip(".;"))
+        match = _UNITS.search(line)
+        if match:
+            units = plain_units(match["units"].rstrip(".;"))
             if units not in ACCELERATION_UNITS:
-                message = f"acceleration units {stated['units']!r}. Must be g, or one of: "
+                message = f"acceleration units {match['units']!r}. Must be g, or one of: "
                 raise InputError(path, f"{message}{', '.join(ACCELERATION_UNITS)}.", number)
             return factor_to_si(path, units, options, number)
     if options.units is not None or options.factor is not None:

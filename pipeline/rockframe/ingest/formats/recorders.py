@@ -102,9 +102,9 @@ def _waveforms(path: Path, data: bytes) -> list[bytes]:
             if len(line) > _LONGEST_LINE:
                 message = f"{len(line)} characters. Must be at most {_LONGEST_LINE}, as in GSE."
                 raise InputError(path, message, number)
-        for stated in _SAMPLES.findall(piece):
-            if int(stated) > len(piece):
-                message = f"{int(stated)} samples stated in a waveform of {len(piece)} bytes."
+        for samples in _SAMPLES.findall(piece):
+            if int(samples) > len(piece):
+                message = f"{int(samples)} samples stated in a waveform of {len(piece)} bytes."
                 raise InputError(path, message)
         top += piece.count(b"\n")
     return pieces
@@ -140,10 +140,12 @@ def _require_times(path: Path, rows: list[bytes], line: int, trace: Any) -> None
         message = f"time {texts[bad]!r}. Must be a date and a clock time."
         raise InputError(path, message, line + bad) from None
     step = even_time_step(path, times, lambda: [text.encode() for text in seconds], line)
-    stated = float(trace.stats.delta)
-    if not math.isclose(stated, step, rel_tol=_SAME_STEP):
-        message = f"{1.0 / stated:g} sps in the header, time step {step:g} s of the times."
-        trace.stats.delta = settle(path, message, {"waveform": step, "header": stated}, line - 1)
+    step_stated = float(trace.stats.delta)
+    if not math.isclose(step_stated, step, rel_tol=_SAME_STEP):
+        message = f"{1.0 / step_stated:g} sps in the header, time step {step:g} s of the times."
+        trace.stats.delta = settle(
+            path, message, {"waveform": step, "header": step_stated}, line - 1
+        )
 
 
 def _joined(path: Path, stream: Any) -> list[Any]:

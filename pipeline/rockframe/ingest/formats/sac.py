@@ -168,19 +168,20 @@ def _factor(path: Path, file: _Sac, options: ReadOptions) -> tuple[float, dict[s
     header = {code: file.name(place) for code, place in codes}
     trace = Trace(header={**header, "starttime": _start_time(file) or 0})
     try:
-        found = find_response(path, trace, options)
+        instrument = find_response(path, trace, options)
     except InputError as error:
         return _scaled(path, scale, options, error), {}
     if options.sensitivity is not None:
-        return 1.0 / found.counts, {"processing": (found.division,)}
-    if abs(scale - found.counts) > _SAME_SCALE * found.counts:
-        message = f"SCALE {scale:.7g}, but {found.counts:.7g} counts per m/s2 in {found.source}."
-        scales = {"scale": scale, "sensitivity": found.counts} if scale > 0.0 else {}
-        found = replace(
-            found, counts=settle(path, message, scales or {"sensitivity": found.counts})
+        return 1.0 / instrument.counts, {"processing": (instrument.division,)}
+    if abs(scale - instrument.counts) > _SAME_SCALE * instrument.counts:
+        message = f"SCALE {scale:.7g}, but {instrument.counts:.7g} counts per m/s2 in "
+        message += f"{instrument.source}."
+        scales = {"scale": scale, "sensitivity": instrument.counts} if scale > 0.0 else {}
+        instrument = replace(
+            instrument, counts=settle(path, message, scales or {"sensitivity": instrument.counts})
         )
     factor_to_si(path, "m/s2", options)
-    return 1.0 / found.counts, {**found.facts, "processing": (found.division,)}
+    return 1.0 / instrument.counts, {**instrument.facts, "processing": (instrument.division,)}
 
 
 def _scaled(path: Path, scale: float, options: ReadOptions, error: InputError) -> float:
@@ -283,14 +284,16 @@ def _require_acceleration(path: Path, file: _Sac) -> None:
         message = f"sample {where + 1} is {file.samples[where]}. Must be finite and below 1e30."
         raise InputError(path, message)
     size = float(np.abs(file.samples).max())
-    for place, name, found, slack in (
+    for place, name, value_there, slack in (
         (_DEPMIN, "DEPMIN", file.samples.min(), 1e-6),  # alphanumeric headers have seven digits
         (_DEPMAX, "DEPMAX", file.samples.max(), 1e-6),
         (_DEPMEN, "DEPMEN", file.samples.mean(), 1e-4),  # sums in single precision
     ):
-        stated = file.stated(place)
-        if not math.isnan(stated) and abs(stated - found) > slack * max(size, abs(stated)):
-            message = f"{name} {stated:.7g} in the header, {found:.7g} in the samples."
+        header_value = file.stated(place)
+        if not math.isnan(header_value) and abs(header_value - value_there) > slack * max(
+            size, abs(header_value)
+        ):
+            message = f"{name} {header_value:.7g} in the header, {value_there:.7g} in the samples."
             settle(path, message, {"values": None})
 
 
@@ -298,10 +301,10 @@ def _require_end(path: Path, file: _Sac) -> None:
     """Reject a time step that does not lead from B to E within 1.5 steps."""
     step, end = float(file.floats[_DELTA]), file.stated(_E)
     begin = file.stated(_B)
-    found = begin + (file.samples.size - 1) * step
-    if abs(end - found) > 1.5 * step:
+    last = begin + (file.samples.size - 1) * step
+    if abs(end - last) > 1.5 * step:
         message = f"E {end:g} s in the header, but {file.samples.size} samples at {step:g} s from"
-        settle(path, f"{message} {begin:g} s end at {found:g} s.", {"samples": None})
+        settle(path, f"{message} {begin:g} s end at {last:g} s.", {"samples": None})
 
 
 def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, float]:
@@ -313,8 +316,8 @@ def _direction(path: Path, file: _Sac, component: str) -> tuple[Orientation, flo
         return orientation, named
     # Positive motion may be in the opposite direction.
     askew = 0.0 if upright else abs((azimuth - named + 90.0) % 180.0 - 90.0)
-    stated = orientation is not Orientation.UNSTATED
-    if stated and (orientation.upright != upright or askew > _ASKEW):
+    has_direction = orientation is not Orientation.UNSTATED
+    if has_direction and (orientation.upright != upright or askew > _ASKEW):
         message = f"component {component!r}, but CMPINC {incidence:g} and CMPAZ {azimuth:g}."
         if settle(path, message, {"component": True, "azimuth": False}):
             return orientation, named

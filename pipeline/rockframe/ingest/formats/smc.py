@@ -169,12 +169,12 @@ def _fields(path: Path, rows: list[bytes], columns: Columns, first_line: int) ->
 
 def _comments(header: _Header, lines: list[bytes]) -> int:
     """Return the number of comment lines; raise an error if it differs from the stated one."""
-    stated = header.integer(16) or 0
-    found = sum(1 for _ in takewhile(lambda line: line.startswith(b"|"), lines[_HEADER_LINES:]))
-    if stated != found:
-        message = f"{stated} comment lines stated, {found} in the file."
+    count = header.integer(16) or 0
+    counted = sum(1 for _ in takewhile(lambda line: line.startswith(b"|"), lines[_HEADER_LINES:]))
+    if count != counted:
+        message = f"{count} comment lines stated, {counted} in the file."
         raise InputError(header.path, message, _TEXT_LINES + 2)
-    return found
+    return counted
 
 
 def _count(header: _Header) -> int:
@@ -218,11 +218,11 @@ def _pairs(
 def _peak_ratio(header: _Header, samples: Float, step: float, columns: Columns) -> float:
     """Return the ratio of actual to stated peak, the larger extreme; reject a difference."""
     extremes = [(header.printed(item), item) for item in (30, 32)]
-    stated = [(value, item) for value, item in extremes if value is not None]
+    peaks = [(value, item) for value, item in extremes if value is not None]
     largest = float(np.abs(samples).max())
-    if not stated or largest == 0.0:
+    if not peaks or largest == 0.0:
         return math.nan
-    value, item = max(stated, key=lambda pair: abs(pair[0].value))
+    value, item = max(peaks, key=lambda pair: abs(pair[0].value))
     resolution = 10.0 ** (math.floor(math.log10(largest)) + 1 - _DIGITS[columns])
     line = _TEXT_LINES + _INTEGER_LINES + 1 + (item - 1) // _REALS.count
     # The item before an extreme states its time.
@@ -233,8 +233,8 @@ def _peak_ratio(header: _Header, samples: Float, step: float, columns: Columns) 
 def _record(
     header: _Header, acceleration: Float, step: float, ratio: float, uncorrected: bool
 ) -> Record:
-    stated = _STATION.fullmatch(header.text[5])
-    station, component = stated.groups() if stated else ("", "")
+    match = _STATION.fullmatch(header.text[5])
+    station, component = match.groups() if match else ("", "")
     component = f"{int(component):03d}" if re.fullmatch(r"\d{1,3}", component) else component
     orientation, azimuth = direction(component)
     from_up = header.integer(13)

@@ -147,9 +147,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     numbers, columns, per_row, taken = _read_columns(path, table, options)
     units = {k: columns.units_of.get(k, columns.units) for k in columns.accelerations}
     factors = {k: _factor(path, table, stated, options) for k, stated in units.items()}
-    for stated, factor in dict(zip(units.values(), factors.values(), strict=True)).items():
+    for unit, factor in dict(zip(units.values(), factors.values(), strict=True)).items():
         given = f"{options.units!r} given" if options.units else f"{factor:g} m/s2 given"
-        _require_units(path, table, factor, f"{stated!r} in the column name" if stated else given)
+        _require_units(path, table, factor, f"{unit!r} in the column name" if unit else given)
     if not data[-1:].isspace():
         require_whole_end(path, table.body, table.first_line, per_row)
     _require_count(path, table, len(numbers))
@@ -414,8 +414,8 @@ def _require_count(path: Path, table: Table, rows: int) -> None:
     if rows < 2:
         raise InputError(path, f"{rows} row of numbers. Must be 2 or more.", line=table.first_line)
     for line, comment in enumerate(table.comments, 1):
-        stated = _STATED_COUNT.search(comment)
-        count = stated and (stated["named"] or stated["first"])
+        match = _STATED_COUNT.search(comment)
+        count = match and (match["named"] or match["first"])
         if count and int(count) != rows:
             message = f"npts {count} in the comment, {rows} rows in the file."
             settle(path, message, {"samples": rows}, line)
@@ -440,9 +440,9 @@ def _require_sample(path: Path, table: Table) -> None:
 
 def _require_units(path: Path, table: Table, factor: float, taken: str) -> None:
     for line, comment in enumerate(table.comments, 1):
-        stated = units_in(comment)
-        if stated and acceleration_factor(stated) != factor:
-            message = f"acceleration units {stated!r} in the comment, {taken}."
+        units = units_in(comment)
+        if units and acceleration_factor(units) != factor:
+            message = f"acceleration units {units!r} in the comment, {taken}."
             raise InputError(path, message, line=line)
 
 
@@ -455,9 +455,11 @@ def _agreed_step(path: Path, table: Table, step: float) -> float:
     ]
     if printed := table.sizes and table.sizes["step"]:
         steps.append((table.sizes_line, f"dt {printed} s in the header", float(printed)))
-    for line, words, stated in steps:
-        if not math.isclose(stated, step, rel_tol=_SAME_STEP):
-            values = {"waveform": step, "header": stated} if stated > 0.0 else {"waveform": step}
+    for line, words, step_there in steps:
+        if not math.isclose(step_there, step, rel_tol=_SAME_STEP):
+            values = (
+                {"waveform": step, "header": step_there} if step_there > 0.0 else {"waveform": step}
+            )
             message = f"{words}, time step {step:g} s of the samples."
             return settle(path, message, values, line)
     return step

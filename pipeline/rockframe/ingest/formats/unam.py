@@ -109,16 +109,15 @@ def _record(
 ) -> Record:
     path, stated_name = header.path, _values(header, _NAMES)[channel]
     name = _component(stated_name)
-    stated = {
+    peaks = {
         key: _values(header, key)[channel]
         for key in (_STEP, _RATE, _COUNT, _LENGTH, _PEAK, _PEAK_AT)
     }
     lines = header.lines
     line = lines[_RATE]
-    require_sample_count(path, stated[_COUNT], lines[_COUNT], gal.size)
+    require_sample_count(path, peaks[_COUNT], lines[_COUNT], gal.size)
     step, rate, length, at = (
-        parse_number(path, stated[key], lines[key], key)
-        for key in (_STEP, _RATE, _LENGTH, _PEAK_AT)
+        parse_number(path, peaks[key], lines[key], key) for key in (_STEP, _RATE, _LENGTH, _PEAK_AT)
     )
     if not (step > 0.0 and rate > 0.0):
         raise InputError(path, f"{rate:g} samples a second, {step:g} s. Must be positive.", line)
@@ -129,7 +128,7 @@ def _record(
     if abs(length - gal.size * step) > 1.5 * step + 0.005:
         settle(path, message, {"samples": gal.size}, line)
     ratio = require_printed_peak(
-        path, stated[_PEAK], gal, f"gal {name}", lines[_PEAK],
+        path, peaks[_PEAK], gal, f"gal {name}", lines[_PEAK],
         signed=True, time=f"{(at - 1.0) * step:.4f}", time_step=step,
     )  # fmt: skip
     # Latitude and longitude are in two lines.
@@ -188,7 +187,7 @@ def _day(stated: str) -> str:
 def _values(header: KeyedHeader, key: str) -> list[str]:
     """Return the values of the channels: `/200/200/200`."""
     values = header.required(key).split("/")
-    known = header.required(_NAMES).split("/")[1:]
-    if values[0] or len(values) != len(known) + 1:
-        raise header.invalid(key, f"a value for each of {len(known)} channels, after /")
+    component_names = header.required(_NAMES).split("/")[1:]
+    if values[0] or len(values) != len(component_names) + 1:
+        raise header.invalid(key, f"a value for each of {len(component_names)} channels, after /")
     return values[1:]

@@ -106,9 +106,9 @@ def _mantissas(places: NDArray[np.uint8], point: int) -> tuple[Float, NDArray[np
     digits = np.concatenate([before, after]) - _ZERO
     is_digit = digits < 10
     order = sign.view(np.uint8) + 2 * is_digit[:point].view(np.uint8)  # 0 for a blank
-    known = is_digit[:point] | sign | (before == ord(" "))
+    plain = is_digit[:point] | sign | (before == ord(" "))
     rising = (order[1:] >= order[:-1]) & ~(sign[1:] & sign[:-1])
-    right = known.all() and rising.all() and is_digit[point:].all() and is_digit[-1].all()
+    right = plain.all() and rising.all() and is_digit[point:].all() and is_digit[-1].all()
     if not right or (places[point : point + 1] != ord(".")).any():
         return None
     digits[:point][~is_digit[:point]] = 0

@@ -198,8 +198,8 @@ def units_in(comment: str) -> str | None:
     comment = comment.replace("²", "2")
     if (alone := _spelling(comment.strip(" #%\t()[]"))) in _SPELLINGS:
         return _SPELLINGS[alone]
-    found = None if re.search("convert|origin", comment, re.I) else _IN_WORDS.search(comment)
-    return found and _SPELLINGS.get(re.sub(r"[\s^*]", "", found["units"].lower()))
+    match = None if re.search("convert|origin", comment, re.I) else _IN_WORDS.search(comment)
+    return match and _SPELLINGS.get(re.sub(r"[\s^*]", "", match["units"].lower()))
 
 
 @dataclass(frozen=True)
@@ -264,24 +264,24 @@ def read_headers(
         message = f"{columns} columns under {len(names)} names ({','.join(names)})."
         message += f" {COMMAS}" if columns == 2 * len(names) else ""
         raise InputError(path, message, line=line)
-    found = _columns(names)
+    headers = _columns(names)
     if chosen is not None:
         place = column_place(path, names, columns, line, chosen, index)
-        times = [k for k, one in enumerate(found) if one.quantity == "time"]
+        times = [k for k, header in enumerate(headers) if header.quantity == "time"]
         times = times or [k for k, name in enumerate(names) if _SECONDS.search(name)]
         time = times[0] if times else None if names or not place else 0
-        stated = found[place] if names else _Column("acceleration")
-        if stated.quantity in {"time", "velocity", "displacement"} and not stated.vertical:
-            message = f"column {names[place]!r} is a {stated.quantity}, not an acceleration."
+        column = headers[place] if names else _Column("acceleration")
+        if column.quantity in {"time", "velocity", "displacement"} and not column.vertical:
+            message = f"column {names[place]!r} is a {column.quantity}, not an acceleration."
             raise InputError(path, message, line=line)
-        return Columns(time, {place: stated.component}, _units(path, [stated], line))
+        return Columns(time, {place: column.component}, _units(path, [column], line))
     if not names:
         if columns > 2:
             message = f"{columns} columns without names. {_MUST} {_CHOOSE}"
             message += f" {COMMAS}" if columns == 4 else ""
             raise InputError(path, message, line=line)
         return Columns(0 if columns == 2 else None, {columns - 1: ""}, None)
-    return _read_names(path, names, found, line)
+    return _read_names(path, names, headers, line)
 
 
 def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -> Columns:
@@ -291,9 +291,9 @@ def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -
         for k, one in enumerate(found)
         if one.quantity in {"acceleration", "direction"} or (one.vertical and directions > 1)
     }
-    for name, one in zip(names, found, strict=True):
-        if one.quantity in {"velocity", "displacement"} and not meant:
-            message = f"column {name!r} is a {one.quantity}, not an acceleration."
+    for name, column in zip(names, found, strict=True):
+        if column.quantity in {"velocity", "displacement"} and not meant:
+            message = f"column {name!r} is a {column.quantity}, not an acceleration."
             raise OtherQuantityError(path, message, line)
     times = [k for k, one in enumerate(found) if one.quantity == "time"]
     shown, components = ",".join(names), [one.component for one in meant.values()]
@@ -357,21 +357,23 @@ def column_place(
             raise InputError(path, f"{message} State its name with --column NAME.", line)
         if places:
             return places[0]
-    known = ", ".join(names) or f"1 to {columns}"
-    raise InputError(path, f"no column {chosen!r}. Must be one of: {known}.", line=line)
+    allowed = ", ".join(names) or f"1 to {columns}"
+    raise InputError(path, f"no column {chosen!r}. Must be one of: {allowed}.", line=line)
 
 
 def _units(path: Path, columns: list[_Column], line: int) -> str | None:
-    stated = {one.units for one in columns}
-    for units in sorted(stated):
-        if len(stated) > 1 or (units and units not in _SPELLINGS):
-            known = ", ".join(ACCELERATION_UNITS)
-            message = f"acceleration units {units!r}. Must be one of: {known}."
-            if len(stated) > 1:
-                message = f"accelerations in different units ({', '.join(sorted(stated))})."
+    units_of_columns = {column.units for column in columns}
+    for units in sorted(units_of_columns):
+        if len(units_of_columns) > 1 or (units and units not in _SPELLINGS):
+            allowed = ", ".join(ACCELERATION_UNITS)
+            message = f"acceleration units {units!r}. Must be one of: {allowed}."
+            if len(units_of_columns) > 1:
+                message = (
+                    f"accelerations in different units ({', '.join(sorted(units_of_columns))})."
+                )
                 message = f"{message} State the columns with --channels NAME=AZIMUTH."
             raise InputError(path, message, line=line)
-    return _SPELLINGS.get(min(stated))
+    return _SPELLINGS.get(min(units_of_columns))
 
 
 @dataclass(frozen=True)
@@ -411,7 +413,7 @@ def _columns(names: list[str]) -> list[_Column]:
     """Return the columns; beside two horizontals, V is the vertical and T the transverse."""
     columns = [_column(name) for name in names]
     bare = [re.sub(r"[\s_\[\]()]+", " ", name).strip().split(" ")[0] for name in names]
-    sets = [one for one in _SETS if one <= {word.upper() for word in bare}]
+    sets = [name_set for name_set in _SETS if name_set <= {word.upper() for word in bare}]
     horizontal = [
         one for one in columns if one.quantity == "direction" and one.component not in ("V", "Z")
     ]
@@ -425,8 +427,8 @@ def _columns(names: list[str]) -> list[_Column]:
 
 def _is_direction(word: str) -> bool:
     """Return True if a word states a direction; a number must have three digits."""
-    stated = direction(word)[0] is not Orientation.UNSTATED or _SEED.fullmatch(word)
-    return bool(stated) and (not word.isdigit() or len(word) == 3)
+    is_stated = direction(word)[0] is not Orientation.UNSTATED or _SEED.fullmatch(word)
+    return bool(is_stated) and (not word.isdigit() or len(word) == 3)
 
 
 #: Share of the steps of a column of times that rise. An acceleration rises in about half of them.
@@ -582,10 +584,10 @@ def unclear(
     """
     table = values[: values.size // columns * columns].reshape(-1, columns)
     rising = [k + 1 for k, column in enumerate(table.T) if rises(column) or _never_falls(column)]
-    what = f"of which column {rising[0]} rises like times" if rising else "which may be channels"
+    reason = f"of which column {rising[0]} rises like times" if rising else "which may be channels"
     do = f"Choose one with --column NUMBER, of 1 to {columns}"
     also = "" if rising else ", or read them as one series, line by line, with --column all"
     hint = f" {COMMAS}" if columns == 4 else ""
     if commas and columns == 2:
         hint = " If the comma is a decimal comma, state --decimal comma."
-    return InputError(path, f"{columns} columns without names, {what}. {do}{also}.{hint}", line)
+    return InputError(path, f"{columns} columns without names, {reason}. {do}{also}.{hint}", line)

@@ -417,11 +417,11 @@ class KeyedHeader:
 
     def require_count(self, key: str, found: int, what: str) -> None:
         """Reject a header that does not state the number of samples in the file."""
-        stated = self.get(key)
-        if not (re.fullmatch(r"\d{1,9}", stated, re.ASCII) and int(stated) >= 2):
+        text = self.get(key)
+        if not (re.fullmatch(r"\d{1,9}", text, re.ASCII) and int(text) >= 2):
             raise self.invalid(key, "a whole number of 2 or more")
-        if int(stated) != found:
-            message = f"{key} {stated} in the header, {found} {what} in the file."
+        if int(text) != found:
+            message = f"{key} {text} in the header, {found} {what} in the file."
             settle(self.path, message, {"samples": found}, self.lines[key])
 
     def invalid(self, key: str, must: str) -> InputError:
@@ -500,10 +500,10 @@ def keyed_header(path: Path, lines: Sequence[str], separator: str = ":") -> Keye
     places: dict[str, int] = {}
     last = ""
     for number, line in enumerate(lines, 1):
-        name, found, value = line.partition(separator)
+        name, mark, value = line.partition(separator)
         key = name.strip() or (f"{last} (2)" if last else "")
         last = name.strip()
-        if found and key not in values:
+        if mark and key not in values:
             values[key] = value.strip()
             places[key] = number
     return KeyedHeader(path, values, places, len(lines))
@@ -527,11 +527,11 @@ def required_line(
     'EW'
     """
     line = lines[index] if index < len(lines) else ""
-    found = pattern.match(line)
-    if not found:
+    match = pattern.match(line)
+    if not match:
         message = f"{line.strip()[:60]!r}, where a line such as {example!r} is expected."
         raise InputError(path, message, line=first_line + index)
-    return found
+    return match
 
 
 def required_lines(
@@ -548,10 +548,10 @@ def required_lines(
     >>> required_lines(Path("a.dat"), ["COMP EW"], expected)
     {'name': 'EW'}
     """
-    found: dict[str, str] = {}
+    groups: dict[str, str] = {}
     for index, pattern, example in expected:
-        found |= required_line(path, lines, index, pattern, example, first_line).groupdict()
-    return found
+        groups |= required_line(path, lines, index, pattern, example, first_line).groupdict()
+    return groups
 
 
 def numbers_in(pattern: re.Pattern[str] | str, text: str) -> list[float]:
@@ -563,5 +563,5 @@ def numbers_in(pattern: re.Pattern[str] | str, text: str) -> list[float]:
     ([6.6, 12.0], [nan])
     """
     compiled = re.compile(pattern)
-    found = compiled.search(text)
-    return [float(one) for one in found.groups()] if found else [math.nan] * compiled.groups
+    match = compiled.search(text)
+    return [float(group) for group in match.groups()] if match else [math.nan] * compiled.groups

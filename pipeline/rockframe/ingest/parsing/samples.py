@@ -339,8 +339,8 @@ def require_peak(
     if not signed and not right.size:
         right = np.flatnonzero(np.abs(sizes[peaks] - abs(value)) <= slack)
     if not right.size:
-        found = f"{samples[where]:.10g} {stated.units} in the file"
-        message = f"peak {value:.10g} {stated.units} stated, but {found}."
+        peak_words = f"{samples[where]:.10g} {stated.units} in the file"
+        message = f"peak {value:.10g} {stated.units} stated, but {peak_words}."
         ratio = float(samples[where]) / value if value else math.nan
         return settle(path, message, {"values": ratio if signed else abs(ratio)}, stated.line)
     late = np.abs(peaks * time_step - stated.time.value) if stated.time else np.zeros(1)

@@ -436,10 +436,10 @@ def _names(text: str, form: Form, cells: list[list[str]], *, is_first: bool) -> 
 def _is_names(
     names: list[str], count: int, chosen: str | None, words: TextLayout, *, is_comment: bool
 ) -> bool:
-    known = [is_known(name) for name in names if name]
+    recognised = [is_known(name) for name in names if name]
     if is_comment:
         wanted = chosen is not None and chosen.strip().casefold() in map(str.casefold, names)
-        return len(names) == count and bool(known) and (all(known) or wanted)
+        return len(names) == count and bool(recognised) and (all(recognised) or wanted)
     if words.first_line == "names":
         return True
     if all(_is_value(name) for name in names if name):
@@ -447,7 +447,7 @@ def _is_names(
     if names and names[0].endswith(":"):
         return False
     begins = next(filter(None, names), "")[:1]
-    return (begins.isalpha() and len(names) == count) or (bool(known) and all(known))
+    return (begins.isalpha() and len(names) == count) or (bool(recognised) and all(recognised))
 
 
 def _are_units(cells: list[str], count: int) -> bool:
@@ -465,8 +465,8 @@ def _read_titles(
     titles = [k for k in others if k not in comments]
     for k in titles:
         line = top.lines[k]
-        stated = _UNITS_OF_COLUMNS.fullmatch(line)
-        cells = re.split(r"\s*[,;\t]\s*", stated[1].strip()) if stated else []
+        match = _UNITS_OF_COLUMNS.fullmatch(line)
+        cells = re.split(r"\s*[,;\t]\s*", match[1].strip()) if match else []
         if not top.units and _are_units(cells, count) and count > 1:
             top.units = cells
             top.taken.append(f"units in line {k + 1}")

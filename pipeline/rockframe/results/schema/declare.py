@@ -155,7 +155,7 @@ def _flag_attributes(kind: type[IntEnum | IntFlag]) -> Mapping[str, Any]:
 
 def optional(group: str, *variables: Variable) -> tuple[Variable, ...]:
     """Declare an optional group of variables: a file has all of them or none."""
-    return tuple(replace(one, group=group) for one in variables)
+    return tuple(replace(variable, group=group) for variable in variables)
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,11 @@ class FileKind:
         if isinstance(thing, list):
             rows = [self.filled(source, one) for one in thing]
             return {name: [row[name] for row in rows] for name in rows[0]}
-        return {one.name: one.value_of(thing) for one in self.variables if one.holder == source}
+        return {
+            variable.name: variable.value_of(thing)
+            for variable in self.variables
+            if variable.holder == source
+        }
 
     def arrays(self, values: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         """Return values by variable as arrays of the types in the file."""
@@ -223,12 +227,12 @@ class FileKind:
         """
         import xarray as xr
 
-        unknown = values.keys() - {one.name for one in self.variables}
+        unknown = values.keys() - {variable.name for variable in self.variables}
         if unknown:
             raise KeyError(f"not declared for {self.name} files: {sorted(unknown)}")
-        made = {
-            one.name: one.holding(values[one.name], units.get(one.name, ""))
-            for one in self.variables
-            if one.name in values
+        variables = {
+            variable.name: variable.holding(values[variable.name], units.get(variable.name, ""))
+            for variable in self.variables
+            if variable.name in values
         }
-        return xr.Dataset(made, attrs={"title": self.title})
+        return xr.Dataset(variables, attrs={"title": self.title})

@@ -129,7 +129,7 @@ def histories(along: str) -> tuple[Variable, ...]:
 def peaks(along: str, source: str = "") -> tuple[Variable, ...]:
     """Declare the largest rotation and displacements of scenarios."""
     comment = "free rocking after the record included"
-    return tuple(of_quantity(one, along, source, comment) for one in PEAKS)
+    return tuple(of_quantity(quantity, along, source, comment) for quantity in PEAKS)
 
 
 def of_quantity(quantity: Quantity, along: str, source: str = "", comment: str = "") -> Variable:
@@ -163,7 +163,7 @@ ROBUST_MARGINS: Final = tuple(
         Variable(f"robust_error_{share}", "record structure", float, "1", f"sampling error of the multiple that overturns {share} %, relative to the multiple", f"robust.error{share}", comment="half the range of the middle 68 % of ensembles that are resampled from the members"),
     )
 )
-ROBUST: Final = tuple(one.name for one in ROBUST_MARGINS)
+ROBUST: Final = tuple(variable.name for variable in ROBUST_MARGINS)
 
 
 #: Comment on quantiles of the members of an ensemble.
@@ -184,12 +184,12 @@ def band(quantity: Quantity, along: str, source: str = "ensemble.bands") -> Vari
 
 
 #: Quantities that need the whole history, which only `--forces` computes; the base shear is one of the bands of peaks, too.
-_OF_JOINTS: Final = tuple(one for one in FORCES_OF_RESPONSE if one.of_joints)
+_OF_JOINTS: Final = tuple(quantity for quantity in FORCES_OF_RESPONSE if quantity.of_joints)
 OF_FORCES: Final = optional("forces", *(
     of_quantity(one, "record structure", "forces", "NaN where the structure overturns")
     for one in (QUANTITIES["peak_base_shear"], *_OF_JOINTS)
 ))
-FORCES: Final = tuple(one.name for one in OF_FORCES)
+FORCES: Final = tuple(variable.name for variable in OF_FORCES)
 #: Bands of these forces; that of the base shear is among the bands of peaks.
 OF_FORCE_BANDS: Final = optional("bands of forces", *(band(one, "record structure", "force_bands") for one in _OF_JOINTS))
 
@@ -217,7 +217,7 @@ OF_CONTACT: Final = optional("contact",
     Variable("least_top_vertical", "record structure", float, "1", "smallest vertical force under the beam over the static force", "contact", comment="if not positive, the beam would lift off; NaN without a beam"),
     Variable("least_spacing", "record structure", float, "m", "distance between two columns above which the beam stays on both", "contact", comment="NaN without a stated depth of the beam, and for restrained structures"),
 )
-CONTACT: Final = tuple(one.name for one in OF_CONTACT)
+CONTACT: Final = tuple(variable.name for variable in OF_CONTACT)
 
 #: Forces and yielding of tendons and dissipaters.
 OF_RESTRAINT: Final = optional("restraint",
@@ -247,14 +247,14 @@ OF_ABUTMENT: Final = optional("abutment",
     Variable("lift_exceeded_time", "record structure", float, "s", "time at which the lift of the deck first exceeds its allowance", "response", comment="NaN if never during the record, or if no allowance is stated"),
 )
 
-ABUTMENT: Final = tuple(one.name for one in OF_ABUTMENT)
+ABUTMENT: Final = tuple(variable.name for variable in OF_ABUTMENT)
 
 #: Responses of kinds of structures that do not rock.
 OF_KIND: Final = (
     *(
         variable
-        for one in OF_KINDS
-        for variable in optional(one.name, of_quantity(one, "record structure", "response"))
+        for quantity in OF_KINDS
+        for variable in optional(quantity.name, of_quantity(quantity, "record structure", "response"))
     ),
     *optional("first yield",
         Variable("first_yield_time", "record structure", float, "s", "time of the first yielding or sliding", "response", comment="NaN if never"),
@@ -502,7 +502,7 @@ SCREEN_NC: Final = FileKind(
         *optional("members",
             Variable("share_reached", "record structure scale limit_state", float, "1", "share of an ensemble of plausible structures that reaches the limit state", comment="that of overturning first. The number of members is in members, their spreads are in parameters; the stated structure is not one of them. NaN without the restraint of the limit state"),
             Variable("share_uplifted", "record structure scale", float, "1", "share of this ensemble that uplifts"),
-            *(band(QUANTITIES[one.name], one.along, "") for one in _PEAKS_OF_SCENARIO),
+            *(band(QUANTITIES[variable.name], variable.along, "") for variable in _PEAKS_OF_SCENARIO),
         ),
         *optional("histories", *histories("obs")),
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
@@ -550,7 +550,7 @@ SCREEN_NC: Final = FileKind(
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns"),
             Variable("safe_islands", "record structure", np.int32, "1", "number of intervals above the critical scale in which the structure stands"),
         ),
-        *optional("robust margins", *(replace(one, source="") for one in ROBUST_MARGINS)),
+        *optional("robust margins", *(replace(variable, source="") for variable in ROBUST_MARGINS)),
         *optional("hazard",
             Variable("hazard_measure", "", str, "1", "measure of intensity of the hazard curve", refers_to="measure"),
             Variable("hazard_intensity", "hazard_point", float, "1", "intensity, in the unit of the measure"),
@@ -581,7 +581,7 @@ SCREEN_NC: Final = FileKind(
         ),
         *optional("design",
             Variable("design_dimension", "", str, "1", "dimension that is searched", choices=tuple(DIMENSIONS)),
-            Variable("design_quantity", "", str, "1", "limited quantity", choices=tuple(one.name for one in LIMITED)),
+            Variable("design_quantity", "", str, "1", "limited quantity", choices=tuple(quantity.name for quantity in LIMITED)),
             Variable("design_limit", "", float, "1", "limit of the quantity", also_units="m or m s-1"),
             Variable("design_required_share", "", float, "1", "share of motions and members that must stay below the limit"),
             Variable("design_value", "design_step", float, "m", "values that were tried", also_units="1"),

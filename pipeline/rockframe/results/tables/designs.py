@@ -32,8 +32,14 @@ def validity_words(row: Mapping[str, Any], _key: str = "") -> str:
 
 def _column(name: str) -> Column:
     """Return the column of a quantity."""
-    one = QUANTITIES[name]
-    return Column(f"{one.heading}>", one.column(), one.form, one.factor, priority=one.priority)
+    quantity = QUANTITIES[name]
+    return Column(
+        f"{quantity.heading}>",
+        quantity.column(),
+        quantity.form,
+        quantity.factor,
+        priority=quantity.priority,
+    )
 
 
 #: Columns of a comparison table, in the terminal and on the page.
@@ -124,21 +130,21 @@ def design_rows(
 def _design(rows: Sequence[Cells], recordings: Mapping[str, Hashable]) -> Row:
     shares = [_share(row, "share_overturned", _fell(row)) for row in rows]
     ends = [_share(row, "share_model_ends", row["validity"] != "holds") for row in rows]
-    found: Row = {"records": len(rows), "weight_kn": number(rows[0].get("weight_kn"))}
-    found |= mean_shares_of([shares], (row["record_id"] for row in rows), recordings)[0]
-    found["share_model_ends"] = float(np.mean(ends))
-    for one in DESIGN_QUANTITIES:
-        values = np.array([_of_record(one, row) for row in rows])
-        known = np.flatnonzero(~np.isnan(values))
-        worst = int(known[np.argmax(values[known])]) if known.size else -1
-        _, middle, high = over_records(values[known])
-        found |= {
-            one.column(0.5): middle,
-            one.column(0.84): high,
-            one.column("worst"): float(values[worst]) if known.size else math.nan,
-            f"{one.name}_record": rows[worst]["record_id"] if known.size else "",
+    cells: Row = {"records": len(rows), "weight_kn": number(rows[0].get("weight_kn"))}
+    cells |= mean_shares_of([shares], (row["record_id"] for row in rows), recordings)[0]
+    cells["share_model_ends"] = float(np.mean(ends))
+    for quantity in DESIGN_QUANTITIES:
+        values = np.array([_of_record(quantity, row) for row in rows])
+        places = np.flatnonzero(~np.isnan(values))
+        worst = int(places[np.argmax(values[places])]) if places.size else -1
+        _, middle, high = over_records(values[places])
+        cells |= {
+            quantity.column(0.5): middle,
+            quantity.column(0.84): high,
+            quantity.column("worst"): float(values[worst]) if places.size else math.nan,
+            f"{quantity.name}_record": rows[worst]["record_id"] if places.size else "",
         }
-    return found
+    return cells
 
 
 def _fell(row: Cells) -> bool:
@@ -180,22 +186,24 @@ def best_rows(designs: Sequence[Row]) -> list[Row]:
         model ends, the largest of equal ones.
     """
     several = len({row["structure"] for row in designs}) > 1
-    ranked = dict(_SHARES) | {one.column(0.84): one.heading for one in DESIGN_QUANTITIES}
-    found = []
+    ranked = dict(_SHARES) | {
+        quantity.column(0.84): quantity.heading for quantity in DESIGN_QUANTITIES
+    }
+    best = []
     for key, words in ranked.items():
-        known = [row for row in designs if not math.isnan(row[key])]
-        values = sorted({row[key] for row in known})[:2]
-        if len(known) < 2:
+        candidates = [row for row in designs if not math.isnan(row[key])]
+        values = sorted({row[key] for row in candidates})[:2]
+        if len(candidates) < 2:
             continue
         row: Row = {"quantity": key, "words": words}
         for place, value in zip(("best", "second"), [*values, math.nan], strict=False):
-            equal = [one for one in known if one[key] == value]
+            equal = [candidate for candidate in candidates if candidate[key] == value]
             row[place] = ", ".join(design_name(one, several) for one in equal)
             row[f"{place}_value"] = value
             ends = [one["share_model_ends"] for one in equal]
             row[f"{place}_model_ends"] = max(ends, default=math.nan)
-        found.append(row)
-    return found
+        best.append(row)
+    return best
 
 
 #: Largest number of designs of one rank that are printed by name.
@@ -208,9 +216,9 @@ def _names(row: Cells, key: str) -> str:
 
 
 def _best_value(row: Cells, key: str) -> str:
-    for one in DESIGN_QUANTITIES:
-        if one.column(0.84) == row["quantity"]:
-            return one.outcome(number(row[key]))
+    for quantity in DESIGN_QUANTITIES:
+        if quantity.column(0.84) == row["quantity"]:
+            return quantity.outcome(number(row[key]))
     return in_digits(100.0 * number(row[key]), ".0f")
 
 
@@ -238,23 +246,25 @@ DESIGN_LEGEND: Final = (
 
 def _spread(row: Cells, key: str) -> str:
     """Return 50 %, 84 % and worst value of a quantity."""
-    (one,) = (one for one in DESIGN_QUANTITIES if one.column("*") == key)
-    words = [one.outcome(number(row.get(one.column(part)))) for part in (0.5, 0.84, "worst")]
+    (quantity,) = (one for one in DESIGN_QUANTITIES if one.column("*") == key)
+    words = [
+        quantity.outcome(number(row.get(quantity.column(part)))) for part in (0.5, 0.84, "worst")
+    ]
     return DASH if words == [DASH] * 3 else " ".join(words)
 
 
 def design_columns(designs: Sequence[Row]) -> list[Column]:
     """Return the columns of printed designs; quantities that none has are left out."""
-    known = [
-        one
-        for one in DESIGN_QUANTITIES
-        if any(not math.isnan(row[one.column(0.84)]) for row in designs)
+    present = [
+        quantity
+        for quantity in DESIGN_QUANTITIES
+        if any(not math.isnan(row[quantity.column(0.84)]) for row in designs)
     ]
     quantities = [
         Column(
             f"{one.heading}\n50 84 % worst>", one.column("*"), rule=_spread, priority=one.priority
         )
-        for one in known
+        for one in present
     ]
     quantities.insert(1, Column("worst record", "peak_u_record", wraps=True, priority=2))
     return [

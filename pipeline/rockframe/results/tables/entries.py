@@ -121,9 +121,11 @@ def table_paths(
     ['response-summary.csv', 'response.csv']
     """
     path = output.with_suffix(TABLE_FORMATS[table_format])
-    one = table_format == "xlsx"
+    in_workbook = table_format == "xlsx"
     return {
-        kind: path if one or kind == main else beside(path, kind.replace(" ", "-"), plain="")
+        kind: path
+        if in_workbook or kind == main
+        else beside(path, kind.replace(" ", "-"), plain="")
         for kind in kinds
     }
 
@@ -214,13 +216,16 @@ def parameter_rows(*files: tuple[Path, str]) -> list[dict[str, Any]]:
     rows: list[tuple[str, str, Any]] = []
     for path, kind in files:
         attributes = attributes_of(path, kind)
-        stated = ("rockframe_version", "source_code_hash", "gravity")
-        rows += [(kind, name, attributes[name]) for name in stated]
+        attribute_names = ("rockframe_version", "source_code_hash", "gravity")
+        rows += [(kind, name, attributes[name]) for name in attribute_names]
         hashes = json.loads(attributes["input_sha256"])
         rows += [(f"{kind}: SHA-256 of inputs", *one) for one in hashes.items()]
         options = _flat(json.loads(attributes["parameters"]))
-        rows += [(f"{kind}: options", *one) for one in options]
-    rows += [("versions of libraries", *one) for one in package_versions().items()]
+        rows += [(f"{kind}: options", *option) for option in options]
+    rows += [
+        ("versions of libraries", *package_version)
+        for package_version in package_versions().items()
+    ]
     return [dict(zip(PARAMETERS, row, strict=True)) for row in rows]
 
 
@@ -255,8 +260,8 @@ def columns_of(path: Path) -> list[str]:
 
 
 def _format_of(path: Path) -> str:
-    known = {ending: name for name, ending in TABLE_FORMATS.items()}
-    return known.get(path.suffix.lower(), "csv")
+    formats = {ending: name for name, ending in TABLE_FORMATS.items()}
+    return formats.get(path.suffix.lower(), "csv")
 
 
 def _write(frame: Any, path: Path, table_format: str) -> None:
@@ -303,8 +308,8 @@ def write_entries(entries: Sequence[InputOutcome], path: Path) -> None:
     ParameterError
         If the format needs packages that are missing.
     """
-    made = [entry.passport for entry in entries if entry.passport is not None]
-    names = [check.name for check in made[0].checks] if made else []
+    passports = [entry.passport for entry in entries if entry.passport is not None]
+    names = [check.name for check in passports[0].checks] if passports else []
     heads = [
         *("passport", "corner_hz", "corner_source"),
         *(f"{name}{part}" for name in names for part in ("", "_limit", "_verdict")),
@@ -341,10 +346,10 @@ def refuse_strange_entries(path: Path) -> None:
 def _cells(passport: Passport | None) -> list[object]:
     if passport is None:
         return []
-    checks = [(one.value, one.limit, one.verdict.name.lower()) for one in passport.checks]
+    checks = [(check.value, check.limit, check.verdict.name.lower()) for check in passport.checks]
     corner = passport.corner
-    stated = [passport.verdict.name.lower(), corner.frequency, corner.source.name.lower()]
-    return [*stated, *chain.from_iterable(checks)]
+    values = [passport.verdict.name.lower(), corner.frequency, corner.source.name.lower()]
+    return [*values, *chain.from_iterable(checks)]
 
 
 def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
@@ -369,14 +374,14 @@ def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
         If the format needs packages that are missing.
     """
     require_format(path)
-    found = columns_of(path) if path.is_file() else list(first)
-    left = found[: len(_COLUMNS)] == list(_COLUMNS) and not path.with_suffix(".nc").exists()
-    if found[: len(first)] != list(first) and not left:
+    columns = columns_of(path) if path.is_file() else list(first)
+    left = columns[: len(_COLUMNS)] == list(_COLUMNS) and not path.with_suffix(".nc").exists()
+    if columns[: len(first)] != list(first) and not left:
         raise InputError(path, f"is in the place of {what}, but is another file. Move it away.")
 
 
 #: Files of the stages that may reject records, and their kinds.
-_MAY_REJECT: Final = {one.file: one.kind for one in STAGES.values() if one.of_records}
+_MAY_REJECT: Final = {stage.file: stage.kind for stage in STAGES.values() if stage.of_records}
 
 
 def rejections_of(folder: Path) -> dict[str, str]:
@@ -394,15 +399,15 @@ def rejections_of(folder: Path) -> dict[str, str]:
     InputError
         If a file of the run cannot be read.
     """
-    found: dict[str, str] = {}
+    rejected: dict[str, str] = {}
     for row in rows_of(folder / "records.csv"):
         if row["status"] == "rejected":  # several records of one file may be rejected
-            found[row["file"]] = f"{found.get(row['file'], '')} {row['reason']}".lstrip()
+            rejected[row["file"]] = f"{rejected.get(row['file'], '')} {row['reason']}".lstrip()
     for attributes in _attributes(folder).values():
         filtered = json.loads(attributes.get("filtered", "[]"))
         reasons = json.loads(attributes["left_out"])
-        found |= {record: reason for record, reason in reasons.items() if record not in filtered}
-    return found
+        rejected |= {record: reason for record, reason in reasons.items() if record not in filtered}
+    return rejected
 
 
 def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
@@ -413,8 +418,8 @@ def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
     InputError
         If one of the files cannot be read.
     """
-    found = _attributes(folder).items()
-    return {name: dict(json.loads(attributes["left_out"])) for name, attributes in found}
+    of_files = _attributes(folder).items()
+    return {name: dict(json.loads(attributes["left_out"])) for name, attributes in of_files}
 
 
 def _attributes(folder: Path) -> dict[str, Mapping[str, str]]:

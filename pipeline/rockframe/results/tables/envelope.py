@@ -44,25 +44,25 @@ def force_envelope(rows: Iterable[Mapping[str, Any]]) -> list[Row]:
     of_each: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for row in rows:
         of_each.setdefault((row["structure"], row["force"]), []).append(row)
-    found = []
+    envelope = []
     for (structure, force), each in of_each.items():
         least = force.endswith("_least")
         values = [(_design_value(row, least=least), row) for row in each]
-        known = [pair for pair in values if math.isfinite(pair[0])]
+        finite = [pair for pair in values if math.isfinite(pair[0])]
         pick = min if least else max
-        value, row = pick(known, key=lambda pair: pair[0]) if known else (math.nan, each[0])
-        found.append(
+        value, row = pick(finite, key=lambda pair: pair[0]) if finite else (math.nan, each[0])
+        envelope.append(
             {
                 "structure": structure,
                 "force": force,
                 **{key: row[key] for key in ("words", "unit")},
                 "value": value,
-                "record_id": row["record_id"] if known else "",
+                "record_id": row["record_id"] if finite else "",
                 "records": len(each),
-                "overturns": len(each) - len(known),
+                "overturns": len(each) - len(finite),
             }
         )
-    return found
+    return envelope
 
 
 def _design_value(row: Mapping[str, Any], *, least: bool) -> float:

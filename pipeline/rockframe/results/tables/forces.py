@@ -81,7 +81,7 @@ def _in_kilonewtons(force: Quantity, row: Row, end: str) -> float:
 
 
 #: Ends of the names of the nominal value and of its quantiles.
-_QUANTILES: Final = ("", *(f"_{100 * one:.0f}" for one in QUANTILES))
+_QUANTILES: Final = ("", *(f"_{100 * quantile:.0f}" for quantile in QUANTILES))
 _SHARED: Final = ("record_id", "structure", "weight", "friction_coefficient", "mass_ratio")
 #: Variables of rows with all forces, over the weight or in N.
 _VARIABLES: Final = {

@@ -78,4 +78,7 @@ def direction_notes(rows: Sequence[Cells]) -> list[str]:
     for row in rows:
         if row.get("not_both"):
             reasons.setdefault(str(row["not_both"]), []).append(row["structure"])
-    return [*notes, *(f"{', '.join(one)}: in one plane; {why}." for why, one in reasons.items())]
+    return [
+        *notes,
+        *(f"{', '.join(reason)}: in one plane; {why}." for why, reason in reasons.items()),
+    ]

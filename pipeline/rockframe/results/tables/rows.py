@@ -160,8 +160,8 @@ def critical_scale(row: Cells, key: str = "critical_scale") -> float | str:
     '> 10'
     """
     searched = "largest_scale" if key == "critical_scale" else "largest_robust_scale"
-    found, largest = number(row.get(key)), number(row.get(searched))
-    return f"> {largest:.3g}" if math.isnan(found) and math.isfinite(largest) else found
+    scale, largest = number(row.get(key)), number(row.get(searched))
+    return f"> {largest:.3g}" if math.isnan(scale) and math.isfinite(largest) else scale
 
 
 def share_words(row: Cells, _key: str = "") -> str:
@@ -190,12 +190,12 @@ def band_words(row: Cells, key: str) -> str:
     >>> band_words(row, "peak_u_*_m")
     '10.0 25.0 overturns'
     """
-    found = [number(row.get(key.replace("*", f"{100 * one:.0f}"))) for one in QUANTILES]
-    if any(map(math.isnan, found)):
+    numbers = [number(row.get(key.replace("*", f"{100 * quantile:.0f}"))) for quantile in QUANTILES]
+    if any(map(math.isnan, numbers)):
         return DASH
     quantity = _OF_KEY[key]
-    words = [quantity.text(one) for one in found if math.isfinite(one)]
-    return " ".join([*words, *(["overturns"] if math.isinf(found[-1]) else [])])
+    words = [quantity.text(one) for one in numbers if math.isfinite(one)]
+    return " ".join([*words, *(["overturns"] if math.isinf(numbers[-1]) else [])])
 
 
 def wavelet_name(row: Cells, key: str = "wavelet") -> str:
@@ -243,10 +243,10 @@ SHARES: Final = tuple(
     for what in ("overturned", "overturned_low", "overturned_high", "uplifted", "model_ends")
 )
 #: Quantity of each key with a star in place of the quantile.
-_OF_KEY: Final = {one.column("*"): one for one in BANDED}
+_OF_KEY: Final = {quantity.column("*"): quantity for quantity in BANDED}
 #: Columns of the bands of the ensemble, with their variables.
 OF_BANDS: Final = {
-    column: variable for one in BANDED for column, variable in one.band_columns.items()
+    column: variable for quantity in BANDED for column, variable in quantity.band_columns.items()
 }
 #: Distances of records, with their symbols.
 DISTANCES: Final = {
@@ -262,8 +262,8 @@ def ensemble_cells(found: EnsembleResponse) -> Row:
     shares = {name: getattr(found, name) for name in SHARES}
     bands = {
         column: value
-        for one in BANDED
-        for column, value in zip(one.band_columns, found.bands[one.name], strict=True)
+        for quantity in BANDED
+        for column, value in zip(quantity.band_columns, found.bands[quantity.name], strict=True)
     }
     return shares | bands
 
@@ -303,8 +303,8 @@ OVERVIEW: Final = (
     Column("Overturn", "share_overturned", rule=share_words, priority=2),
     Column("10 % overturn at", "robust_scale_10", ".2f", rule=critical_scale),
     Column("Critical scale", "critical_scale", ".2f", rule=critical_scale),
-    *(_band_column(one) for one in _LEADING),
-    *(_nominal_column(one) for one in PEAKS),
+    *(_band_column(quantity) for quantity in _LEADING),
+    *(_nominal_column(quantity) for quantity in PEAKS),
     Column("Earthquake", "event", priority=4, wraps=True),
     Column("M", "magnitude", ".2f", rule=magnitude_words, priority=3),
     *(
@@ -332,13 +332,17 @@ _SPREAD: Final = {
     "verdict": "Verdict",
     "share_overturned": "Overturn\n(90 %)>",
     "robust_scale_10": "10 %\noverturn at>",
-    **{one.column("*"): f"{one.heading}\n16 50 84 %>" for one in _LEADING},
+    **{quantity.column("*"): f"{quantity.heading}\n16 50 84 %>" for quantity in _LEADING},
 }
 _STATED: Final = {
     "verdict": "Nominal verdict",
-    **{one.column(): f"{one.heading}\nnominal>" for one in PEAKS if one not in _LEADING},
+    **{
+        quantity.column(): f"{quantity.heading}\nnominal>"
+        for quantity in PEAKS
+        if quantity not in _LEADING
+    },
 }
-_NOMINAL: Final = {one.column(): f"{one.heading}\nnominal>" for one in _LEADING}
+_NOMINAL: Final = {quantity.column(): f"{quantity.heading}\nnominal>" for quantity in _LEADING}
 
 
 def response_columns(row: Cells, first: Mapping[str, str], **changes: Any) -> list[Column]:
@@ -463,8 +467,8 @@ def _cells(
 def _plain(key: str, attrs: Mapping[str, Any]) -> Callable[[NDArray[Any]], list[Any]]:
     words = flag_words(attrs)
     if words is not None:
-        known = np.size(attrs.get("flag_values", ())) == 2
-        return lambda block: [bool(n) if known else words(n) for n in block.tolist()]
+        is_flag = np.size(attrs.get("flag_values", ())) == 2
+        return lambda block: [bool(n) if is_flag else words(n) for n in block.tolist()]
     if key.endswith("_g"):
         return lambda block: list((block / GRAVITY).tolist())
     if key.endswith("_deg"):
@@ -533,9 +537,9 @@ class LabelledValuesOf(Mapping[Key, LabelledValues]):
         names: Any = (key,) if isinstance(key, str) else key
         values: list[LabelledValue] = []
         for place, (positions, columns) in enumerate(self._parts):
-            found = [of.get(name) for of, name in zip(positions, names, strict=True)]
-            if None not in found:
-                values += [column(found) for column in columns]
+            rows = [of.get(name) for of, name in zip(positions, names, strict=True)]
+            if None not in rows:
+                values += [column(rows) for column in columns]
             elif place == 0:
                 raise KeyError(key)
         return tuple(values)

@@ -39,10 +39,10 @@ def sensitivity_rows(response: xr.Dataset, record: str | None = None) -> Iterato
     names = [str(name) for name in response["spread"].values]
     chance = float(response["rank_correlation_by_chance"].values[0])
     columns = {name: f"rank_correlation.{place}" for place, name in enumerate(names)}
-    stated = {"record_id": "record_id", "structure": "structure", **columns}
-    for row in rows_along(response, "record structure", stated):
-        found = {name: float(row[name]) for name in names}
-        yield {**row, "by_chance": chance, "matters_most": matters_most(found, chance)}
+    columns_of_row = {"record_id": "record_id", "structure": "structure", **columns}
+    for row in rows_along(response, "record structure", columns_of_row):
+        correlations = {name: float(row[name]) for name in names}
+        yield {**row, "by_chance": chance, "matters_most": matters_most(correlations, chance)}
 
 
 def matters_most(found: Mapping[str, float], chance: float) -> str:
@@ -99,8 +99,8 @@ def spreads_of_rows(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     >>> spreads_of_rows([{"corner": math.nan, "contact_shortening": math.nan}])
     ['corner']
     """
-    known = [row for row in rows if math.isfinite(number(row.get("contact_shortening")))]
-    return [name for name in spreads_of_row(rows[0]) if known or name != "contact_shortening"]
+    measured = [row for row in rows if math.isfinite(number(row.get("contact_shortening")))]
+    return [name for name in spreads_of_row(rows[0]) if measured or name != "contact_shortening"]
 
 
 def sensitivity_columns(row: Mapping[str, Any]) -> list[Column]:
@@ -117,5 +117,5 @@ _OTHERS: Final = ("record_id", "structure", "by_chance", "matters_most")
 
 
 def _most(row: Mapping[str, Any], key: str) -> str:
-    known = any(math.isfinite(number(row[name])) for name in spreads_of_row(row))
-    return spread_words(str(row[key])) or ("none more than by chance" if known else DASH)
+    has_spreads = any(math.isfinite(number(row[name])) for name in spreads_of_row(row))
+    return spread_words(str(row[key])) or ("none more than by chance" if has_spreads else DASH)

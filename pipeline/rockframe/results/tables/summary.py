@@ -136,7 +136,7 @@ MATRICES: Final[Mapping[str, Matrix]] = MappingProxyType(
         "share_overturned": Matrix(
             "share that overturns [%]", _share_column, share_overturned, ".0f", 100.0
         ),
-        **{one.name: _matrix(one) for one in IN_MATRICES},
+        **{quantity.name: _matrix(quantity) for quantity in IN_MATRICES},
         "margin": Matrix("margin", _margin_of, _margin, ".2f"),
     }
 )
@@ -289,13 +289,13 @@ class Summary:
     def passed(self, rows: Iterable[AnyRow]) -> Iterator[AnyRow]:
         """Yield the rows, and include them in the summary."""
         for row in rows:
-            structure, found = row["structure"], self._of_each
+            structure, summaries = row["structure"], self._of_each
             if row.get("components"):
-                found = self._in_both
+                summaries = self._in_both
                 self._components |= {*row["components"].split()}
-            if structure not in found:
-                found[structure] = _OverRecords(row)
-            found[structure].include(row)
+            if structure not in summaries:
+                summaries[structure] = _OverRecords(row)
+            summaries[structure].include(row)
             yield row
 
     def rows(
@@ -304,12 +304,12 @@ class Summary:
         left_out: Mapping[str, str] | None = None,
     ) -> list[Row]:
         """Return the rows of `summary_rows` for all rows that passed by."""
-        known = recordings or {}
+        recording_of = recordings or {}
         each = [self._that_counts(structure) for structure in self._of_each]
-        alike = all(one.names == each[0].names for one in each)
-        groups = [each] if alike and each else [[one] for one in each]
-        found = [row for group in groups for row in _rows_of_group(group, known)]
-        some = any(one.not_computed for one in each)  # only then there is a column
+        alike = all(entry.names == each[0].names for entry in each)
+        groups = [each] if alike and each else [[entry] for entry in each]
+        listed = [row for group in groups for row in _rows_of_group(group, recording_of)]
+        some = any(entry.not_computed for entry in each)  # only then there is a column
         return [
             row
             | {
@@ -318,9 +318,9 @@ class Summary:
                     left_out or {}, len(self._of_each[row["structure"]].names)
                 ),
             }
-            | ({"not_computed": one.not_computed} if some else {})
+            | ({"not_computed": response.not_computed} if some else {})
             | (self._directions(row["structure"]) if self._in_both else {})
-            for row, one in zip(found, each, strict=True)
+            for row, response in zip(listed, each, strict=True)
         ]
 
     def _that_counts(self, structure: str) -> _OverRecords:
@@ -331,11 +331,13 @@ class Summary:
     def _directions(self, structure: str) -> Row:
         """Return the number of directions of the motions that count, and why it is only one."""
         both, records = self._in_both.get(structure), len(self._of_each[structure].names)
-        found: Row = {"directions": 1, "not_both": "", "records_in_one_plane": records, "alone": ""}
+        row: Row = {"directions": 1, "not_both": "", "records_in_one_plane": records, "alone": ""}
         if both is not None and both.names:
-            alone = [one for one in self._of_each[structure].names if one not in self._components]
-            return found | {"directions": 2, "alone": " ".join(alone)}
-        return found | {"not_both": "" if both is None else both.reason}
+            alone = [
+                name for name in self._of_each[structure].names if name not in self._components
+            ]
+            return row | {"directions": 2, "alone": " ".join(alone)}
+        return row | {"not_both": "" if both is None else both.reason}
 
 
 def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hashable]) -> list[Row]:
@@ -352,7 +354,7 @@ class _OverRecords:
         self._severity = severity(first)
         self.names: list[str] = []
         self.shares = array("d")
-        self._peaks = {one: array("d") for one in IN_MATRICES}
+        self._peaks = {quantity: array("d") for quantity in IN_MATRICES}
         self._margins = dict.fromkeys((*_SEARCHED, *_SEARCHED.values()), math.nan)
         self._beyond = dict.fromkeys(_SEARCHED, math.inf)
         self._uplifted, self._nominal = 0, True
@@ -383,8 +385,8 @@ class _OverRecords:
         if severe < self._severity:
             self._worst, self._severity = row, severe
         for key, smallest in self._margins.items():
-            found = number(row.get(key))
-            self._margins[key] = smallest if math.isnan(found) else min(found, smallest)
+            value_here = number(row.get(key))
+            self._margins[key] = smallest if math.isnan(value_here) else min(value_here, smallest)
         for key, searched in _SEARCHED.items():
             largest = number(row.get(searched))
             if math.isnan(number(row.get(key))) and math.isfinite(largest):
@@ -446,8 +448,8 @@ def mean_shares_of(
     if not clusters:
         names = [f"share_overturned{end}" for end in ("", "_low", "_high")]
         return [dict.fromkeys(names, math.nan) for _ in shares]
-    found = mean_shares((np.reshape(one, (-1, 1)) for one in shares), clusters=clusters)
-    ends = [{"": one.share, "_low": one.low, "_high": one.high} for one in found]
+    means = mean_shares((np.reshape(share, (-1, 1)) for share in shares), clusters=clusters)
+    ends = [{"": mean.share, "_low": mean.low, "_high": mean.high} for mean in means]
     return [
         {f"share_overturned{end}": float(value[0]) for end, value in one.items()} for one in ends
     ]
@@ -463,8 +465,8 @@ def over_records(values: ArrayLike) -> list[float]:
     """
     from rockframe.rocking.margins.ensemble import quantiles
 
-    known = np.asarray(values, dtype=np.float64)
-    return quantiles(known).tolist() if known.size else [math.nan] * len(QUANTILES)
+    numbers = np.asarray(values, dtype=np.float64)
+    return quantiles(numbers).tolist() if numbers.size else [math.nan] * len(QUANTILES)
 
 
 #: What the numbers of a summary are, for the line below it.
@@ -489,12 +491,12 @@ _SUMMARY: Final = (
     Column("Uplift\nin>", "uplifted", priority=3),
     *(
         Column(
-            f"{one.heading}\n16 50 84 %>",
-            one.column("*"),
+            f"{quantity.heading}\n16 50 84 %>",
+            quantity.column("*"),
             rule=band_words,
-            priority=one.priority,
+            priority=quantity.priority,
         )
-        for one in IN_MATRICES
+        for quantity in IN_MATRICES
     ),
     Column("10 %\noverturn at>", "robust_scale_10", ".2f", rule=critical_scale),
     Column("critical\nscale>", "critical_scale", ".2f", rule=critical_scale),
@@ -530,7 +532,9 @@ def summary_columns(rows: Sequence[Cells]) -> list[Column]:
         margin = "critical_scale"
     if any(_margin_of(row) == "robust_scale_10" for row in rows):
         margin = "robust_scale_10"
-    return [one for one in _SUMMARY if one.rule is not critical_scale or one.key == margin]
+    return [
+        column for column in _SUMMARY if column.rule is not critical_scale or column.key == margin
+    ]
 
 
 def matrix_rows(rows: Iterable[Cells], quantity: str) -> list[Row]:
@@ -551,29 +555,33 @@ def matrix_rows(rows: Iterable[Cells], quantity: str) -> list[Row]:
     >>> matrix_rows(rows, "peak_u")
     [{'record_id': 'a', 'bent peak_u_m': 0.1, 'pier peak_u_m': 0.2}]
     """
-    one, found, columns = MATRICES[quantity], dict[str, Row](), dict[str, str]()
+    quantity_of, lines, columns = MATRICES[quantity], dict[str, Row](), dict[str, str]()
     for row in rows:
         structure = row["structure"]
         if structure not in columns or is_computed(row):
-            columns[structure] = f"{structure} {one.column(row)}"
-        of_record = found.setdefault(row["record_id"], {"record_id": row["record_id"]})
-        of_record[columns[structure]] = one.value(row)
-    return list(found.values())
+            columns[structure] = f"{structure} {quantity_of.column(row)}"
+        of_record = lines.setdefault(row["record_id"], {"record_id": row["record_id"]})
+        of_record[columns[structure]] = quantity_of.value(row)
+    return list(lines.values())
 
 
 def matrix_columns(matrix: Sequence[Row], quantity: str) -> list[Column]:
     """Return the columns of a printed matrix: the records, and the structures by name."""
-    one = MATRICES[quantity]
+    quantity_of = MATRICES[quantity]
     names = [key for key in (matrix[0] if matrix else {}) if key != "record_id"]
-    structures = [Column(f"{key.partition(' ')[0]}>", key, rule=one.cell) for key in names]
+    structures = [Column(f"{key.partition(' ')[0]}>", key, rule=quantity_of.cell) for key in names]
     return [Column("Record", "record_id"), *structures]
 
 
 def tables_of(rows: Sequence[Row], summary: Sequence[Row], main: str) -> dict[str, Sequence[Row]]:
     """Return the tables of responses by kind: summary, matrices, and the rows as `main`."""
-    found = {name: matrix_rows(rows, name) for name in MATRICES}
-    known = {f"matrix {name}": one for name, one in found.items() if any(map(_has_value, one))}
-    return {"summary": summary, **known, main: rows}
+    matrices = {name: matrix_rows(rows, name) for name in MATRICES}
+    filled = {
+        f"matrix {name}": matrice
+        for name, matrice in matrices.items()
+        if any(map(_has_value, matrice))
+    }
+    return {"summary": summary, **filled, main: rows}
 
 
 def _has_value(row: Row) -> bool:
@@ -582,5 +590,5 @@ def _has_value(row: Row) -> bool:
 
 def first_columns(main: str, *columns: str) -> dict[str, Sequence[str]]:
     """Return the first columns of each of these tables, by which earlier ones are recognised."""
-    found = {f"matrix {name}": ("record_id",) for name in MATRICES}
-    return {"summary": SUMMARY_COLUMNS, **found, main: columns}
+    first = {f"matrix {name}": ("record_id",) for name in MATRICES}
+    return {"summary": SUMMARY_COLUMNS, **first, main: columns}

@@ -37,7 +37,7 @@ from rockframe.rocking.verdict import MODEL_ENDS
 #: Columns that only some files have, with their variables.
 _SOME: Final = {
     "kind": "kind",
-    **{one.column(): one.name for one in OF_KINDS},
+    **{quantity.column(): quantity.name for quantity in OF_KINDS},
     "first_yield_time_s": "first_yield_time",
     "ductility_exceeded_time_s": "ductility_exceeded_time",
     "not_computed": "not_computed",
@@ -51,7 +51,7 @@ _COLUMNS: Final = (
     *("event", "record", "magnitude", "epicentral_distance_km"),
     *("distance_rrup_km", "distance_rjb_km", "pga_g", "pgv_m_s", "a_p_g"),
     *("T_p_s", "wavelet", "match_index", "L_p_m", "at_period_bound", "structure"),
-    *(one.column() for one in PEAKS),
+    *(quantity.column() for quantity in PEAKS),
     *("impacts", "verdict", "verdict_words"),
     *("critical_scale", "largest_scale", "safe_islands", "largest_robust_scale"),
     *(f"robust_{what}_{share}" for what in ("scale", "error") for share in (10, 25, 50)),
@@ -73,7 +73,7 @@ _OF_RECORD: Final = columns_of(
 _OF_NAME: Final = columns_of("record_id station component")
 _OF_RESPONSE: Final = columns_of(
     "record_id structure",
-    *(f"{one.column()}={one.name}" for one in PEAKS),
+    *(f"{quantity.column()}={quantity.name}" for quantity in PEAKS),
     "impacts verdict critical_scale largest_scale safe_islands",
     *ROBUST,
     "uplift_time_s=uplift_time overturning_time_s=overturning_time",
@@ -115,14 +115,14 @@ def table_rows(
         records.
     """
     with ExitStack() as stack:
-        known, found, answers = (
+        record_rows, pulse_rows_of, answers = (
             stack.enter_context(_dataset(one, kind))
             for one, kind in ((records, RECORDS), (pulses, PULSES), (response, RESPONSE))
         )
         if "record_id" not in answers:  # a batch without accepted records
             return
-        named = Counter(map(_short_name, rows_along(known, "record", _OF_NAME)))
-        of_records, of_pulses = _places(known), _places(found)
+        named = Counter(map(_short_name, rows_along(record_rows, "record", _OF_NAME)))
+        of_records, of_pulses = _places(record_rows), _places(pulse_rows_of)
         for part in blocks(answers):
             names = [str(name) for name in part["record_id"].values]
             names = [*chain(*map(str.split, _records_of(part, names)))]
@@ -130,7 +130,7 @@ def table_rows(
                 if name not in of_records:
                     must_be = f"which {_file(records)} does not. Must be of the same records."
                     raise InputError(_file(response), f"holds {name!r}, {must_be}")
-            beside = _some(known, of_records, names), _some(found, of_pulses, names)
+            beside = _some(record_rows, of_records, names), _some(pulse_rows_of, of_pulses, names)
             yield from _table_rows(*beside, part, named)
 
 
@@ -138,17 +138,19 @@ def _table_rows(
     records: xr.Dataset, pulses: xr.Dataset, response: xr.Dataset, named: Mapping[str, int]
 ) -> Iterator[Row]:
     """Yield the rows of a block of records; `named` counts the records of each short name."""
-    known = {row["record_id"]: row for row in rows_along(records, "record", _OF_RECORD)}
+    rows_of_records = {row["record_id"]: row for row in rows_along(records, "record", _OF_RECORD)}
     best = {row["record_id"]: row for row in pulse_rows(pulses) if row["best"]}
     for answer in _response_rows(response):
         name = answer["record_id"]
-        record, pulse = _of_motion(answer, known), best.get(name, _NO_PULSE)
+        record, pulse = _of_motion(answer, rows_of_records), best.get(name, _NO_PULSE)
         short = _short_name(record)
         row = {
             **pulse,
             **record,
             **answer,
-            "record": short if named[_short_name(known[_first_of(answer)])] == 1 else name,
+            "record": short
+            if named[_short_name(rows_of_records[_first_of(answer)])] == 1
+            else name,
             "pulse_p_value": pulse["p_value"],
         }
         further = [column for column, name in _SOME.items() if name in response]
@@ -160,8 +162,8 @@ def _records_of(response: xr.Dataset, names: Sequence[str]) -> list[str]:
     """Return the records of each motion, with spaces between them."""
     if "components" not in response:
         return [*names]
-    stated = map(str, response["components"].values)
-    return [records or name for records, name in zip(stated, names, strict=True)]
+    texts = map(str, response["components"].values)
+    return [records or name for records, name in zip(texts, names, strict=True)]
 
 
 def _first_of(answer: Row) -> str:
@@ -202,10 +204,10 @@ def _places(dataset: xr.Dataset) -> dict[str, int]:
 
 def _some(dataset: xr.Dataset, places: Mapping[str, int], names: Sequence[str]) -> xr.Dataset:
     """Return the part of a dataset from the first to the last of the named records."""
-    known = [places[name] for name in names if name in places]
-    if not known:
+    present = [places[name] for name in names if name in places]
+    if not present:
         return dataset.isel(record=slice(0), missing_dims="ignore")
-    return dataset.isel(record=slice(min(known), max(known) + 1))
+    return dataset.isel(record=slice(min(present), max(present) + 1))
 
 
 def _short_name(record: Row) -> str:
@@ -268,17 +270,17 @@ def part_rows(response: xr.Dataset) -> list[Row]:
     """
     if "parts" not in response:
         return []
-    stated = [text.split("; ") if text else [] for text in map(str, response["parts"].values)]
-    sequences = [list(map(Part.of, texts)) for texts in stated]
+    part_texts = [text.split("; ") if text else [] for text in map(str, response["parts"].values)]
+    sequences = [list(map(Part.of, texts)) for texts in part_texts]
     rows = rows_along(response, "record structure part", _OF_PART)
-    found: list[Row] = []
+    listed: list[Row] = []
     for parts in sequences:
         for _, k in np.ndindex(response.sizes["structure"], response.sizes["part"]):
             row = next(rows)
             if k < len(parts):
                 times = {"start_s": parts[k].start, "end_s": parts[k].end}
-                found.append({**row, "motion": k + 1, "motion_id": parts[k].record_id, **times})
-    return found
+                listed.append({**row, "motion": k + 1, "motion_id": parts[k].record_id, **times})
+    return listed
 
 
 def part_columns(rows: Sequence[Row]) -> list[Column]:

@@ -145,12 +145,12 @@ def _fill(sheet: Any, rows: Sequence[Mapping[str, Any]]) -> None:
         sheet.column_dimensions[get_column_letter(place)].width = width
 
     def cell(value: Any, form: str = "", *, bold: bool = False) -> Any:
-        made = WriteOnlyCell(sheet, value=value)
+        written_cell = WriteOnlyCell(sheet, value=value)
         if bold:
-            made.font = Font(bold=True)
+            written_cell.font = Font(bold=True)
         if form and isinstance(value, int | float):
-            made.number_format = form
-        return made
+            written_cell.number_format = form
+        return written_cell
 
     if columns:
         sheet.append([cell(head_with_unit(name), bold=True) for name in columns])

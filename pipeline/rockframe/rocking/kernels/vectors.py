@@ -456,13 +456,13 @@ def _locate_peaks(pack: Float) -> None:
         for j in range(WIDTH):
             t = pack[j + TURN]
             theta, _ = _value(pack, j, t)
-            found = (
+            located = (
                 (pack[j + TURNING] > 0.0)
                 & (abs(pack[j + STEP]) <= 1e-6 * t)
                 & (t <= 1.0 - pack[j + ELAPSED])
             )
-            missed = (pack[j + TURNING] > 0.0) & (not found)
-            pack[j + PEAK] = most_of(theta, pack[j + PEAK]) if found else pack[j + PEAK]
+            missed = (pack[j + TURNING] > 0.0) & (not located)
+            pack[j + PEAK] = most_of(theta, pack[j + PEAK]) if located else pack[j + PEAK]
             pack[j + KIND] = HOP_ALONE if missed else pack[j + KIND]
             pack[j + OPEN] = 0.0 if missed else pack[j + OPEN]
 

@@ -345,13 +345,13 @@ def _correlated(
 ) -> dict[str, float]:
     """Return the correlations of peaks with the ranks of draws, less their mean."""
     peak = _centred(ranks(peaks))
-    found = {}
+    correlations = {}
     for name, values in drawn.items():
-        known = name in varied or name not in ("corner", "orientation_degree")
+        is_varied = name in varied or name not in ("corner", "orientation_degree")
         size = math.sqrt(float(np.square(values).sum() * np.square(peak).sum()))
         product = float((values * peak).sum())
-        found[name] = product / size if known and size > 0.0 else math.nan
-    return found
+        correlations[name] = product / size if is_varied and size > 0.0 else math.nan
+    return correlations
 
 
 @lru_cache(maxsize=16)

@@ -141,13 +141,13 @@ def _streams(workspace: Workspace, chosen: str | None) -> dict[str, list[Trace]]
         message = f"{kind} for --streams {chosen or 'processed'}. The file contains: "
         message += f"{', '.join(labels)}. Choose one label with --streams."
         raise InputError(workspace.path, message)
-    found: dict[str, list[Trace]] = {}
+    streams: dict[str, list[Trace]] = {}
     several = len({trace.event for trace in traces}) > 1
     for trace in traces:
         if trace.label in wanted:
             name = f"{trace.stream} {trace.event}" if several else trace.stream
-            found.setdefault(name, []).append(trace)
-    return found
+            streams.setdefault(name, []).append(trace)
+    return streams
 
 
 def _read_stream(
@@ -240,11 +240,11 @@ def _waveform(workspace: Workspace, trace: Trace) -> Any:
         raise InputError(workspace.path, f"{trace.name} contains NaN or infinity.")
     begins = start / 1e9
     ends = begins + (samples.size - 1) / rate
-    for stated, found in ((trace.first, begins), (trace.last, ends)):
-        if not abs(_seconds(stated) - found) <= _WHOLE_SECOND:
+    for there, here in ((trace.first, begins), (trace.last, ends)):
+        if not abs(_seconds(there) - here) <= _WHOLE_SECOND:
             message = f"{trace.name} of {samples.size} samples at {rate:g} Hz from "
-            message += f"{_utc(begins)} to {_utc(ends)}, but {stated} in its name."
-            if math.isnan(_seconds(stated)):
+            message += f"{_utc(begins)} to {_utc(ends)}, but {there} in its name."
+            if math.isnan(_seconds(there)):
                 raise InputError(workspace.path, message)
             settle(workspace.path, message, {"samples": None})
     header = {
@@ -281,12 +281,12 @@ def _process_level(workspace: Workspace, trace: Trace) -> str:
 def _provenance(workspace: Workspace, trace: Trace) -> list[dict[str, str]]:
     """Return the processing steps in the provenance of a trace, in order."""
     text = workspace.text("Provenance", f"{trace.name}_{trace.tag}")
-    found = []
+    steps = []
     for activity in _ACTIVITY.findall(text):
         label = _STEP.search(activity)
         details = {name: html.unescape(value) for name, value in _DETAIL.findall(activity)}
-        found.append({"label": label[1].lower() if label else "", **details})
-    return found
+        steps.append({"label": label[1].lower() if label else "", **details})
+    return steps
 
 
 def _note(step: Mapping[str, str]) -> str:
@@ -308,16 +308,18 @@ def _shown(value: str) -> str:
 
 def _corner(steps: Sequence[Mapping[str, str]], kind: str) -> float:
     """Return the corner of the last filter of a kind [Hz]; NaN if there is none."""
-    stated = [one.get("corner_frequency", "") for one in steps if one["label"] == f"{kind} filter"]
-    known = [float(text) for text in stated if is_number(text.encode()) and float(text) > 0.0]
-    return known[-1] if known else math.nan
+    texts = [
+        step.get("corner_frequency", "") for step in steps if step["label"] == f"{kind} filter"
+    ]
+    corners = [float(text) for text in texts if is_number(text.encode()) and float(text) > 0.0]
+    return corners[-1] if corners else math.nan
 
 
 def _units(path: Path, steps: Sequence[Mapping[str, str]], level: str, samples: Any) -> str | None:
     """Return the units of the samples; None if nothing states them."""
-    stated = [step["output_units"] for step in steps if "output_units" in step]
-    if stated:
-        units = plain_units(stated[-1])
+    unit_names = [step["output_units"] for step in steps if "output_units" in step]
+    if unit_names:
+        units = plain_units(unit_names[-1])
         if units not in ACCELERATION_UNITS and units != "counts":
             raise OtherQuantityError(path, f"samples in {printable(units)}, not accelerations.")
         return units
@@ -329,8 +331,8 @@ def _units(path: Path, steps: Sequence[Mapping[str, str]], level: str, samples: 
 def _station_xml(workspace: Workspace, trace: Trace) -> Content:
     """Return the StationXML of a station; without data if there is none."""
     name = f"{printable(workspace.path.name)}:{trace.place}.StationXML"
-    found = workspace.data("Waveforms", trace.place, "StationXML")
-    return Content(Path(name), name, Path(name), found)
+    document = workspace.data("Waveforms", trace.place, "StationXML")
+    return Content(Path(name), name, Path(name), document)
 
 
 def _direction(path: Path, trace: Trace, channel: Any) -> dict[str, Any]:
@@ -362,8 +364,8 @@ def _facts(workspace: Workspace, trace: Trace, channel: Any) -> dict[str, Any]:
     name = trace.event or (next(iter(events)) if len(events) == 1 else "")
     sources = []
     if name in events:
-        origin, known = events[name]
-        facts |= known
+        origin, event_facts = events[name]
+        facts |= event_facts
         sources.append("QuakeML")
         if channel is not None and origin is not None:
             depth = math.nan if origin.depth is None else origin.depth / 1000.0
@@ -393,16 +395,16 @@ def _with_peaks(
     metrics = workspace.auxiliary("WaveFormMetrics", first, first.stream, first.tag)
     pga = _PGA.search(metrics)
     peaks = dict(_PEAK.findall(pga[1])) if pga else {}
-    stated = {
+    peak_metrics = {
         name: float(value) * 0.01 * _STANDARD_GRAVITY
         for name, value in peaks.items()
         if is_number(value.encode()) and float(value) > 0.0
     }
-    found = list(records)
+    checked = list(records)
     for names, upright in ((("H1", "H2"), False), (("Z",), True)):
-        places = [k for k, one in enumerate(records) if one.orientation.upright is upright]
-        if all(name in stated for name in names) and len(places) == len(names):
-            sizes = sorted(stated[name] for name in names)
+        places = [k for k, record in enumerate(records) if record.orientation.upright is upright]
+        if all(name in peak_metrics for name in names) and len(places) == len(names):
+            sizes = sorted(peak_metrics[name] for name in names)
             for size, k in zip(sizes, sorted(places, key=lambda k: records[k].pga), strict=True):
-                found[k] = replace(records[k], peak_ratio=records[k].pga / size)
-    return found
+                checked[k] = replace(records[k], peak_ratio=records[k].pga / size)
+    return checked

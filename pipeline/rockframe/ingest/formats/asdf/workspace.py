@@ -91,15 +91,15 @@ class Workspace:
     def attribute(self, variable: Any, name: str) -> Any:
         """Return an attribute of a dataset as a number or text; None if it is missing."""
         with _damage(self.path):
-            found = variable.getncattr(name) if name in variable.ncattrs() else None
-            return found.item() if isinstance(found, np.generic) else found
+            content = variable.getncattr(name) if name in variable.ncattrs() else None
+            return content.item() if isinstance(content, np.generic) else content
 
     def data(self, *names: str) -> bytes:
         """Return the bytes of a dataset that contains a document; empty if it is missing."""
-        found = self.variable(*names)
-        if found is None or getattr(found.dtype, "itemsize", 0) != 1:
+        variable = self.variable(*names)
+        if variable is None or getattr(variable.dtype, "itemsize", 0) != 1:
             return b""
-        return bytes(self.values(found).tobytes())
+        return bytes(self.values(variable).tobytes())
 
     def text(self, *names: str) -> str:
         """Return a document as text; empty if it is missing."""
@@ -113,10 +113,10 @@ class Workspace:
         """Return a JSON document of `AuxiliaryData`; empty if it is missing."""
         text = self.auxiliary(kind, trace, name, trace.tag)
         try:
-            found = json.loads(text or "{}")
+            content = json.loads(text or "{}")
         except ValueError as error:
             raise InputError(self.path, f"{kind} of {name} is not JSON: {error}.") from None
-        return found if isinstance(found, dict) else {}
+        return content if isinstance(content, dict) else {}
 
     @cached_property
     def events(self) -> dict[str, tuple[Any, dict[str, Any]]]:
@@ -125,13 +125,13 @@ class Workspace:
         if not data.strip():
             return {}
         entries = read_entries(self.path, "QuakeML", data)
-        found = {}
+        events_by_id = {}
         for event in quakeml_events(self.path, data):
             entry, name = entries[str(event.resource_id)], local_name(str(event.resource_id))
             facts = {"event": entry.event or name, "magnitude": entry.magnitude}
             origin = event.preferred_origin() or (event.origins or [None])[0]
-            found[name] = origin, facts
-        return found
+            events_by_id[name] = origin, facts
+        return events_by_id
 
 
 @contextmanager
@@ -169,8 +169,8 @@ def opened(path: Path, data: bytes) -> Iterator[Workspace]:
         workspace = Workspace(path, file)
         if workspace.attribute(file, "file_format") != "ASDF":
             is_output = workspace.attribute(file, "Conventions") is not None
-            what = "netCDF, as outputs of rockframe are" if is_output else "HDF5, but not ASDF"
-            raise InputError(path, f"is {what}. State the record files.")
+            kind = "netCDF, as outputs of rockframe are" if is_output else "HDF5, but not ASDF"
+            raise InputError(path, f"is {kind}. State the record files.")
         yield workspace
 
 

@@ -77,18 +77,22 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     Traceback (most recent call last):
     rockframe.errors.InputError: a.v2c:1: 'Corrected acceleration' is no heading of a ...
     """
-    found = split_channels(path, plain_text(path, data).split(b"\n"))
-    for one in found:
-        sections.require_quantity(one)
-    channels = [one for one in found if one.integer(sections.QUANTITY) == _ACCELERATION]
+    channels_here = split_channels(path, plain_text(path, data).split(b"\n"))
+    for channel in channels_here:
+        sections.require_quantity(channel)
+    channels = [one for one in channels_here if one.integer(sections.QUANTITY) == _ACCELERATION]
     if not channels:
-        code = found[0].integer(sections.QUANTITY)
+        code = channels_here[0].integer(sections.QUANTITY)
         name = sections.QUANTITIES.get(code or 0, "unknown")
         message = f"quantity {code} ({name}) in item {sections.QUANTITY} of the integer header. "
         message += f"Must be {_ACCELERATION} (acceleration)."
-        raise OtherQuantityError(path, message, found[0].first_line)
-    for one in (one for one in found if one.integer(sections.QUANTITY) != _ACCELERATION):
-        require_layout(path, one.rows, one.layout.columns, _samples(one), one.sample_line)
+        raise OtherQuantityError(path, message, channels_here[0].first_line)
+    for channel in (
+        one for one in channels_here if one.integer(sections.QUANTITY) != _ACCELERATION
+    ):
+        require_layout(
+            path, channel.rows, channel.layout.columns, _samples(channel), channel.sample_line
+        )
     names = [_component(one) for one in channels]
     return distinct_records(path, names, [(one,) for one in channels], partial(_record, options))
 
@@ -159,8 +163,8 @@ def _factor(channel: Channel, options: ReadOptions) -> tuple[float, tuple[str, .
             return 1.0 / options.sensitivity, (done,)
         return _factor_of_counts(channel)
     if code not in _UNITS_OF:
-        known = ", ".join(f"{number} ({name})" for number, name in _UNITS_OF.items())
-        message = f"acceleration units {channel.heading['units']!r} ({code}). Must be {known}"
+        allowed = ", ".join(f"{number} ({name})" for number, name in _UNITS_OF.items())
+        message = f"acceleration units {channel.heading['units']!r} ({code}). Must be {allowed}"
         raise InputError(channel.path, f"{message} or {_COUNTS} (counts).", channel.sample_line)
     return factor_to_si(channel.path, _UNITS_OF[code], options, channel.sample_line), ()
 
@@ -193,15 +197,15 @@ def _required(channel: Channel, item: int, name: str) -> float:
 
 def _require_recorder(channel: Channel, count: float) -> None:
     """Compare the range of counts with the full scale, which may be stated for one sign only."""
-    stated = channel.number(_RECORDER_SCALE)
+    scale = channel.number(_RECORDER_SCALE)
     bits = {_USUAL_BITS, channel.integer(_BITS) or _USUAL_BITS}
     spans = {length: 1e-6 * count * 2.0**length for length in sorted(bits) if 8 <= length <= 32}
-    if stated > 0.0 and not any(
-        _agree(span, stated) or _agree(span, 2.0 * stated) for span in spans.values()
+    if scale > 0.0 and not any(
+        _agree(span, scale) or _agree(span, 2.0 * scale) for span in spans.values()
     ):
-        length, span = min(spans.items(), key=lambda one: abs(one[1] - stated))
+        length, span = min(spans.items(), key=lambda one: abs(one[1] - scale))
         message = f"{count:g} uV a count in item {_VOLTS} of the real header make {span:g} V with "
-        message += f"{length} bits, but a full scale of {stated:g} V in item {_RECORDER_SCALE}."
+        message += f"{length} bits, but a full scale of {scale:g} V in item {_RECORDER_SCALE}."
         # The full scale does not say whether it counts one sign or both, so it cannot be trusted.
         settle(channel.path, message, {"sensitivity": count}, channel.real_line)
 
@@ -242,9 +246,9 @@ def _time_step(channel: Channel, stage: int, given: float | None) -> float:
 
 def _require_length(channel: Channel, length: float, step: float) -> None:
     """Compare the length with the stated one, which may be one step shorter."""
-    stated = channel.real(_LENGTH)
-    if stated is not None and abs(stated.value - length) > 2.0 * step + stated.unit:
-        message = f"length {stated.value:g} s in item {_LENGTH} of the real header, but "
+    seconds = channel.real(_LENGTH)
+    if seconds is not None and abs(seconds.value - length) > 2.0 * step + seconds.unit:
+        message = f"length {seconds.value:g} s in item {_LENGTH} of the real header, but "
         message += f"{length:g} s of samples in the file."
         settle(channel.path, message, {"samples": None}, channel.real_line)
 

@@ -80,13 +80,13 @@ class Layout:
         InputError
             If the format is not a single repeated number format.
         """
-        stated = _FORMAT.fullmatch(text)
-        if not stated:
+        match = _FORMAT.fullmatch(text)
+        if not match:
             message = f"format {text[:40]!r}. Only formats such as '(8F10.5)' or '(10I8)' are read."
             raise InputError(path, message, line)
-        kind = stated["kind"].upper()
-        columns = Columns(int(stated["count"]), int(stated["width"]), integers=kind == "I")
-        return cls(columns, int(stated["places"] or 0), kind in "EG")
+        kind = match["kind"].upper()
+        columns = Columns(int(match["count"]), int(match["width"]), integers=kind == "I")
+        return cls(columns, int(match["places"] or 0), kind in "EG")
 
 
 @dataclass(frozen=True)
@@ -130,8 +130,8 @@ class Channel:
     @property
     def unknown(self) -> tuple[float, float]:
         """Integer and real that mean "unknown"."""
-        stated = _UNKNOWN.search(self.text[-1])
-        return (float(stated["integer"]), float(stated["real"])) if stated else (-999.0, -999.0)
+        match = _UNKNOWN.search(self.text[-1])
+        return (float(match["integer"]), float(match["real"])) if match else (-999.0, -999.0)
 
     def integer(self, item: int) -> int | None:
         """Return an item of the integer header; None if unknown."""
@@ -145,8 +145,8 @@ class Channel:
 
     def number(self, item: int) -> float:
         """Return an item of the real header; NaN if unknown."""
-        known = self.real(item)
-        return known.value if known else math.nan
+        real_value = self.real(item)
+        return real_value.value if real_value else math.nan
 
 
 def split_channels(path: Path, lines: list[bytes]) -> list[Channel]:
@@ -165,12 +165,12 @@ def split_channels(path: Path, lines: list[bytes]) -> list[Channel]:
     """
     while lines and not lines[-1].strip():
         lines.pop()
-    found: list[Channel] = []
+    sections: list[Channel] = []
     top = 0
-    while top < len(lines) or not found:
+    while top < len(lines) or not sections:
         channel, top = _channel(path, lines, top)
-        found.append(channel)
-    return found
+        sections.append(channel)
+    return sections
 
 
 def _channel(path: Path, lines: list[bytes], top: int) -> tuple[Channel, int]:
@@ -212,25 +212,25 @@ def _stated(
     whole: bool = False,
 ) -> re.Match[str]:
     text = lines[at].decode("latin-1") if at < len(lines) else ""
-    stated = pattern.fullmatch(text) if whole else pattern.match(text)
-    if not stated:
+    match = pattern.fullmatch(text) if whole else pattern.match(text)
+    if not match:
         message = f"{text.strip()[:60]!r} is no heading of a section, such as {example!r}."
         raise InputError(path, message, min(at, len(lines)) + 1)
-    return stated
+    return match
 
 
 def _values(path: Path, lines: list[bytes], at: int, kind: str) -> tuple[list[str], int]:
     example = f"100 {kind}-header values follow on 10 lines, Format= (10I8)"
-    stated = _stated(path, lines, at, _VALUES, example, whole=True)
-    if stated["kind"].lower() != kind.lower():
+    match = _stated(path, lines, at, _VALUES, example, whole=True)
+    if match["kind"].lower() != kind.lower():
         raise InputError(
-            path, f"{stated['kind']} header in the place of the {kind} header.", line=at + 1
+            path, f"{match['kind']} header in the place of the {kind} header.", line=at + 1
         )
-    columns = Layout.of(path, stated["format"], at + 1).columns
+    columns = Layout.of(path, match["format"], at + 1).columns
     if columns.integers != (kind == "Integer"):
-        message = f"format {stated['format']!r} of the {kind} header. Must be of {kind.lower()}s."
+        message = f"format {match['format']!r} of the {kind} header. Must be of {kind.lower()}s."
         raise InputError(path, message, at + 1)
-    end = at + 1 + int(stated["lines"])
+    end = at + 1 + int(match["lines"])
     fields = []
     for line, row in enumerate(lines[at + 1 : end], at + 2):
         text = row.rstrip()
@@ -240,20 +240,20 @@ def _values(path: Path, lines: list[bytes], at: int, kind: str) -> tuple[list[st
             if not (whole if columns.integers else is_number(field)):
                 raise bad_number(path, field, line, "header value")
             fields.append(field.decode("latin-1"))
-    if len(fields) != int(stated["count"]) or len(fields) < 100:
-        message = f"{stated['count']} values of the {kind.lower()} header stated, {len(fields)} in "
+    if len(fields) != int(match["count"]) or len(fields) < 100:
+        message = f"{match['count']} values of the {kind.lower()} header stated, {len(fields)} in "
         raise InputError(path, f"{message}the file. Both must be the same, 100 or more.", at + 1)
     return fields, end
 
 
 def _comments(path: Path, lines: list[bytes], at: int) -> tuple[list[str], int]:
-    stated = _stated(path, lines, at, _COMMENTS, "4 Comment line(s) follow, each starting with a |")
+    match = _stated(path, lines, at, _COMMENTS, "4 Comment line(s) follow, each starting with a |")
     end = at + 1
     while end < len(lines) and lines[end].lstrip().startswith(b"|"):
         end += 1
-    if end - at - 1 != int(stated["count"]):
-        found = f"{end - at - 1} in the file"
-        message = f"{stated['count']} comment lines stated, {found}."
+    if end - at - 1 != int(match["count"]):
+        counted = f"{end - at - 1} in the file"
+        message = f"{match['count']} comment lines stated, {counted}."
         raise InputError(path, message, at + 1)
     return [line.decode("latin-1").strip().lstrip("|") for line in lines[at + 1 : end]], end
 
@@ -385,11 +385,11 @@ def parse_start_time(line: str) -> str:
     >>> parse_start_time("Rcrd start time: 2018/11/30 17:29:39.137 UTC (Q=5) RcrdId: (see comment)")
     '2018-11-30T17:29:39.137Z'
     """
-    stated = _START.search(line)
-    if not stated:
+    match = _START.search(line)
+    if not match:
         return ""
-    year, month, day, hour, minute = (int(stated[group]) for group in range(1, 6))
-    return utc_time((year, month, day), hour, minute, stated[6])
+    year, month, day, hour, minute = (int(match[group]) for group in range(1, 6))
+    return utc_time((year, month, day), hour, minute, match[6])
 
 
 def parse_corners(lines: Sequence[str]) -> tuple[float, float]:
@@ -401,9 +401,9 @@ def parse_corners(lines: Sequence[str]) -> tuple[float, float]:
     (0.03, 20.0)
     """
     for line in lines:
-        stated = _FILTER.search(line)
-        if stated:
-            return float(stated["low"]) or math.nan, float(stated["high"]) or math.nan
+        match = _FILTER.search(line)
+        if match:
+            return float(match["low"]) or math.nan, float(match["high"]) or math.nan
     return math.nan, math.nan
 
 
@@ -429,13 +429,15 @@ def require_quantity(channel: Channel) -> None:
     """
     code = channel.integer(QUANTITY)
     name = QUANTITIES.get(code or 0, "unknown")
-    stated = name if code is None else f"{code} ({name})"
+    quantity = name if code is None else f"{code} ({name})"
     title = channel.text[0].partition("(")[0].strip()
     heading = channel.heading["what"]
     for words, line in ((title, channel.first_line), (heading, channel.sample_line)):
         word = _QUANTITY_WORD.search(words)
         if word and word[1].lower() not in name:
-            message = f"{words!r}, but quantity {stated} in item {QUANTITY} of the integer header."
+            message = (
+                f"{words!r}, but quantity {quantity} in item {QUANTITY} of the integer header."
+            )
             raise InputError(channel.path, message, line)
 
 
@@ -482,27 +484,33 @@ def parse_direction(channel: Channel, component: str) -> tuple[Orientation, floa
     if orientation is Orientation.UNSTATED and component == seed_name(channel.comments).channel:
         # In a SEED channel code, only the letter Z states a direction for certain.
         orientation, azimuth = direction(component[-1] if component.endswith("Z") else "")
-    stated = channel.integer(_AZIMUTH)
+    code_of_azimuth = channel.integer(_AZIMUTH)
     sense: Orientation | None = orientation
-    if stated in _UPRIGHT and orientation.upright:
-        sense = upright_sense(component, _UPRIGHT[stated])
-    if stated is not None and orientation is Orientation.HORIZONTAL:
-        sense = None if (stated - azimuth) % 360.0 != 0.0 else orientation
+    if code_of_azimuth in _UPRIGHT and orientation.upright:
+        sense = upright_sense(component, _UPRIGHT[code_of_azimuth])
+    if code_of_azimuth is not None and orientation is Orientation.HORIZONTAL:
+        sense = None if (code_of_azimuth - azimuth) % 360.0 != 0.0 else orientation
     if sense is None:
-        message = f"component {component} stated, but {stated} in item {_AZIMUTH} of the integer"
+        message = (
+            f"component {component} stated, but {code_of_azimuth} in item {_AZIMUTH} of the integer"
+        )
         angles = {"component": (orientation, azimuth)}
-        if orientation is Orientation.HORIZONTAL and stated is not None and 0 <= stated <= 360:
-            angles["azimuth"] = orientation, stated % 360.0
+        if (
+            orientation is Orientation.HORIZONTAL
+            and code_of_azimuth is not None
+            and 0 <= code_of_azimuth <= 360
+        ):
+            angles["azimuth"] = orientation, code_of_azimuth % 360.0
         return settle(channel.path, f"{message} header.", angles, channel.first_line + 8)
     return sense, azimuth
 
 
 def _require_corners(channel: Channel) -> None:
     for item, words in zip(_CORNERS, parse_corners(channel.text), strict=True):
-        stated = channel.number(item)
-        if stated > 0.0 and abs(stated - words) > 0.05 * words:
+        corner = channel.number(item)
+        if corner > 0.0 and abs(corner - words) > 0.05 * words:
             message = (
-                f"filter corner {words:g} Hz in words, but {stated:g} Hz in item {item} of "
+                f"filter corner {words:g} Hz in words, but {corner:g} Hz in item {item} of "
                 "the real header."
             )
             raise InputError(channel.path, message, line=channel.first_line + 11)
@@ -512,16 +520,16 @@ def _require_maximum(
     channel: Channel, samples: Float, step: float, resolution: float, *, raw: bool
 ) -> None:
     index = _RAW_MAX if raw else _MAX
-    stated = _MAXIMUM.search(channel.text[index])
-    if not stated:
+    match = _MAXIMUM.search(channel.text[index])
+    if not match:
         return
-    name, code = stated["units"].lower(), int(channel.heading["code"])
+    name, code = match["units"].lower(), int(channel.heading["code"])
     if code not in _CODES.get(name, set()):  # stated in other units, or without units
         return
     peak = StatedPeak(
-        value=Printed.of(stated["peak"]),
-        time=Printed.of(stated["time"]),
-        units=stated["units"],
+        value=Printed.of(match["peak"]),
+        time=Printed.of(match["time"]),
+        units=match["units"],
         line=channel.first_line + index,
         # For raw counts the header states the absolute value.
         signed=not raw,

@@ -124,18 +124,18 @@ class Header:
         seed = _NETWORK.match(self.lines[self.volume.name + _START_LINE])
         if seed:
             return seed["network"], seed["station"]
-        stated = _STATION.match(self.lines[self.volume.name + _STATION_LINE])
-        return "", stated["station"] if stated else ""
+        match = _STATION.match(self.lines[self.volume.name + _STATION_LINE])
+        return "", match["station"] if match else ""
 
     @property
     def start_time(self) -> str:
         """Start time (ISO 8601, UTC); empty unless stated in UTC and the year is known."""
-        stated = _START.search(self.lines[self.volume.name + _START_LINE])
+        match = _START.search(self.lines[self.volume.name + _START_LINE])
         year = self.item(_YEAR)
-        if not stated or year is None or year % 100 != int(stated[3]):
+        if not match or year is None or year % 100 != int(match[3]):
             return ""
-        month, day, hour, minute = (int(stated[group]) for group in (1, 2, 4, 5))
-        return utc_time((year, month, day), hour, minute, f"{int(stated[6]):02d}{stated[7] or ''}")
+        month, day, hour, minute = (int(match[group]) for group in (1, 2, 4, 5))
+        return utc_time((year, month, day), hour, minute, f"{int(match[6]):02d}{match[7] or ''}")
 
     def item(self, item: int) -> int | None:
         """Return an item of the integer header; None if it is not filled in."""
@@ -151,22 +151,22 @@ class Header:
 
     def direction(self) -> tuple[Orientation, float]:
         """Return orientation and azimuth [degree]; name and integer header must not contradict."""
-        stated = self.item(_DIRECTION)
+        code = self.item(_DIRECTION)
         orientation, azimuth = direction(self.component)
         # 0 and -999 mean that the item is not filled in.
-        if stated is None or stated <= 0 or orientation is Orientation.UNSTATED:
+        if code is None or code <= 0 or orientation is Orientation.UNSTATED:
             return orientation, azimuth
         sense: Orientation | None = orientation
-        if stated in _UPRIGHT and orientation.upright:
-            sense = upright_sense(self.component, _UPRIGHT[stated])
-        elif stated <= 360 if orientation.upright else (stated - azimuth) % 360.0 != 0.0:
+        if code in _UPRIGHT and orientation.upright:
+            sense = upright_sense(self.component, _UPRIGHT[code])
+        elif code <= 360 if orientation.upright else (code - azimuth) % 360.0 != 0.0:
             sense = None
         if sense is None:
-            message = f"channel {self.component!r}, but {stated} in item {_DIRECTION} of the "
+            message = f"channel {self.component!r}, but {code} in item {_DIRECTION} of the "
             message += "integer header."
             angles = {"component": (orientation, azimuth)}
-            if stated <= 360:
-                angles["azimuth"] = Orientation.HORIZONTAL, stated % 360.0
+            if code <= 360:
+                angles["azimuth"] = Orientation.HORIZONTAL, code % 360.0
             return settle(self.path, message, angles, self.line(self.volume.name))
         return sense, azimuth
 
@@ -195,8 +195,8 @@ class Header:
         if first and named and first["number"] != named["number"]:
             message = f"channel {named['number']}, but channel {first['number']} in line "
             raise self.error(self.volume.name, f"{message}{self.first_line}.")
-        stated = _LENGTH.search(self.lines[index])
-        token = stated["length"] if stated else ""
+        match = _LENGTH.search(self.lines[index])
+        token = match["length"] if match else ""
         if is_number(token) and abs(float(token) - length) > 2.0 * step + 0.001:
             message = f"record length {token} s stated, but {length:g} s of samples."
             settle(self.path, message, {"samples": None}, self.line(index))
@@ -209,8 +209,8 @@ class Header:
         The items of the integer header state them too; 0 and -999 mean not filled in. `present` is
         the number of samples in the file.
         """
-        stated = {f"item {item} of the integer header": self.item(item) or 0 for item in items}
-        for place, other in {**others, **stated}.items():
+        counts = {f"item {item} of the integer header": self.item(item) or 0 for item in items}
+        for place, other in {**others, **counts}.items():
             if other != count and (place in others or other > 0):
                 message = f"{count} samples stated, but {other} in {place}."
                 settle(self.path, message, {"samples": present}, line)
@@ -233,7 +233,7 @@ def read_header(path: Path, lines: Sequence[bytes], top: int, volume: Volume) ->
     'UP'
     """
     header = header_lines(path, lines, top, volume.lines, "a channel's header")
-    found: dict[int, re.Match[str]] = {}
+    matches: dict[int, re.Match[str]] = {}
     for index, pattern, example in volume.expected:
         match = pattern.match(header[index])
         if not match:
@@ -243,8 +243,8 @@ def read_header(path: Path, lines: Sequence[bytes], top: int, volume: Volume) ->
                 "channel's header."
             )
             raise InputError(path, message, top + 1 + index)
-        found[index] = match
-    return Header(path, header, top + 1, volume, found)
+        matches[index] = match
+    return Header(path, header, top + 1, volume, matches)
 
 
 def require_channels(path: Path, stated_in: str, found: int, line: int) -> None:
@@ -263,7 +263,7 @@ def require_channels(path: Path, stated_in: str, found: int, line: int) -> None:
     Traceback (most recent call last):
     rockframe.errors.InputError: CCC.V1:5: 3 channels in the header, 2 in the file. Expected...
     """
-    stated = CHANNELS.search(stated_in)
-    if stated and 1 != found != int(stated["count"]):
-        message = f"{stated['count']} channels in the header, {found} in the file."
+    match = CHANNELS.search(stated_in)
+    if match and 1 != found != int(match["count"]):
+        message = f"{match['count']} channels in the header, {found} in the file."
         raise InputError(path, f"{message} Expected all of them, or one channel per file.", line)

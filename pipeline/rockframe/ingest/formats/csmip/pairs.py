@@ -130,15 +130,15 @@ def _record(options: ReadOptions, record_id: str, header: Header, rows: list[byt
     path, line = header.path, header.line(10)
     factor = factor_to_si(path, "g", options, header.line(11))
     times, tenths = _pairs(header, rows)
-    stated = header.found[10]
+    match = header.found[10]
     header.require_counts(times.size, {}, (28,), line, times.size)
-    require_sample_count(path, stated["count"], line, times.size)
+    require_sample_count(path, match["count"], line, times.size)
     step, samples, note = even_samples(
         path, times, tenths, header.line(_VOLUME.lines), options.time_step
     )
     mean_step = float(times[-1] - times[0]) / (times.size - 1)
-    if abs(float(stated["length"]) - float(times[-1])) > 1.5 * mean_step + 0.001:
-        message = f"length {stated['length']} s stated, but the last time is {times[-1]:g} s."
+    if abs(float(match["length"]) - float(times[-1])) > 1.5 * mean_step + 0.001:
+        message = f"length {match['length']} s stated, but the last time is {times[-1]:g} s."
         settle(path, message, {"samples": None}, line)
     ratio = _peak_ratio(header, times, tenths, mean_step)
     header.require_length(10, float(times[-1]) + mean_step, mean_step)
@@ -183,14 +183,14 @@ def _peak_ratio(header: Header, times: Float, tenths: Float, step: float) -> flo
     rms = _RMS.match(header.lines[12])
     if rms:
         # The exact mean over time of straight lines between the points.
-        one, other = tenths[:-1], tenths[1:]
-        squares = (one * one + one * other + other * other) / 3.0 * np.diff(times)
-        found = math.sqrt(float(squares.sum()) / float(times[-1] - times[0]))
-        found *= 0.1 if rms["units"].upper() == "G" else 1.0
+        earlier, other = tenths[:-1], tenths[1:]
+        squares = (earlier * earlier + earlier * other + other * other) / 3.0 * np.diff(times)
+        computed = math.sqrt(float(squares.sum()) / float(times[-1] - times[0]))
+        computed *= 0.1 if rms["units"].upper() == "G" else 1.0
         unit = 10.0 ** -len(rms["rms"].partition(".")[2])
-        if abs(found - float(rms["rms"])) > _SAME_RMS * found + unit:
-            stated = f"root mean square {rms['rms']} {rms['units']} stated"
-            message = f"{stated}, {found:.4g} in the file."
+        if abs(computed - float(rms["rms"])) > _SAME_RMS * computed + unit:
+            words = f"root mean square {rms['rms']} {rms['units']} stated"
+            message = f"{words}, {computed:.4g} in the file."
             settle(header.path, message, {"values": None}, header.line(12))
     peak = _PEAK.search(header.lines[11])
     if not peak:
@@ -207,12 +207,16 @@ def _peak_ratio(header: Header, times: Float, tenths: Float, step: float) -> flo
 
 def _trigger(header: Header) -> float:
     """Return the time from the origin of the samples to the trigger [s]; 0 if unstated."""
-    stated = [pattern.search(line) for pattern, line in zip(_TIMES, header.lines[2:4], strict=True)]
+    matches = [
+        pattern.search(line) for pattern, line in zip(_TIMES, header.lines[2:4], strict=True)
+    ]
     try:
-        begin, trigger = (datetime.strptime(one[1], "%m/%d/%Y %H:%M:%S") for one in stated if one)
+        begin, trigger = (
+            datetime.strptime(match[1], "%m/%d/%Y %H:%M:%S") for match in matches if match
+        )
     except ValueError:
         return 0.0
-    fraction = stated[1][2] if stated[1] and stated[1][2] else "0"
+    fraction = matches[1][2] if matches[1] and matches[1][2] else "0"
     return (trigger - begin).total_seconds() + float(fraction)
 
 
@@ -222,14 +226,14 @@ def _facts(header: Header) -> dict[str, Any]:
     sizes = {one["kind"].upper(): float(one["size"]) for one in _MAGNITUDE.finditer(lines[8])}
     magnitude = sizes.get("W") or sizes.get("L") or math.nan
     (depth,) = numbers_in(_DEPTH, lines[8])
-    known = distances(place_in(lines[8]), place_in(lines[4]), depth)
+    distance_facts = distances(place_in(lines[8]), place_in(lines[4]), depth)
     if lines[4].startswith("STATION USC#"):
         distance, size = (header.real(item) for item in (11, 12))
-        known = {"epicentral_distance": distance.value} if distance else {}
+        distance_facts = {"epicentral_distance": distance.value} if distance else {}
         magnitude = size.value if size else math.nan
     code = _CODE.match(lines[4])
     name = re.split(r"\s{2,}| S/N ", lines[5].strip())[0]
-    return known | {
+    return distance_facts | {
         "site_type": site_of_station(name),
         "event": re.split(r"\s{2,}", lines[1].strip())[0],
         "station": code["code"] if code else name,

@@ -167,13 +167,13 @@ def _record(options: ReadOptions, record_id: str, header: Header, rows: list[byt
 def _peaks(header: Header) -> list[StatedPeak]:
     """Return the peaks stated in the real header and in the text, if any."""
     value, time = (header.real(item) for item in _PEAK)
-    stated = [(value, time, _VOLUME.reals)] if value and time else []
+    extremes = [(value, time, _VOLUME.reals)] if value and time else []
     text = _PEAK_IN_TEXT.match(header.lines[_PEAK_LINE])
     if text and all(is_number(token) for token in text.groups()):
-        stated.append((Printed.of(text["peak"]), Printed.of(text["time"]), _PEAK_LINE))
+        extremes.append((Printed.of(text["peak"]), Printed.of(text["time"]), _PEAK_LINE))
     return [
         StatedPeak(value=value, time=time, units="g", line=header.line(index))
-        for value, time, index in stated
+        for value, time, index in extremes
     ]
 
 

@@ -258,10 +258,10 @@ def _processing(filters: str, corrections: str) -> dict[str, Any]:
 def _require_counts(header: Header, blocks: list[_Block]) -> None:
     first, *others = blocks
     place = f"line {header.line(_POINTS_LINE)}"
-    stated = {place: int(header.found[_POINTS_LINE]["count"])}
-    stated |= {f"the {block.heading['quantity'].lower()} block": block.count for block in others}
+    counts = {place: int(header.found[_POINTS_LINE]["count"])}
+    counts |= {f"the {block.heading['quantity'].lower()} block": block.count for block in others}
     present = count_columns(first.rows, first.columns)
-    header.require_counts(first.count, stated, _COUNTS, first.line, present)
+    header.require_counts(first.count, counts, _COUNTS, first.line, present)
     for block in others:
         require_layout(header.path, block.rows, block.columns, block.count, block.line)
 
@@ -272,13 +272,13 @@ def _time_step(header: Header, blocks: list[_Block]) -> float:
     step = _number(header, blocks[0].heading["step"], "interval", line)
     places = {header.line(_INTERVAL_LINE): header.found[_INTERVAL_LINE]["step"]}
     places |= {other.line: other.heading["step"] for other in blocks[1:]}
-    stated = {
+    step_texts = {
         f"line {place}": _number(header, token, "interval", line) for place, token in places.items()
     }
     item = header.real(_STEP)
     if item:
-        stated[f"item {_STEP} of the real header"] = item
-    for place, other in stated.items():
+        step_texts[f"item {_STEP} of the real header"] = item
+    for place, other in step_texts.items():
         if abs(other.value - step.value) > 0.5 * step.unit + 1e-9:
             message = f"interval {step.value:g} s stated, but {other.value:g} s in {place}."
             steps = {"waveform": step.value, "header": other.value}
@@ -289,13 +289,13 @@ def _time_step(header: Header, blocks: list[_Block]) -> float:
 
 
 def _peak(header: Header) -> StatedPeak:
-    stated, line = header.found[_PEAK_LINE], header.line(_PEAK_LINE)
-    if stated["units"].lower() not in _CM_PER_S2:
-        message = f"peak in units of {stated['units']!r}. Must be cm/sec2."
+    match, line = header.found[_PEAK_LINE], header.line(_PEAK_LINE)
+    if match["units"].lower() not in _CM_PER_S2:
+        message = f"peak in units of {match['units']!r}. Must be cm/sec2."
         raise InputError(header.path, message, line)
     return StatedPeak(
-        value=_number(header, stated["peak"], "peak", line),
-        time=_number(header, stated["time"], "time of the peak", line),
+        value=_number(header, match["peak"], "peak", line),
+        time=_number(header, match["time"], "time of the peak", line),
         units="cm/s2",
         line=line,
     )
