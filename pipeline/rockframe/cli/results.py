@@ -203,44 +203,40 @@ def run_verify(options: argparse.Namespace) -> int:
     from rockframe.stages.report import strange_report, verify_run
 
     _find_folder(options)
-    findings = verify_run(options.folder)
-    faults = [*findings.faults, *strange_report(options.folder), *_plan_faults(options.folder)]
+    run = verify_run(options.folder)
+    faults = [*run.faults, *strange_report(options.folder), *_plan_faults(options.folder)]
     repeated = _recomputed(options, faults)
     if options.json:
         console.show_json(
             {
-                "files": findings.files,
-                "records": {
-                    name: len(content.records) for name, content in findings.datasets.items()
-                },
+                "files": run.files,
+                "records": {name: len(content.records) for name, content in run.datasets.items()},
                 "faults": faults,
                 "computed_again": repeated,
-                "same_source": findings.same_source,
-                "other_versions": dict(findings.other_versions),
-                "other_processor": findings.other_processor,
+                "same_source": run.same_source,
+                "other_versions": dict(run.other_versions),
+                "other_processor": run.other_processor,
                 "whole": not faults,
             }
         )
     else:
-        for name, content in findings.datasets.items():
+        for name, content in run.datasets.items():
             both = f", {len(content.pairs)} motions in both directions" if content.pairs else ""
             print(f"{name}: {len(content.records)} records{both}")
-        if not findings.same_source:
+        if not run.same_source:
             print("made by another version of the source code")
-        if findings.other_versions:
-            versions = ", ".join(
-                f"{name} {number}" for name, number in findings.other_versions.items()
-            )
-            print(f"made with other versions of libraries: {versions}")
-        if findings.other_processor:
+        if run.other_versions:
+            others = ", ".join(f"{name} {number}" for name, number in run.other_versions.items())
+            print(f"made with other versions of libraries: {others}")
+        if run.other_processor:
             print(
-                f"made on another kind of processor ({findings.other_processor}): recomputed "
+                f"made on another kind of processor ({run.other_processor}): recomputed "
                 "here, numbers may differ in their last digits"
             )
         for result in repeated:
             print(f"recomputed: {result}")
         if not faults:
-            print(f"{options.folder}: complete; all {findings.files} files match the manifest")
+            print(f"{options.folder}: complete; all {run.files} files match the manifest")
     for fault in faults:
         console.complain(f"fault: {fault}")
     return 1 if faults else 0

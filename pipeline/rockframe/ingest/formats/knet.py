@@ -183,11 +183,7 @@ def read_csv(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     header = _csv_header(path, words[: top + 1])
     printed = words[top].split(",")[len(_TIMES) :]
     columns = [_COLUMN.fullmatch(name) for name in printed]
-    names = [
-        f"{column['name'].replace('-', '').upper()}{column['place']}"
-        for column in columns
-        if column
-    ]
+    names = [f"{cell['name'].replace('-', '').upper()}{cell['place']}" for cell in columns if cell]
     if len(names) != len(columns) or not names:
         raise InputError(path, f"columns {words[top]!r}. Must be N-S(gal), ...", top + 1)
     table = _csv_rows(path, lines[top + 1 :], top + 2, len(names))
