@@ -209,10 +209,10 @@ def largest(
     match_lines(spectrum, shape, lines, table)
     products = scipy.fft.irfft(table, signal.padded, overwrite_x=True)
     count = len(half_cycles)
-    highest = np.empty((sizes[0], periods.size * count, kinds.size))
+    of_tops = np.empty((sizes[0], periods.size * count, kinds.size))
     split = (sizes[0], periods.size * count, shape.shape[0] // count, signal.padded)
-    tops(products.reshape(split), times.start, times.stop, beyond, kinds, highest)
-    squares = highest.reshape(*sizes, count, kinds.size)
+    tops(products.reshape(split), times.start, times.stop, beyond, kinds, of_tops)
+    squares = of_tops.reshape(*sizes, count, kinds.size)
     return squares * (periods[:, None, None] / signal.time_step**2)
 
 
