@@ -111,9 +111,14 @@ def files_need_not_survive_a_power_cut() -> Iterator[None]:
         yield
 
 
+def share_of(count: int) -> int:
+    """Return a number of random cases: all in `make test-all`, a quarter elsewhere."""
+    return max(5, count * settings().max_examples // 100)
+
+
 def examples(count: int) -> settings:
     """Return settings of a property: `count` examples in `make test-all`, a quarter elsewhere."""
-    return settings(max_examples=max(5, count * settings().max_examples // 100))
+    return settings(max_examples=share_of(count))
 
 
 @contextmanager

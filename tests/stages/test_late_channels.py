@@ -21,12 +21,12 @@ STEP = 0.005
 
 
 def esm(folder: Path, component: str, first: int, later: float = 0.0, before: str = "") -> None:
-    """Write an ESM file of 60 s with a motion at 20 s, which begins at this sample or later [s].
+    """Write an ESM file of 30 s with a motion at 15 s, which begins at this sample or later [s].
     The text before the component in the file's name may state the location.
     """
-    time = STEP * np.arange(12000)
+    time = STEP * np.arange(6000)
     noise = np.random.default_rng(sum(component.encode())).standard_normal(time.size)
-    samples = [f"{a:.6f}" for a in (100.0 * noise * np.exp(-(((time - 20.0) / 4.0) ** 2)))[first:]]
+    samples = [f"{a:.6f}" for a in (100.0 * noise * np.exp(-(((time - 15.0) / 3.0) ** 2)))[first:]]
     header = {
         "EVENT_NAME": "GREECE",
         "NETWORK": "HI",
@@ -68,7 +68,7 @@ def test_channels_that_begin_later_are_a_pair_with_its_vertical(
 ) -> None:
     path = ingested(station(tmp_path, later=later))
     east, north, _ = records = read_records(path)
-    assert [record.acceleration.size for record in records] == [12000, 11000, 11000]
+    assert [record.acceleration.size for record in records] == [6000, 5000, 5000]
     cut = Record(
         record_id="cut", acceleration=east.acceleration[1000:], time_step=STEP, azimuth=90.0
     )
@@ -84,7 +84,7 @@ def test_channels_that_begin_later_are_a_pair_with_its_vertical(
     assert main(["screen", str(path), *output, *quick]) == 0
     assert read_screening(tmp_path / "out.nc")["cluster"].values.tolist() == [0, 0]
     turned = read_records(ingested(tmp_path, "--azimuth-degree", "0"))
-    assert [record.acceleration.size for record in turned] == [11000, 11000]
+    assert [record.acceleration.size for record in turned] == [5000, 5000]
     np.testing.assert_array_equal(turned[0].acceleration, north.acceleration)
 
 
