@@ -117,7 +117,7 @@ def test_an_impact_keeps_some_of_the_speed_but_not_all(value: float) -> None:
     with pytest.raises(ParameterError) as error:
         bent(restitution_factor=value)
     assert f"Invalid restitution_factor {value!r} of frame 'bent'" in str(error.value)
-    assert "below 1.05598: it is a factor of the velocity ratio 0.947" in str(error.value)
+    assert "below 1.05598: it multiplies the velocity ratio of eq (43), 0.947" in str(error.value)
     elastic = bent(restitution_factor=1.0559)
     assert elastic.restitution == pytest.approx(1.0559 * 911.0 / 962.0, rel=1e-14)
 

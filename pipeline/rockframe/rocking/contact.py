@@ -29,7 +29,7 @@ from rockframe.wavelets.pulse import Pulse
 
 
 def with_contact(response: Response, motion: Record | Pulse | GroundAcceleration) -> Response:
-    """Add the demand on the joints until the model ends to a response; NaN if it overturns.
+    """Add to a response what its joints must carry until the model ends; NaN if it overturns.
 
     Parameters
     ----------

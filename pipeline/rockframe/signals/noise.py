@@ -81,7 +81,7 @@ def pre_event(acceleration: Float, time_step: float) -> tuple[float, float]:
 
 
 def is_straight(window: Float, largest: float) -> bool:
-    """Return True if samples are on one line, as padding is; rounded sums may move them.
+    """Return True if samples are on one straight line, as padding is, apart from rounding.
 
     Parameters
     ----------

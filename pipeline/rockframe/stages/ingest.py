@@ -97,7 +97,7 @@ def _as_read(file: RecordsFile, record: Record) -> AsRead | None:
 
 
 def _both_as_read(file: RecordsFile, pair: HorizontalPair) -> tuple[AsRead, AsRead] | None:
-    """Return the samples as read of a pair with one band, which its rotations have too."""
+    """Return the samples of a pair as read; None unless both records have the same band."""
     first, other = (_as_read(file, record) for record in (pair.first, pair.second))
     return (first, other) if first and other and first.band == other.band else None
 

@@ -245,7 +245,7 @@ class StructureKind(Protocol):
         """Return each member of the ensemble of a structure."""
 
     def most_critical(self, structures: Sequence[Any], count: int) -> Sequence[Structure]:
-        """Return those structures, about `count`, of which members are impossible first."""
+        """Return about `count` structures: of all, their members are the first to be impossible."""
 
     def respond(self, structures: Sequence[Any], shaking: Shaking) -> Sequence[StructureResponse]:
         """Return the response of each structure to a motion, without its ensemble."""

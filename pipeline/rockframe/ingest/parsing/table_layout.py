@@ -351,7 +351,7 @@ def _is_broken_row(line: str, form: Form) -> bool:
 
 
 def _sizes_as_row(line: str, body: bytes, words: TextLayout) -> re.Match[str] | None:
-    """Return the match of a line above the rows that states the number of samples.
+    """Return the match of a line that states the number of samples, above the rows of numbers.
 
     Unlike a row, it has another number of fields than the rows, or the number of the rows.
     """
