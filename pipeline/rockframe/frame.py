@@ -236,7 +236,8 @@ class RockingFrame:
             raise self._invalid(
                 "restitution_factor",
                 f"above 0 and below {1.0 / rigid:.6g}: it multiplies the velocity ratio of eq "
-                f"(43), {rigid:.4g}, and each impact must lose speed, so that the product stays below 1",
+                f"(43), {rigid:.4g}, and each impact must lose speed, so that the "
+                "product stays below 1",
             )
 
     def _require_numbers(self) -> None:
