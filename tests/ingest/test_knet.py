@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, read_bytes
+from rockframe.ingest.parsing.obspy_reader import read_stream
 from rockframe.record import Orientation
 
 PATH = Path("AOM0170806140843.EW")
@@ -113,3 +114,34 @@ def test_truncated(share: float) -> None:
 def test_units_must_agree() -> None:
     with pytest.raises(InputError, match="acceleration units 'g' given, but the file states 'gal'"):
         read_bytes(PATH, knet().encode(), ReadOptions(units="g"))
+
+
+def test_obspy_reads_the_same() -> None:
+    """The header in the form of the centre is read without obspy: samples, time and network."""
+    text = knet(tuple(range(-40, 40))).encode()
+    [record] = read_bytes(PATH, text)
+    [trace] = read_stream(PATH, text, "KNET")
+    assert record.start_time == str(trace.stats.starttime)
+    assert record.network == trace.stats.network
+    assert record.time_step == trace.stats.delta
+    assert np.array_equal(record.acceleration, trace.data * (0.01 * 2000.0 / 2000000.0))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("2008/06/14 08:44:18", "2008/6/14 8:44:18"), ("2008/06/14 08:44:03", "2008/06/14 8:44:03")],
+)
+def test_unusual_headers_are_read_by_obspy(old: str, new: str) -> None:
+    [usual], [unusual] = (
+        read_bytes(PATH, text.encode()) for text in (knet(), knet().replace(old, new))
+    )
+    assert unusual.start_time == usual.start_time
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("Height(m) 42", "Height(m) x"), ("08:44:03", "08:44"), ("08:43:00", "25:43:00")],
+)
+def test_headers_that_obspy_refuses_are_refused(old: str, new: str) -> None:
+    with pytest.raises(InputError, match="obspy's KNET reader failed: "):
+        read_bytes(PATH, knet().replace(old, new).encode())

@@ -172,7 +172,11 @@ def sniff_format(head: bytes, source: str | Path = "<bytes>") -> Format:
     'acceleration_text'
     """
     head = head[:HEAD]
-    claims = _claims(head)
+    return _only_one(_claims(head), head, source)
+
+
+def _only_one(claims: list[Format], head: bytes, source: str | Path) -> Format:
+    """Return the only format that recognises a file; none or several are an error."""
     if len(claims) == 1:
         return claims[0]
     if claims:
@@ -277,10 +281,11 @@ def identified(
 def _recognised(path: Path, data: bytes, options: ReadOptions) -> Format:
     """Return the format of a file; that of tables if rows of numbers follow title lines."""
     head = data[:HEAD]
-    unclaimed = not _claims(head) and not _is_caltech(head)
+    claims = _claims(head)
+    unclaimed = not claims and not _is_caltech(head)
     if unclaimed and text.reads(data, options):
         return _TABLE
-    return sniff_format(head, path)
+    return _only_one(claims, head, path)
 
 
 def _claims(head: bytes) -> list[Format]:

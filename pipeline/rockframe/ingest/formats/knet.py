@@ -1,13 +1,15 @@
 """Reader of K-NET, KiK-net and JMA (Japan): ASCII of counts with a scale factor, and CSV in gal.
 
-The reader of obspy silently accepts truncated files and NaN. Therefore the header is compared with
-the samples before obspy reads them, and the stated peak with the result. The offset is not removed.
+The header is compared with the samples, and the stated peak with the result. A header that is not
+as the centre writes it is given to the reader of obspy, which must read the same. That reader
+silently accepts truncated files and NaN, and takes most of the time. The offset is not removed.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from datetime import datetime, timedelta
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -67,6 +69,17 @@ _KIK_NET: Final = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "
 _PLACES: Final = {"1": " (borehole)", "2": " (surface)"}
 _SCALE: Final = re.compile(r"(?P<gal>[\d.]+)\(gal\)/(?P<counts>[\d.]+)")
 _RATE: Final = re.compile(r"(?P<rate>\d{1,5})\s*Hz", re.I)
+_TIME: Final = re.compile(r"[12]\d{3}/\d\d/\d\d \d\d:\d\d:\d\d", re.ASCII)
+_FORM: Final = "%Y/%m/%d %H:%M:%S"
+#: Network of both, and the time that the recorder adds to that of the first sample [s].
+_NETWORK: Final = "BO"
+_DELAY: Final = 15
+#: Header lines that state a number alone, or a time.
+_NUMBERS: Final = (
+    *("Lat.", "Long.", "Depth. (km)", "Mag.", "Station Lat.", "Station Long."),
+    *("Station Height(m)", "Duration Time(s)", "Max. Acc. (gal)"),
+)
+_TIMES_OF_HEADER: Final = ("Origin Time", "Record Time", "Last Correction")
 #: Characters per sample, including the blank between two.
 _WIDTH: Final = 9
 
@@ -107,8 +120,12 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     counts = parse_numbers(path, body, len(_KEYS) + 1)
     _require_columns(path, body)
     _require_count(header, counts.size, rate)
-    trace = read_stream(path, text, "KNET")[0]
-    acceleration = _same(path, np.asarray(trace.data, dtype=np.float64) * factor, counts * factor)
+    acceleration = counts * factor
+    network, start_time = _NETWORK, _started(header, rate)
+    if not start_time:
+        trace = read_stream(path, text, "KNET")[0]
+        acceleration = _same(path, np.asarray(trace.data, dtype=np.float64) * factor, acceleration)
+        network, start_time = trace.stats.network, str(trace.stats.starttime)
     peak_ratio = _peak_ratio(header, acceleration)
     station = header.values["Station Code"]
     return [
@@ -122,8 +139,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             site_type=SiteType.BOREHOLE if component.endswith("1") else SiteType.FREE_FIELD,
             event=f"{header.values['Origin Time']} JST",
             station=station + _PLACES.get(component[-1], ""),
-            network=trace.stats.network,
-            start_time=str(trace.stats.starttime),
+            network=network,
+            start_time=start_time,
             magnitude=magnitude,
             peak_ratio=peak_ratio,
             **distances(
@@ -219,9 +236,9 @@ def _csv_facts(header: KeyedHeader, first: str) -> dict[str, Any]:
     event = header.get("OriginTime")
     whole, point, decimals = first.partition(".")
     return {
-        "start_time": parse_utc(whole, "%Y/%m/%d %H:%M:%S", point + decimals, _AHEAD),
+        "start_time": parse_utc(whole, _FORM, point + decimals, _AHEAD),
         "event": f"{event} JST" if event else "",
-        "network": "BO",
+        "network": _NETWORK,
         "magnitude": header.number("Magnitude"),
         **distances(
             (header.number("Latitude"), header.number("Longitude")),
@@ -428,6 +445,23 @@ def _matched(
     if not match:
         raise header.invalid(key, f"as in {example!r}")
     return match
+
+
+def _started(header: KeyedHeader, rate: int) -> str:
+    """Return the time of the first sample (ISO 8601, UTC); empty if a line has an unusual form."""
+    values = header.values
+    plain = all(value.isascii() for value in values.values())
+    plain = plain and all(is_number(values[key]) for key in _NUMBERS)
+    if not (plain and rate > 0 and re.fullmatch(r"\S{1,7}", values["Station Code"])):
+        return ""
+    if not all(_TIME.fullmatch(values[key]) for key in _TIMES_OF_HEADER):
+        return ""
+    try:
+        times = [datetime.strptime(values[key], _FORM) for key in _TIMES_OF_HEADER]
+    except ValueError:
+        return ""
+    moment = times[1] - timedelta(hours=_AHEAD, seconds=_DELAY)
+    return f"{moment:%Y-%m-%dT%H:%M:%S}.000000Z"
 
 
 def _scale(header: KeyedHeader) -> float:

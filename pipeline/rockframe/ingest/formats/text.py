@@ -10,8 +10,9 @@ from __future__ import annotations
 import io
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -86,24 +87,30 @@ def sniff(head: bytes) -> bool:
     >>> sniff(b"0.00 0.1\n0.01 0.2\n"), sniff(b"# Records\n\nSix of them.\n")
     (True, False)
     """
-    lines = [decoded(line.encode("latin-1")) for line in head_lines(head)]
+    lines = _decoded_lines(head)
     start = _first_content(lines)
     # The last line of the head may be cut. One invalid line is allowed here: `read` reports it.
-    rows = [line for line in lines[start:-1] or lines[start:] if line.strip()]
-    if not rows:
+    content = (line for line in lines[start:-1] or lines[start:] if line.strip())
+    first = next(content, None)
+    if first is None:
         return False
-    names = column_names(rows[0])
+    names = column_names(first)
     if not names:
-        numeric = [is_row(row) for row in rows]
+        numeric = [is_row(first), *map(is_row, content)]
         # Three or four columns below comments may be another format, such as CWA.
-        count = len(split_fields(rows[0]))
+        count = len(split_fields(first))
         few = count <= (2 if start else 4) or count in _SERIES
-        return numeric[0] and few and 2 * sum(numeric) > len(rows)
+        return numeric[0] and few and 2 * sum(numeric) > len(numeric)
     # twice the columns between commas are numbers with decimal commas, which `read` reports
     return (len(names) <= 2 or any(map(is_known, names))) and any(
         is_row(row) and len(split_fields(row)) in (len(names), 2 * len(names) * ("," in row))
-        for row in rows[1:4]
+        for row in islice(content, 3)
     )
+
+
+def _decoded_lines(head: bytes) -> Sequence[str]:
+    lines = head_lines(head)
+    return lines if head.isascii() else [decoded(line.encode("latin-1")) for line in lines]
 
 
 def states_units(head: bytes) -> bool:
@@ -114,7 +121,7 @@ def states_units(head: bytes) -> bool:
     >>> states_units(b"# units: gal\n0.1\n0.2\n"), states_units(b"0.00 0.1\n0.01 0.2\n")
     (True, False)
     """
-    lines = [decoded(line.encode("latin-1")) for line in head_lines(head)]
+    lines = _decoded_lines(head)
     start = _first_content(lines)
     if any(map(units_in, lines[:start])):
         return True
@@ -388,6 +395,11 @@ def _parse(path: Path, table: Table, columns: Columns) -> Float:
 
 
 def _parse_rows(text: bytes, table: Table) -> Float:
+    from rockframe.ingest.parsing.scanned import scanned_table  # few commands read tables
+
+    scanned = scanned_table(text, table.columns, table.separator)
+    if scanned is not None:
+        return scanned
     if text.translate(None, _USUAL):
         raise ValueError("characters that are in no number")
     separator = table.separator.decode() if table.separator else None

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rockframe.ingest.parsing import Float
 
 _ZERO: Final = np.uint8(ord("0"))
+_LINE_END: Final = np.uint8(ord("\n"))
 #: Whole numbers up to here, and these powers of ten, are exact in double precision.
 _LARGEST: Final = 1e15
 _POWERS: Final = np.array([float(f"1e{power}") for power in range(23)])
@@ -37,17 +38,23 @@ def numbers_of_columns(block: bytes) -> Float | None:
     >>> numbers_of_columns(b"  .12E-02 -.34E-02\n  .56") is None
     True
     """
-    rows = block.rstrip().split(b"\n")
-    size, count = len(rows[0]), len(rows[0].split())
-    if not count or size % count or len(rows[-1]) > size:
+    block = block.rstrip()
+    end = block.find(b"\n")
+    size = len(block) if end < 0 else end
+    count = len(block[:size].split())
+    if not count or size % count:
         return None
     width = size // count
-    text = b"".join(rows)
-    if len(rows[-1]) % width or len(text) != size * (len(rows) - 1) + len(rows[-1]):
+    characters = np.frombuffer(block, dtype=np.uint8)
+    whole = (characters.size + 1) // (size + 1)  # the last full line has lost its end
+    rows = np.append(characters[: whole * (size + 1)], _LINE_END)[: whole * (size + 1)]
+    rows = rows.reshape(whole, size + 1)
+    last = characters[whole * (size + 1) :]
+    if (rows[:, size] != _LINE_END).any() or (rows[:, :size] == _LINE_END).any():
         return None
-    if len({size, *map(len, rows[:-1])}) > 1:
+    if last.size % width or (last == _LINE_END).any():
         return None
-    fields = np.frombuffer(text, dtype=np.uint8).reshape(-1, width)
+    fields = np.append(rows[:, :size], last).reshape(-1, width)
     touching = fields[:, 0] != ord(" ")
     touching[::count] = False
     return None if touching.any() else aligned_numbers(fields)

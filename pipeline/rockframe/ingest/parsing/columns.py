@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -386,6 +387,7 @@ class _Column:
     vertical: bool = False
 
 
+@lru_cache(maxsize=1024)
 def _column(name: str) -> _Column:
     """Split a column name: `acc_cm_s2`, `NS [g]`, `acc EW (gal)`."""
     words = re.sub(r"[\s_\[\]()]+", " ", name).strip().split(" ")

@@ -120,15 +120,15 @@ def rows_below(text: bytes, count: int) -> bytes:
     return rest[count] if len(rest) > count else b""
 
 
-def head_lines(head: bytes) -> list[str]:
+def head_lines(head: bytes) -> tuple[str, ...]:
     r"""Return the lines in the head of a text file (the last may be cut); empty if binary.
 
     Examples
     --------
     >>> head_lines(b"NPTS= 3, DT= .01 SEC\r\n .1 .2 .3"), head_lines(b"\x00\x01")
-    (['NPTS= 3, DT= .01 SEC', ' .1 .2 .3'], [])
+    (('NPTS= 3, DT= .01 SEC', ' .1 .2 .3'), ())
     """
-    return list(_head_lines(head))
+    return _head_lines(head)
 
 
 def first_line(head: bytes) -> str:
@@ -285,6 +285,8 @@ def require_even_lines(path: Path, body: bytes, first_line: int) -> None:
     rockframe.errors.InputError: motion.AT2:35: 7 characters, where 30 other lines have 8. A numb...
     >>> require_even_lines(Path("motion.AT2"), b" .12 .34\n" * 30 + b" 1.22 .34\n .56", 5)
     """
+    if _has_one_width(body) and not _has_long_exponent(body):
+        return
     rows = [row.rstrip() for row in body.rstrip().split(b"\n")[:-1]]
     if len({*map(len, rows)}) < 2 and not _has_long_exponent(body):
         return
@@ -299,6 +301,17 @@ def require_even_lines(path: Path, body: bytes, first_line: int) -> None:
         if width != usual and (_forms(row) not in forms if is_fixed else width < usual):
             message = f"{width} characters, where {others} other lines have {usual}."
             settle(path, message, {"samples": None}, line, "A number may be corrupted.")
+
+
+def _has_one_width(body: bytes) -> bool:
+    """Return True if all lines but the last have as many characters and end with none of white
+    space, or False more often, in a twentieth of the time.
+    """
+    ends = np.flatnonzero(np.frombuffer(body.rstrip(), dtype=np.uint8) == ord("\n"))
+    if ends.size == 0:
+        return True
+    before = np.frombuffer(body, dtype=np.uint8)[ends - 1]
+    return bool((np.diff(ends) == ends[0] + 1).all() and (before > ord(" ")).all())
 
 
 def _has_long_exponent(body: bytes) -> bool:
