@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType, SimpleNamespace
@@ -224,9 +225,14 @@ def _writer(stream: TextIO) -> Callable[[Iterable[object]], object]:
 
 
 def _cell(value: object) -> object:
-    if isinstance(value, str):
-        return harmless(plain(value))
-    return "" if isinstance(value, float) and math.isnan(value) else value
+    if isinstance(value, float):
+        return "" if value != value else value  # NaN, in a third of the time
+    return _text_cell(value) if isinstance(value, str) else value
+
+
+@lru_cache(maxsize=4096)  # columns repeat their names and words
+def _text_cell(text: str) -> str:
+    return harmless(plain(text))
 
 
 Cells = Mapping[str, Any]

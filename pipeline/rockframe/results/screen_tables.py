@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -174,9 +175,18 @@ _NAMED: Final = 5
 
 def _words(row: dict[str, Any]) -> str:
     """Return the verdict at the scale of the row, in words; the nominal one without an ensemble."""
-    shares = {name: row[name] for name in ("share_overturned", "share_uplifted") if name in row}
-    fails = declared_kind(row.get("kind", "")).fails
-    return SpreadVerdict(Verdict[row["verdict"].upper()], fails=fails, **shares).words
+    shares = (row.get("share_overturned", math.nan), row.get("share_uplifted", math.nan))
+    return _words_of(row["verdict"], row.get("kind", ""), *shares)
+
+
+@lru_cache(maxsize=4096)  # rows of a screening have few different shares
+def _words_of(verdict: str, kind: str, share_overturned: float, share_uplifted: float) -> str:
+    return SpreadVerdict(
+        Verdict[verdict.upper()],
+        share_overturned=share_overturned,
+        share_uplifted=share_uplifted,
+        fails=declared_kind(kind).fails,
+    ).words
 
 
 def overall_rows(screening: xr.Dataset) -> Rows:
@@ -295,6 +305,10 @@ def title_of_states(state: Sequence[LimitState]) -> str:
     return f"{first}; {', '.join(others)} {'has' if len(others) == 1 else 'have'} the same curves"
 
 
+#: Results of a design, one for each structure.
+_OF_DESIGN: Final = ("design_smallest", "design_sure_from")
+
+
 def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
     """Return the results of each structure: fragility, better measure, rate, design.
 
@@ -305,32 +319,54 @@ def screen_summary(screening: xr.Dataset) -> list[dict[str, Any]]:
     """
     summary = []
     screening = screening.drop_dims("record", errors="ignore")  # selecting in all takes long
-    for structure in screening["structure"].values:
-        screened = with_its_limits(screening.sel(structure=structure))
-        fits = screened[[name for name in screened if str(name).startswith("fragility_")]]
+    fits = _fits_of_each(screening)
+    of_structure = {
+        name: screening[name].values
+        for name in ("structure", "better_measure", "better_measure_reason", *_OF_DESIGN, "kind")
+        if name in screening
+    }
+    for k, structure in enumerate(of_structure["structure"]):
         said: dict[str, Any] = {
             "structure": str(structure),
-            "fragility": [
-                _fit(fits, str(limit), measure_of(str(measure)))
-                for limit in screened["limit_state"].values
-                for measure in screened["measure"].values
-            ],
-            "better_measure": str(screened["better_measure"].item()),
-            "better_measure_reason": str(screened["better_measure_reason"].item()),
+            "fragility": fits[k],
+            "better_measure": str(of_structure["better_measure"][k]),
+            "better_measure_reason": str(of_structure["better_measure_reason"][k]),
         }
-        row = kind_row(screened)
-        if "annual_rate" in screened:
+        if "annual_rate" in screening:
+            screened = with_its_limits(screening.isel(structure=k))
             said["rates"] = [
                 _rate(screened, str(limit)) for limit in screened["limit_state"].values
             ]
+        row = {"kind": str(of_structure["kind"][k]) if "kind" in of_structure else ""}
         for entry in (*said["fragility"], *said.get("rates", ())):
             for key in {"words", "said", "note"} & entry.keys():
                 entry[key] = in_verb_of(row, entry[key])
-        if "design_smallest" in screened:
-            names = ("design_smallest", "design_sure_from")
-            said |= {name: float(screened[name]) for name in names}
+        said |= {name: float(of_structure[name][k]) for name in _OF_DESIGN if name in of_structure}
         summary.append(said)
     return summary
+
+
+def _fits_of_each(screening: xr.Dataset) -> list[list[dict[str, Any]]]:
+    """Return the fits of each structure, without limits of restraints that it does not have."""
+    along = ("structure", "limit_state", "measure")
+    fits = {
+        str(name): values.transpose(*along).values
+        for name, values in screening.items()
+        if {*values.dims} == {*along}
+    }
+    limits, measures = (
+        [str(name) for name in screening[dimension].values] for dimension in along[1:]
+    )
+    has = (fits["fragility_outcome"] != Outcome.ABSENT).all(axis=2)
+    return [
+        [
+            _fit({name: values[k, i, j] for name, values in fits.items()}, limit, measure)
+            for i, limit in enumerate(limits)
+            for j, measure in enumerate(map(measure_of, measures))
+            if has[k, i]
+        ]
+        for k in range(len(has))
+    ]
 
 
 def pooled_summary(screening: xr.Dataset) -> dict[str, Any]:
@@ -361,8 +397,7 @@ def pooled_summary(screening: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _fit(one: xr.Dataset, limit: str, measure: Measure) -> dict[str, Any]:
-    fit = one.sel(measure=measure.name, limit_state=limit)
+def _fit(fit: Mapping[str, Any], limit: str, measure: Measure) -> dict[str, Any]:
     outcome = Outcome(int(fit["fragility_outcome"]))
     state = LimitState.named(limit)
     numbers = {name: float(fit[f"fragility_{name}"]) / measure.printed for name in _INTENSITIES}
@@ -383,7 +418,9 @@ def _fit(one: xr.Dataset, limit: str, measure: Measure) -> dict[str, Any]:
     }
 
 
-def result_in_words(fit: xr.Dataset, limit: LimitState, measure: Measure) -> str:
+def result_in_words(
+    fit: xr.Dataset | Mapping[str, Any], limit: LimitState, measure: Measure
+) -> str:
     """Return why a fit of a screening has no curve, or no determined one; "" if it has one."""
     outcome = Outcome(int(fit["fragility_outcome"]))
     words = limit.words if limit.quantity else ""

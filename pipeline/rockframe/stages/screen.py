@@ -75,6 +75,8 @@ Float = NDArray[np.float64]
 #: For each structure and limit state, the shares of members that reach it, for the motions and
 #: scales; None if the structure has no such restraint.
 Reached = list[list[Float | None]]
+#: For each structure and limit state, the fragility over each measure.
+Fits = Sequence[Sequence[Mapping[str, Fragility]]]
 
 #: Levels of |theta| / slenderness of the peak distributions.
 LEVELS: Final = np.linspace(0.0, 1.5, 151)
@@ -125,7 +127,7 @@ def statistics(
         **_demand_values(run, clusters),
         "fragility_curve": form,
         **_fragility_values(fits, _grid(intensities, request.scales)),
-        **_preferences(run, intensities, clusters),
+        **_preferences(run, intensities, clusters, fits),
         **_observed_values(reached, intensities, request.scales),
         **(_pooled_values(run, reached, numbers, clusters) if request.options.pooled else {}),
         **_optional_values(run, {name: numbers[name] for name in spectra}, clusters),
@@ -150,8 +152,7 @@ def _reached(run: ScreeningRun) -> Reached:
 
 def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, Any]:
     """Return ranks, distributions of peaks, counts of outcomes, and results over all motions."""
-    seed, at = run.request.options.seed, run.request.reference
-    fell = run.shares(0)
+    seed, at, fell = run.request.options.seed, run.request.reference, run.shares(0)
     rotations = run.kept["peak_rotation_ratio"].swapaxes(0, 1)
     at_most = (shares_at_most(peaks, LEVELS) for peaks in rotations)
     bands = [
@@ -225,9 +226,7 @@ def _powers(scales: Float, name: str) -> Float:
     return scales if power == 1 else scales**power
 
 
-def _fragility_values(
-    fits: Sequence[Sequence[Mapping[str, Fragility]]], points: Mapping[str, Float]
-) -> dict[str, Any]:
+def _fragility_values(fits: Fits, points: Mapping[str, Float]) -> dict[str, Any]:
     """Return the curve of each structure and limit state over each measure, at the points."""
     rows = [[[fit[name] for name in points] for fit in each] for each in fits]
     values: dict[str, Any] = {
@@ -270,20 +269,22 @@ def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
 
 
 def _preferences(
-    run: ScreeningRun, intensities: Mapping[str, Float], clusters: NDArray[np.int64]
+    run: ScreeningRun, intensities: Mapping[str, Float], clusters: NDArray[np.int64], fits: Fits
 ) -> dict[str, Any]:
-    """Return the better measure for each structure, from motions that have all measures."""
-    both = compared_motions(intensities)
+    """Return the better measure for each structure, from motions that have all measures.
+
+    `fits` are those from all motions.
+    """
+    both, scales = compared_motions(intensities), run.request.scales
     some = {name: values[both] for name, values in intensities.items()}
-    scales, form = run.request.scales, run.request.options.fragility_curve
-    preferences = [
-        better_measure(_fits(some, scales, fell[both], clusters[both], form))
-        for fell in run.shares(0).swapaxes(0, 1)
+    form = run.request.options.fragility_curve
+    overturned = [  # nothing is fitted again
+        fits[k][0] if both.all() else _fits(some, scales, fell[both], clusters[both], form)
+        for k, fell in enumerate(run.shares(0).swapaxes(0, 1))
     ]
-    return {
-        "better_measure": [preference.measure for preference in preferences],
-        "better_measure_reason": [preference.reason for preference in preferences],
-    }
+    better = [better_measure(of_measures) for of_measures in overturned]
+    names = {"better_measure": "measure", "better_measure_reason": "reason"}
+    return {key: [getattr(each, name) for each in better] for key, name in names.items()}
 
 
 def _observed_values(
@@ -354,7 +355,7 @@ def _is_pooled(limit: LimitState) -> bool:
     return limit.quantity in ("", "peak_rotation_ratio")
 
 
-def _rates(curve: HazardCurve, fits: Sequence[Sequence[Mapping[str, Fragility]]]) -> dict[str, Any]:
+def _rates(curve: HazardCurve, fits: Fits) -> dict[str, Any]:
     rates = [[overturning_rate(curve, fit[curve.measure]) for fit in each] for each in fits]
     return {
         "hazard_measure": curve.measure,

@@ -236,8 +236,7 @@ class ScreeningRun:
             mask = self.request.histories.mask(row["verdict"], row["peak_rotation_ratio"])
             self._selected.append(np.argwhere(mask))
             if ensemble is None or of_members is None:
-                for k in range(len(structures)):
-                    self._keep(i, k, {name: values[k : k + 1] for name, values in row.items()})
+                self._keep_nominal(i, row)
                 yield row
                 continue
             held_peaks = []
@@ -250,6 +249,18 @@ class ScreeningRun:
                 name: np.stack([held_peak[name] for held_peak in held_peaks])
                 for name in held_peaks[0]
             }
+
+    def _keep_nominal(self, i: int, found: Arrays) -> None:
+        """Keep what the stated structures do under a motion, shape (structures, scales)."""
+        structures = self.request.structures
+        fell = found["verdict"] == Verdict.OVERTURNS
+        for limit, reached in zip(self.limits, self.reached, strict=True):
+            reached[i] = limit.reached(found, fell)
+        for name, kept in self.kept.items():
+            kept[i] = _standing(found, name)[:, self.request.reference, None]
+        for name, demands in self._demands.items():
+            has = [k for k, structure in enumerate(structures) if has_quantity(structure, name)]
+            demands[i, has] = _standing(found, name)[has][..., None]
 
     def _keep(self, i: int, k: int, found: Arrays) -> None:
         """Keep what the members of a structure do under a motion, shape (members, scales)."""

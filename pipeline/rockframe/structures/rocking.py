@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.oscillators.response import largest_until
-from rockframe.parts import RECTANGULAR, SECTIONS, inertia_ratio_of
+from rockframe.parts import RECTANGULAR, SECTIONS, Lever, inertia_ratio_of
 from rockframe.record import Record
 from rockframe.rocking import (
     EnsembleResponse,
@@ -275,16 +275,20 @@ def quantities_of_frames(
         Results for one motion [rad, m s-1].
     """
     alpha = np.array([[frame.slenderness] for frame in frames])
-    u, v, tendons, gaps = (np.zeros_like(peak_rotation) for _ in range(4))
+    beams = [frame.beam for frame in frames]
+    length, angle = (
+        np.array([[getattr(beam, name)] for beam in beams]) for name in ("length", "angle")
+    )
+    beam = Lever(length, angle)  # type: ignore[arg-type]  # all beams at once
+    u, v = beam.shift(peak_rotation), beam.lift(np.minimum(peak_rotation, angle))
+    tendons, gaps = np.zeros_like(peak_rotation), np.zeros_like(peak_rotation)
     for k, frame in enumerate(frames):
-        u[k] = frame.horizontal_displacement(peak_rotation[k])
         if frame.abutment is not None:
             gaps[k] = u[k] / frame.abutment.gap
         if frame.tendon is not None:
             tension = np.vectorize(frame.tension, otypes=[float])
             valid = np.minimum(peak_rotation[k], frame.abutment_rotation)
             tendons[k] = tension(valid) / frame.tendon.yield_force
-        v[k] = frame.vertical_displacement(np.minimum(peak_rotation[k], frame.beam.angle))
     return {
         "peak_rotation_ratio": peak_rotation / alpha,
         "peak_u": u,
