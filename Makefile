@@ -113,7 +113,8 @@ report: $(MADE) $(OUTPUT)/manifest.json
 	@$(BIN)/rockframe report $(OUTPUT)
 
 test: $(MADE)
-	@$(PYTEST) loadfile tests $(addprefix --ignore=,$(BROWSER) $(DASK) tests/test_import_direction.py)
+	@$(PYTEST) loadfile --no-loadscope-reorder tests \
+		$(addprefix --ignore=,$(BROWSER) $(DASK) tests/test_import_direction.py)
 
 test-examples: $(MADE)
 	@$(PYTEST) worksteal tests/examples/examples.py $(if $(PAGES),-k "$(PAGES)")

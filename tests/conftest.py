@@ -66,6 +66,24 @@ def pytest_collectstart() -> None:
     gc.disable()
 
 
+#: Files of tests that take longest, from the longest on. They begin first: a process that began one
+#: of them last would work on it alone.
+LONGEST: Final = (
+    *("cli/test_commands", "stages/test_compare", "rocking/test_ensemble", "cli/test_figure"),
+    *("unequal/test_equal_columns", "runs/test_further", "results/test_foreign_files"),
+    *("runs/test_run", "runs/test_engines", "runs/test_damage", "stages/test_screen_members"),
+    *("structures/test_contract", "report/test_client", "stages/test_screen", "cli/test_streams"),
+    *("results/test_damaged_netcdf", "results/test_batches", "rocking/test_touching"),
+    *("test_compiled", "test_quantities", "stages/test_late_channels", "test_loading"),
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the tests of the longest files first; the others keep their order."""
+    places = {REPOSITORY / "tests" / f"{name}.py": k for k, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: places.get(item.path, len(places)))
+
+
 def pytest_collection_finish() -> None:
     """Look for garbage again, but not among the objects that exist already."""
     gc.freeze()
@@ -136,19 +154,31 @@ def coarse() -> Iterator[None]:
         yield
 
 
+def shared_folder(
+    temporary: pytest.TempPathFactory, name: str, make: Callable[[Path], object]
+) -> Path:
+    """Return a folder that one process of a session makes and all read; no test changes it."""
+    home = temporary.getbasetemp()
+    home = home.parent if "PYTEST_XDIST_WORKER" in os.environ else home
+    folder, whole = home / name, home / f"{name}.whole"
+    with FileLock(home / f"{name}.lock"):
+        if not whole.exists():
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir()
+            make(folder)
+            whole.touch()
+    return folder
+
+
 @pytest.fixture(scope="session")
 def table1(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The run of `rockframe table1`, coarsely drawn, which one process makes for all of a session.
+    """The run of `rockframe table1`, coarsely drawn; a test that changes it changes a copy."""
 
-    A test that changes it changes a copy.
-    """
-    home = tmp_path_factory.getbasetemp()
-    home = home.parent if "PYTEST_XDIST_WORKER" in os.environ else home
-    with FileLock(home / "table1.lock"):
-        if not (home / "table1" / "manifest.json").exists():
-            with coarse():
-                assert main(["table1", "--output", str(home / "table1")]) == 0
-    return home / "table1"
+    def make(folder: Path) -> None:
+        with coarse():
+            assert main(["table1", "--output", str(folder)]) == 0
+
+    return shared_folder(tmp_path_factory, "table1", make)
 
 
 @pytest.fixture(scope="session")

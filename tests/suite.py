@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from tests.conftest import REPOSITORY
+from tests.conftest import LONGEST, REPOSITORY
 
 #: Words with which no docstring begins: its first line says what a function does or a thing is.
 OPENINGS = re.compile(r"(What|Whether|How|Of|That|Which|Where|Also|And|But)\b")
@@ -103,6 +103,10 @@ def test_two_processes_collect_the_same_tests() -> None:
     names = [line for line in names_of_first.splitlines() if "::" in line]
     assert len(names) == len(set(names)) > 1000
     assert names == [line for line in other.splitlines() if "::" in line]
+
+
+def test_files_that_begin_first_exist() -> None:
+    assert [name for name in LONGEST if not (REPOSITORY / "tests" / f"{name}.py").is_file()] == []
 
 
 def test_shared_files_are_named_one_by_one() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.conftest import coarse
+from tests.conftest import coarse, shared_folder
 
 from rockframe.cli.main import main
 from rockframe.wavelets.pulse import Pulse
@@ -22,7 +22,12 @@ REJECTED = "<img src=x onerror=alert(3)>.csv"
 def hostile_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run whose names are HTML and script; one file is rejected, and of its structures one
     stands, one overturns and one never uplifts."""
-    home = tmp_path_factory.mktemp("hostile")
+    home = shared_folder(tmp_path_factory, "hostile", make_hostile_run)
+    return Path(shutil.copytree(home / "run", tmp_path_factory.mktemp("hostile") / "run"))
+
+
+def make_hostile_run(home: Path) -> None:
+    """Make the files of `hostile_run` in a folder."""
     records = home / "records"
     records.mkdir()
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5, T_p=1.0, time=3.0)
@@ -43,7 +48,6 @@ def hostile_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     words += ["--time-step", "0.01", "--output", str(home / "run")]
     with coarse():
         assert main(["table1", *words]) == 1  # done, and one file rejected
-    return home / "run"
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 import pytest
 from tests.commands import STRUCTURE, run
-from tests.conftest import coarse
+from tests.conftest import coarse, shared_folder
 
 from rockframe.wavelets.pulse import Pulse
 
@@ -39,7 +39,11 @@ def coarse_figures() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with one file of each kind, with all optional variables, and with a run."""
-    home = tmp_path_factory.mktemp("made")
+    return shared_folder(tmp_path_factory, "made", make_files)
+
+
+def make_files(home: Path) -> None:
+    """Make the files of `made` in a folder."""
     for name, seconds in (("one", 0.8), ("two", 1.2)):
         pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=seconds, time=2.0)
         np.savetxt(home / f"{name}.csv", pulse.acceleration(0.01 * np.arange(401)), fmt="%.8f")
@@ -67,4 +71,3 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     plain = ("--margins", "none", "--surrogates", "0", "--output", home / "run")
     with coarse():
         run("table1", "--records", home / "one.csv", *units, *structures, *few, *plain)
-    return home
