@@ -29,7 +29,6 @@ from rockframe.results.fragility_models import (
     fragility_model,
     pelicun_rows,
 )
-from rockframe.results.schema.response import FORMER_OUTCOMES
 from rockframe.results.screen import read_screening
 from rockframe.results.screen_tables import fragility_rows, rate_rows
 from rockframe.risk import Outcome
@@ -184,16 +183,15 @@ def test_the_command_writes_three_files(
 
 @pytest.fixture
 def undetermined(screen: Path, tmp_path: Path) -> Path:
-    """Return a file of an earlier version: a fitted curve with its median beyond all PGA tried."""
-    path = tmp_path / "earlier.nc"
+    """Return a file with a curve whose median is beyond all PGA tried."""
+    path = tmp_path / "undetermined.nc"
     shutil.copy(screen, path)
     with netCDF4.Dataset(path, "a") as file:
         outcome = file["fragility_outcome"]
-        outcome.flag_meanings = FORMER_OUTCOMES
-        outcome.flag_values = outcome.flag_values[:7]
         names = [list(file[name][:]) for name in ("structure", "limit_state", "measure")]
         at = names[0].index("stout"), names[1].index("overturning"), names[2].index("pga")
         assert outcome[at] == Outcome.FITTED
+        outcome[at] = Outcome.UNDETERMINED
         file["fragility_median"][at] = 8.0 * file["fragility_highest"][at]
     return path
 

@@ -35,7 +35,6 @@ from rockframe.results.writing import (
     put,
     slices,
 )
-from rockframe.risk.fragility import Outcome, determined
 from rockframe.structures.contract import StructureResponse
 
 Float = NDArray[np.float64]
@@ -210,24 +209,7 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
             without_histories = without_histories.assign(
                 {name: without_histories[name].isel(scale=at, drop=True) for name in some}
             )
-        return _with_undetermined(without_histories.load()).set_coords("record_id")
-
-
-def _with_undetermined(screening: xr.Dataset) -> xr.Dataset:
-    """Return a screening that names the fragilities that its data do not determine.
-
-    Files of earlier versions call them fitted.
-    """
-    outcomes = {}
-    for start in ("fragility", "pooled_fragility"):
-        if f"{start}_outcome" in screening:
-            outcome = screening[f"{start}_outcome"]
-            numbers = ("median", "lognormal_beta_high", "lowest", "highest")
-            is_determined = determined(*(screening[f"{start}_{name}"].values for name in numbers))
-            undetermined = (outcome.values == Outcome.FITTED) & ~is_determined
-            values = np.where(undetermined, Outcome.UNDETERMINED, outcome.values)
-            outcomes[f"{start}_outcome"] = outcome.copy(data=values.astype(outcome.dtype))
-    return screening.assign(outcomes)
+        return without_histories.load().set_coords("record_id")
 
 
 def pooled_fits(screening: xr.Dataset) -> xr.Dataset | None:

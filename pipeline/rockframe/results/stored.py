@@ -327,9 +327,7 @@ class Stored:
             raise InputError(path, f"{name_of} with {packed}. Must hold plain values.")
         if self._factor != 1.0 and (math.isnan(self._factor) or variable.holds != "numbers"):
             raise InputError(path, f"{name_of} in {self._stated!r}. Must be in {self.units!r}.")
-        meanings = str(self.stored_attrs.get("flag_meanings", ""))
-        former = meanings != "" and meanings == variable.former_meanings
-        for name in () if former or self._fewer_flags else _FLAGS:
+        for name in () if self._fewer_flags else _FLAGS:
             here, must_be = self.stored_attrs.get(name, ()), self.attrs.get(name, ())
             if name in self.stored_attrs and not np.array_equal(here, must_be):
                 raise InputError(path, f"{name_of} with {name} {here}. Must be {must_be}.")

@@ -99,7 +99,7 @@ class Verdict(IntEnum):
     NO_UPLIFT = kernels.NO_UPLIFT
     STANDS = kernels.STANDS
     OVERTURNS = kernels.OVERTURNS
-    NOT_COMPUTED = 4  # files of earlier versions have "undecided" as 3
+    NOT_COMPUTED = 4
 
     def __str__(self) -> str:
         return self.name

@@ -42,8 +42,6 @@ class Variable:
         as names of files.
     choices : tuple of str
         Allowed texts; empty if any text is allowed.
-    former_meanings : str
-        Meanings of the flag in files of earlier versions, which are read with the present ones.
     refers_to : str
         The key whose values it contains; for integers, the dimension whose positions it contains.
     also_units : str
@@ -66,7 +64,6 @@ class Variable:
     valid: Literal["", "any", "finite", "positive", "finite or absent"] = ""
     key: bool = False
     choices: tuple[str, ...] = ()
-    former_meanings: str = ""
     refers_to: str = ""
     also_units: str = ""
     group: str = ""

@@ -93,8 +93,6 @@ PULSES_NC: Final = FileKind(
 # fmt: on
 
 
-#: Verdicts in files of earlier versions, which are read with the present words.
-FORMER_VERDICTS: Final = "no_uplift safe overturned undecided"
 #: Largest number of islands that are written; `safe_islands` counts all.
 ISLANDS: Final = 64
 _KEPT_ISLANDS: Final = f"the first {ISLANDS} above the critical scale; NaN beyond their number"
@@ -271,7 +269,7 @@ RESPONSE_NC: Final = FileKind(
         *ENVELOPES,
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
         Variable("row_size", "record", np.int64, "1", "number of samples of the record", attrs={"sample_dimension": "obs"}),
-        Variable("verdict", "record structure", Verdict, "1", "nominal verdict: outcome of the structure and the motion as given", "response", former_meanings=FORMER_VERDICTS),
+        Variable("verdict", "record structure", Verdict, "1", "nominal verdict: outcome of the structure and the motion as given", "response"),
         Variable("history", "record structure", _Kept, "1", "whether the history is in the file"),
         *optional("not computed",
             Variable("not_computed", "record structure", str, "1", "why the response was not computed; empty if it was", "response.reason"),
@@ -280,7 +278,7 @@ RESPONSE_NC: Final = FileKind(
         Variable("uplift_time", "record structure", float, "s", "time of the first uplift", "response"),
         Variable("overturning_time", "record structure", float, "s", "time at which |theta| reaches pi/2", "response"),
         *optional("the pulse alone",
-            Variable("verdict_to_pulse", "record structure", FateUnderPulse, "1", "nominal verdict under the record's pulse alone", "to_pulse.verdict", former_meanings=f"{FORMER_VERDICTS} no_pulse"),
+            Variable("verdict_to_pulse", "record structure", FateUnderPulse, "1", "nominal verdict under the record's pulse alone", "to_pulse.verdict"),
             Variable("peak_rotation_ratio_to_pulse", "record structure", float, "1", "largest |theta| / slenderness under the record's pulse alone", "to_pulse.peak_rotation_ratio"),
             Variable("surrogate_error", "record structure", float, "1", "largest rotation under the pulse alone over that under the record, less 1", "to_pulse.error", comment="NaN if the structure overturns under either, or does not uplift under the record"),
         ),
@@ -390,7 +388,7 @@ class Overturning(IntEnum):
 SPECTRUM_NC: Final = FileKind(
     "spectrum", "spectrum", "Overturning of free-standing frames by acceleration pulses",
     (
-        Variable("verdict", "wavelet slenderness mass_ratio frequency_ratio amplitude", Verdict, "1", "stability verdict", former_meanings=FORMER_VERDICTS),
+        Variable("verdict", "wavelet slenderness mass_ratio frequency_ratio amplitude", Verdict, "1", "stability verdict"),
         Variable("overturning", "wavelet slenderness mass_ratio frequency_ratio amplitude", Overturning, "1", "how the frame overturns"),
         Variable("minimum_overturning_amplitude", "wavelet slenderness mass_ratio frequency_ratio", float, "1", "smallest amplitude that overturns, a_p / (g tan(slenderness))", "spectrum", comment="NaN if none up to the largest amplitude. Intervals narrower than the step of amplitude may be missed"),
         Variable("overturning_intervals", "wavelet slenderness mass_ratio frequency_ratio", np.int32, "1", "number of intervals of amplitude that overturn"),
@@ -416,7 +414,7 @@ ROCKING_SPECTRUM_NC: Final = FileKind(
     "rocking_spectrum", "spectrum", "Rocking spectra of records",
     (
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
-        Variable("verdict", "record slenderness mass_ratio column_period", Verdict, "1", "stability verdict", "spectrum", former_meanings=FORMER_VERDICTS),
+        Variable("verdict", "record slenderness mass_ratio column_period", Verdict, "1", "stability verdict", "spectrum"),
         Variable("peak_rotation_ratio", "record slenderness mass_ratio column_period", float, "1", "largest |theta| / slenderness, including free rocking after the record", "spectrum"),
         Variable("peak_velocity", "record slenderness mass_ratio column_period", float, "rad s-1", "largest angular velocity, including free rocking after the record", "spectrum", comment="for frames that overturn, until overturning"),
         Variable("slenderness", "slenderness", float, "rad", "slenderness of a column, alpha", "spectrum", key=True),
@@ -448,12 +446,10 @@ _PEAKS_OF_SCENARIO: Final = (
 _FURTHER: Final = tuple(replace(RECORDS_NC[name], source="", group=name) for name in FURTHER)
 #: Unit of each measure of intensity.
 UNITS_OF_MEASURES: Final = {one.name: one.units for one in (*_NUMBERS, *_FURTHER) if one.name in {**MEASURES, **FURTHER}} | dict.fromkeys(POOLED.keys() - MEASURES.keys(), "1")
-#: Meanings of `fragility_outcome` before it said that data do not determine a curve.
-FORMER_OUTCOMES: Final = "fitted none_overturn all_overturn separated not_rising unknown absent"
 #: Fits of fragilities, and the better measure.
 _FITS: Final = (
     Variable("measure_units", "measure", str, "1", "unit of the measure", choices=tuple(UNITS_OF_MEASURES.values())),
-    Variable("fragility_outcome", "structure limit_state measure", Outcome, "1", "outcome of the fit", "fit.outcome", comment="undetermined: the data do not determine the curve; median, lognormal_beta and fragility are then only those of largest likelihood", former_meanings=FORMER_OUTCOMES),
+    Variable("fragility_outcome", "structure limit_state measure", Outcome, "1", "outcome of the fit", "fit.outcome", comment="undetermined: the data do not determine the curve; median, lognormal_beta and fragility are then only those of largest likelihood"),
     Variable("fragility_median", "structure limit_state measure", float, "1", "intensity at which half of the motions reach the limit state, in the unit of the measure", "fit.median"),
     Variable("fragility_logistic_scale", "structure limit_state measure", float, "1", "scale of the logistic distribution with this standard deviation, sqrt(3) / pi times lognormal_beta", "fit.logistic_scale"),
     Variable("fragility_lognormal_beta", "structure limit_state measure", float, "1", "standard deviation of the logarithm of the intensity at which the limit state is reached", "fit.lognormal_beta"),
@@ -496,7 +492,7 @@ _POOLED: Final = optional("pooled",
 SCREEN_NC: Final = FileKind(
     "screen", "screen", "Screening of free-standing frames by records",
     (
-        Variable("verdict", "record structure scale", Verdict, "1", "outcome at the scale", former_meanings=FORMER_VERDICTS),
+        Variable("verdict", "record structure scale", Verdict, "1", "outcome at the scale"),
         *_PEAKS_OF_SCENARIO[:-1],
         *optional("impact velocity", _PEAKS_OF_SCENARIO[-1]),
         *optional("members",
@@ -597,7 +593,7 @@ SCREEN_NC: Final = FileKind(
         Variable("scale", "scale", float, "1", "factor on the motion", key=True),
         Variable("measure", "measure", str, "1", "measure of intensity; sa_1s is the spectral acceleration at 1 s", key=True),
         Variable("limit_state", "limit_state", str, "1", "overturning, or a limit of a peak", key=True),
-        Variable("outcome", "outcome", str, "1", "outcome at a scale", key=True, choices=(*OUTCOMES, *FORMER_VERDICTS.split()[1:3])),
+        Variable("outcome", "outcome", str, "1", "outcome at a scale", key=True, choices=OUTCOMES),
         Variable("level", "level", float, "1", "level of |theta| / slenderness", key=True),
         *optional("histories",
             Variable("history_size", "history", np.int64, "1", "number of samples of the history", attrs={"sample_dimension": "obs"}),
