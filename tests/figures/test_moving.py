@@ -7,12 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.image import imread
 from PIL import Image
 
 import rockframe
 from rockframe.cli.main import main
 from rockframe.figures.moving import outlines
+from rockframe.figures.rolling import outline, rims
 from rockframe.signals.measures import significant_duration
 
 BENT = rockframe.RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
@@ -117,3 +120,51 @@ def test_the_figure_of_a_record_states_its_peaks(
     begin, end = significant_duration(record.acceleration, record.time_step)
     assert f"5 to 95 % of it, {end - begin:.1f} s" in caption
     assert "response spectrum with 5 % damping" in caption
+
+
+@given(theta=st.floats(0.0, 1.5), phi=st.floats(-math.pi, math.pi), top=st.floats(0.5, 2.0))
+def test_a_column_that_rolls_touches_its_circle_and_carries_the_beam(
+    theta: float, phi: float, top: float
+) -> None:
+    """The contact is on the circle of the base at rest; the highest point of the top has moved by u
+    and v of the frame; the column is rigid.
+    """
+    frame = rockframe.RockingFrame(height=6.0, width=1.0, top_width=top, mass_ratio=1.0)
+    base, upper = rims(frame, theta, phi)
+    contact = 0.5 * np.array([math.cos(phi), math.sin(phi), 0.0])
+    assert np.linalg.norm(base - contact, axis=1).min() < 0.04  # between two points of the rim
+    assert base[:, 2].min() >= -1e-3
+    middle = upper.mean(axis=0) - base.mean(axis=0)
+    assert np.linalg.norm(middle) == pytest.approx(6.0)
+    assert middle[2] == pytest.approx(6.0 * math.cos(theta))
+    along, up = contact / 0.5, np.array([0.0, 0.0, 1.0])
+    tilted = math.cos(theta) * along - math.sin(theta) * up
+    edge, at_rest = upper.mean(axis=0) - 0.5 * top * tilted, 6.0 * up - 0.5 * top * along
+    u = float(frame.horizontal_displacement(theta))
+    v = float(frame.vertical_displacement(theta))
+    np.testing.assert_allclose(edge - at_rest, u * along + [0.0, 0.0, v], atol=1e-9)
+
+
+def test_a_column_that_rolls_in_one_plane_has_the_outline_of_one_that_rocks() -> None:
+    frame = rockframe.RockingFrame(height=6.0, width=1.0)
+    [rocking], _ = outlines(frame, 0.1, 3.0)
+    rolling = outline(rims(frame, 0.1, 0.0), 0)
+    for corner in rocking:
+        assert np.linalg.norm(rolling - corner, axis=1).min() < 1e-6
+
+
+def test_both_directions_are_drawn_by_the_name_of_the_motion(
+    bundled_records: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two sides, the path in plan, and both accelerations."""
+    command = ["figure", "animation", "--structure", "apollo-column", "--records"]
+    command += [str(bundled_records / "Ridgecrest2019-CLC.V1"), "--record"]
+    still = str(tmp_path / "still.png")
+    assert main([*command, "Ridgecrest2019-CLC-both", "--output", still]) == 0
+    assert "seen along y and along x" in capsys.readouterr().out
+    assert imread(still).shape[1] > 1000
+    assert main([*command, "Ridgecrest2019-CCC-both", "--output", still]) == 2
+    assert "Ridgecrest2019-CCC-both" in capsys.readouterr().err
+    square = [word.replace("apollo", "slender") for word in command]
+    assert main([*square, "Ridgecrest2019-CLC-both", "--output", still]) == 2
+    assert "Must be circular" in capsys.readouterr().err

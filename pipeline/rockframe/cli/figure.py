@@ -216,7 +216,7 @@ _SHAKEN: Final = ("record", "structure", "vertical")
 #: The fields that the functions of `rockframe.cli.shown` read.
 _TAKEN: Final[Mapping[str, tuple[str, ...]]] = {
     "nothing": (),
-    **dict.fromkeys(("one_record", "records", "responses"), _SHAKEN),
+    **dict.fromkeys(("one_record", "one_or_both", "records", "responses"), _SHAKEN),
     "unequal": ("record", "structure", "spacing"),
     **dict.fromkeys(("best_matched", "pulses", "one_recorded"), ("record",)),
 }
@@ -232,7 +232,7 @@ FIGURES: Final[Mapping[str, Drawing]] = {
         "histories under records", "histories.draw_response_grid", "responses", ("vertical",)
     ),
     "animation": Drawing(
-        "the structure as it rocks, to scale", "moving.draw_animation", "one_record"
+        "the structure as it rocks or wobbles", "moving.draw_animation", "one_or_both"
     ),
     "record": Drawing(
         "a record: motion, build-up, response spectrum", "recorded.draw_record", "one_recorded"

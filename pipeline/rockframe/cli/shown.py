@@ -26,6 +26,7 @@ from rockframe.stages.respond import with_vertical
 from rockframe.study.structures import SHIPPED_STRUCTURES
 from rockframe.unequal import UnequalBent
 from rockframe.wavelets.family import RICKERS
+from rockframe.wobbling import PairAcceleration
 
 #: The arguments of the function that draws a figure, and the exit status.
 Shown = tuple[tuple[Any, ...], int]
@@ -123,6 +124,26 @@ def one_record(request: FigureRequest) -> Shown:
     record = _largest_rotation(motions, frame)
     motion = motions[record.record_id][1] if request.vertical else None
     return (record, frame, motion), console.show_rejections(rejected) or status
+
+
+def one_or_both(request: FigureRequest) -> Shown:
+    """Return what `one_record` returns, or the motion in both directions that is named.
+
+    A motion in both directions has the name that `respond` gives it, such as CCC-both.
+    """
+    with request.records() as (path, status), open_records(path) as file:
+        level = {*horizontal(file)}
+        for names in file.motions:
+            across = [name for name in names if name in level]
+            if len(across) != 2 or file.name_of_pair(across[0]) not in request.record:
+                continue
+            request.require_at_most(1)
+            both = file.in_both(names)
+            if request.vertical and both.vertical is None:
+                raise ParameterError(f"record {request.record[0]!r}: no vertical record.")
+            ground = PairAcceleration.from_pair(both, vertical=True) if request.vertical else None
+            return (both, request.frame, ground), status
+    return one_record(request)
 
 
 def one_recorded(request: FigureRequest) -> Shown:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -17,6 +17,7 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from rockframe.cells import plain
+from rockframe.components import BothDirections
 from rockframe.errors import InputError
 from rockframe.figures.captioned import (
     DRAWN_TO,
@@ -35,6 +36,9 @@ from rockframe.rocking import GroundAcceleration, as_ground, respond
 from rockframe.signals.processing import integrate
 from rockframe.units import GRAVITY
 
+if TYPE_CHECKING:
+    from rockframe.wobbling import PairAcceleration
+
 Float = NDArray[np.float64]
 
 #: Formats of moving pictures, and the formats of the still of the same figure.
@@ -46,7 +50,10 @@ _DPI: Final = 90
 #: Distance of the columns' axes, over the height and over the width of a column, whichever is more.
 _SPACING: Final = (0.75, 2.5)
 #: Depth of the drawn beam over the height of a column.
-_BEAM: Final = 0.12
+BEAM: Final = 0.12
+#: Colours of stone and of the ground.
+STONE: Final[dict[str, Any]] = {"facecolor": "#e6dfd0", "edgecolor": "#4f4738", "linewidth": 0.9}
+GROUND: Final[dict[str, Any]] = {"facecolor": "#b9b4a8", "edgecolor": "#4f4738", "hatch": "///"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,24 +104,34 @@ def outlines(frame: RockingFrame, theta: float, spacing: float) -> tuple[list[Fl
     turned = (corners - pivot) @ turn.T + pivot
     if frame.mass_ratio == 0.0:
         return [turned], None
-    axes = spacing * (np.arange(_count(frame)) - 0.5 * (_count(frame) - 1))
+    axes = spacing * (np.arange(count_of(frame)) - 0.5 * (count_of(frame) - 1))
     carrying = 3 if side > 0.0 else 2
     moved = turned[carrying] - corners[carrying]
-    half, depth = axes[-1] + 1.6 * max(b, top), _BEAM * height
+    half, depth = axes[-1] + 1.6 * max(b, top), BEAM * height
     beam = np.array([[-half, 0.0], [half, 0.0], [half, depth], [-half, depth]])
     columns = [turned + np.array([x, 0.0]) for x in axes]
     return columns, beam + np.array([0.0, height]) + moved
 
 
-def _count(frame: RockingFrame) -> int:
+def count_of(frame: RockingFrame) -> int:
     """Return the number of columns that are drawn."""
     return frame.columns or (1 if frame.mass_ratio == 0.0 else 2)
 
 
+def spacing_of(frame: RockingFrame, spacing: float | None) -> float:
+    """Return the distance of the axes of neighbouring columns that are drawn [m]."""
+    return spacing or max(_SPACING[0] * frame.height, _SPACING[1] * frame.width)
+
+
+def times_of(low: float, high: float) -> Float:
+    """Return the times of the pictures between two times [s]."""
+    return np.linspace(low, high, max(2, min(_MOST_FRAMES, math.ceil(_PER_SECOND * (high - low)))))
+
+
 def draw_animation(
-    record: Record,
+    record: Record | BothDirections,
     frame: RockingFrame,
-    motion: GroundAcceleration | None = None,
+    motion: GroundAcceleration | PairAcceleration | None = None,
     *,
     spacing: float | None = None,
 ) -> Moving:
@@ -122,19 +139,23 @@ def draw_animation(
 
     Parameters
     ----------
-    record : Record
-        The ground motion.
+    record : Record or BothDirections
+        The ground motion; under both directions see `draw_rolling`.
     frame : RockingFrame
         The frame.
-    motion : GroundAcceleration, optional
+    motion : GroundAcceleration or PairAcceleration, optional
         Motion of the ground, if it includes the vertical acceleration.
     spacing : float, optional
         Distance of the axes of neighbouring columns [m]; by default three quarters of the
         height, or two and a half widths.
     """
-    ground = as_ground(motion or record)
+    if isinstance(record, BothDirections):
+        from rockframe.figures.rolling import draw_rolling  # not needed for motions in one plane
+
+        return draw_rolling(record, frame, cast("PairAcceleration | None", motion), spacing=spacing)
+    ground = as_ground(cast("GroundAcceleration | None", motion) or record)
     response = respond(frame, ground)
-    distance = spacing or max(_SPACING[0] * frame.height, _SPACING[1] * frame.width)
+    distance = spacing_of(frame, spacing)
     time = np.asarray(response.time)
     theta = np.nan_to_num(np.asarray(response.theta), nan=0.0)
     samples = record.time_step * np.arange(record.acceleration.size)
@@ -174,10 +195,9 @@ def draw_animation(
         scene.set_title(f"{frame.name} under {at_record}, {now:.2f} s")
 
     furthest = float(time[int(np.argmax(np.abs(theta[time <= high])))]) if theta.size else low
-    count = max(2, min(_MOST_FRAMES, math.ceil(_PER_SECOND * (high - low))))
     with styled():
         move(furthest)
-    drawn = "One column" if _count(frame) == 1 else f"{_count(frame)} columns"
+    drawn = "One column" if count_of(frame) == 1 else f"{count_of(frame)} columns"
     if frame.mass_ratio > 0.0:
         drawn += " and the beam" if frame.columns else " of the frame and the beam"
     caption = (
@@ -185,24 +205,23 @@ def draw_animation(
         f"the displacement of the record; below, ground acceleration and rotation. The motion is "
         f"in this plane. {of_structure(frame)} {of_record(record, response, ground)}"
     )
-    return Moving(figure, "The structure as it rocks", caption, np.linspace(low, high, count), move)
+    return Moving(figure, "The structure as it rocks", caption, times_of(low, high), move)
 
 
 def _scene(scene: Axes, frame: RockingFrame, spacing: float, travel: float) -> list[Polygon]:
     """Set up the axes, and return the shapes: columns, beam if there is one, ground."""
     beam = frame.mass_ratio > 0.0
-    half = 0.5 * spacing * (_count(frame) - 1) + 0.9 * frame.height + travel
-    top = (1.25 + _BEAM) * frame.height if beam else 1.25 * frame.height
+    half = 0.5 * spacing * (count_of(frame) - 1) + 0.9 * frame.height + travel
+    top = (1.25 + BEAM) * frame.height if beam else 1.25 * frame.height
     scene.set_xlim(-half, half)
     scene.set_ylim(-0.1 * frame.height, top)
     scene.set_aspect("equal")
     scene.set_ylabel("[m]")
     scene.grid(visible=False)
-    stone: dict[str, Any] = {"facecolor": "#e6dfd0", "edgecolor": "#4f4738", "linewidth": 0.9}
-    shapes = [Polygon(np.zeros((4, 2)), **stone) for _ in range(_count(frame) + beam)]
+    shapes = [Polygon(np.zeros((4, 2)), **STONE) for _ in range(count_of(frame) + beam)]
     for shape in shapes:
         scene.add_patch(shape)
-    soil = Polygon(_ground(scene, 0.0), facecolor="#b9b4a8", edgecolor="#4f4738", hatch="///")
+    soil = Polygon(_ground(scene, 0.0), **GROUND)
     scene.add_patch(soil)
     return [*shapes, soil]
 
