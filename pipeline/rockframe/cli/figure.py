@@ -232,7 +232,7 @@ FIGURES: Final[Mapping[str, Drawing]] = {
         "histories under records", "histories.draw_response_grid", "responses", ("vertical",)
     ),
     "animation": Drawing(
-        "the structure as it rocks or wobbles", "moving.draw_animation", "one_or_both"
+        "the structure as it rocks or wobbles", "rolling.draw_either", "one_or_both"
     ),
     "record": Drawing(
         "a record: motion, build-up, response spectrum", "recorded.draw_record", "one_recorded"

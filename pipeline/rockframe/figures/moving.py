@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -17,7 +17,6 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from rockframe.cells import plain
-from rockframe.components import BothDirections
 from rockframe.errors import InputError
 from rockframe.figures.captioned import (
     DRAWN_TO,
@@ -35,9 +34,6 @@ from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration, as_ground, respond
 from rockframe.signals.processing import integrate
 from rockframe.units import GRAVITY
-
-if TYPE_CHECKING:
-    from rockframe.wobbling import PairAcceleration
 
 Float = NDArray[np.float64]
 
@@ -129,9 +125,9 @@ def times_of(low: float, high: float) -> Float:
 
 
 def draw_animation(
-    record: Record | BothDirections,
+    record: Record,
     frame: RockingFrame,
-    motion: GroundAcceleration | PairAcceleration | None = None,
+    motion: GroundAcceleration | None = None,
     *,
     spacing: float | None = None,
 ) -> Moving:
@@ -139,21 +135,17 @@ def draw_animation(
 
     Parameters
     ----------
-    record : Record or BothDirections
-        The ground motion; under both directions see `draw_rolling`.
+    record : Record
+        The ground motion.
     frame : RockingFrame
         The frame.
-    motion : GroundAcceleration or PairAcceleration, optional
+    motion : GroundAcceleration, optional
         Motion of the ground, if it includes the vertical acceleration.
     spacing : float, optional
         Distance of the axes of neighbouring columns [m]; by default three quarters of the
         height, or two and a half widths.
     """
-    if isinstance(record, BothDirections):
-        from rockframe.figures.rolling import draw_rolling  # not needed for motions in one plane
-
-        return draw_rolling(record, frame, cast("PairAcceleration | None", motion), spacing=spacing)
-    ground = as_ground(cast("GroundAcceleration | None", motion) or record)
+    ground = as_ground(motion or record)
     response = respond(frame, ground)
     distance = spacing_of(frame, spacing)
     time = np.asarray(response.time)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,8 +15,19 @@ from scipy.spatial import ConvexHull
 
 from rockframe.components import BothDirections
 from rockframe.figures.captioned import DRAWN_TO, PAGE_WIDTH, of_structure, styled, time_limits
-from rockframe.figures.moving import BEAM, GROUND, STONE, Moving, count_of, spacing_of, times_of
+from rockframe.figures.moving import (
+    BEAM,
+    GROUND,
+    STONE,
+    Moving,
+    count_of,
+    draw_animation,
+    spacing_of,
+    times_of,
+)
 from rockframe.frame import RockingFrame
+from rockframe.record import Record
+from rockframe.rocking import GroundAcceleration
 from rockframe.rocking.verdict import Verdict
 from rockframe.signals.processing import integrate
 from rockframe.units import GRAVITY
@@ -136,6 +147,17 @@ def draw_rolling(
     caption = _caption(response, names)
     title = "The structure as it wobbles"
     return Moving(figure, title, caption, times_of(low, high), move)
+
+
+def draw_either(
+    motion: Record | BothDirections,
+    frame: RockingFrame,
+    ground: GroundAcceleration | PairAcceleration | None = None,
+) -> Moving:
+    """Draw the structure under a record, as `draw_animation`, or under both directions."""
+    if isinstance(motion, Record):
+        return draw_animation(motion, frame, cast("GroundAcceleration | None", ground))
+    return draw_rolling(motion, frame, cast("PairAcceleration | None", ground))
 
 
 #: Panels over time.
