@@ -92,3 +92,23 @@ def test_margins_are_checked() -> None:
         wobbling_margins([MOTION], [COLUMN], largest_scale=0.5)
     with pytest.raises(ParameterError, match="Must be circular"):
         wobbling_margins([MOTION], [RockingFrame(height=7.5, width=1.8)])
+
+
+def test_what_the_ensemble_knows_of_another_motion_is_not_used() -> None:
+    """Margins take the verdicts of the ensemble at the scale 1, of the same motion and draws."""
+    [[alone]] = wobbling_margins([MOTION.scaled(1.25)], [COLUMN], FEW)
+    wobbling_ensemble(COLUMN, MOTION, FEW)
+    wobbling_ensemble(COLUMN, MOTION.scaled(1.25), Ensemble(members=32, seed=1))
+    [[after], [other]] = wobbling_margins([MOTION.scaled(1.25), MOTION], [COLUMN], FEW)
+    assert after == alone
+    assert other.s10 > alone.s10 * 1.2
+
+
+def test_a_search_that_begins_where_members_are_known_to_overturn_finds_the_same_scales() -> None:
+    strong = MOTION.scaled(1.3)  # some members overturn at the scale 1
+    fallen = wobbling_ensemble(COLUMN, strong).overturned
+    assert 0 < fallen < Ensemble().members
+    [[margin]] = wobbling_margins([strong], [COLUMN])
+    steps = [wobbling_ensemble(COLUMN, strong.scaled(1.04**k)).share_overturned for k in (-3, 3)]
+    assert steps[0] < 0.10 <= steps[1]
+    assert 1.04**-3 < margin.s10 < 1.04**3

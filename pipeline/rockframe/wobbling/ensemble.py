@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Final
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ from rockframe.rocking.margins.members import (
 )
 from rockframe.rocking.verdict import Verdict
 from rockframe.wobbling import kernel
-from rockframe.wobbling.motion import PairMotion, as_pair
+from rockframe.wobbling.motion import PairAcceleration, PairMotion, as_pair
 from rockframe.wobbling.response import (
     constants,
     integrated,
@@ -90,11 +91,11 @@ def wobbling_ensemble(
     """
     chosen = ensemble or Ensemble()
     require_members(chosen)
-    family = family_of(frame, chosen, contact_shortening)
+    family = family_of(frame, chosen, tuple(contact_shortening))
     ground = as_pair(motion)
     scales = draws(chosen)[:, 3]
     require_no_flight(ground, float(scales.max()))
-    verdicts, summaries = integrated(ground, family.at(np.arange(chosen.members), scales))
+    verdicts, summaries = family.under(ground, scales)
     peaks = np.where(verdicts == Verdict.OVERTURNS, math.inf, summaries[:, kernel.PEAK])
     ratios = peaks / family.slenderness
     correlations = rank_correlations(ratios, chosen)
@@ -124,6 +125,9 @@ class Family:
 
     frames: tuple[RockingFrame, ...]
     slots: Float
+    _answers: WeakKeyDictionary[PairAcceleration, tuple[NDArray[np.int8], Float]] = field(
+        default_factory=WeakKeyDictionary
+    )
 
     def at(self, member: NDArray[np.int64], scale: Float) -> Float:
         """Return the constants of members at scales of the motion [1]."""
@@ -131,12 +135,24 @@ class Family:
         rows[:, kernel.SCALE] = scale
         return rows
 
+    def under(self, ground: PairAcceleration, amplitude: Float) -> tuple[NDArray[np.int8], Float]:
+        """Return verdicts and summaries of all members under a motion, each at its amplitude [1].
+
+        They are kept as long as the motion: the ensemble and the margins need them.
+        """
+        answers = self._answers.get(ground)
+        if answers is None:
+            everyone = np.arange(len(self.frames))
+            answers = self._answers[ground] = integrated(ground, self.at(everyone, amplitude))
+        return answers
+
     @cached_property
     def slenderness(self) -> Float:
         """Slenderness of the members [rad]."""
         return np.array([frame.slenderness for frame in self.frames])
 
 
+@lru_cache(maxsize=16)
 def family_of(
     frame: RockingFrame, ensemble: Ensemble, contact_shortening: tuple[float, float]
 ) -> Family:

@@ -28,7 +28,7 @@ Float = NDArray[np.float64]
 
 #: The scales of motions in both directions: a quarter of those in one plane, averaged over the same
 #: range. The response is so chaotic that more scales would not reduce the error of 64 members.
-IN_BOTH_DIRECTIONS: Final = Grid(step=0.04, averaged=1, to_rock=2, to_fall=1)
+IN_BOTH_DIRECTIONS: Final = Grid(step=0.04, averaged=1, to_rock=2, to_fall=1, block=1)
 #: Largest downward acceleration of the ground that is allowed, as a share of gravity [1].
 _NEARLY: Final = 1.0 - 1e-9
 
@@ -86,7 +86,7 @@ def wobbling_margins(
     require_members(chosen)
     if not (math.isfinite(largest_scale) and largest_scale >= 1.0):
         raise ParameterError(f"Invalid largest scale {largest_scale!r}. Must be 1 or more.")
-    families = [family_of(frame, chosen, contact_shortening) for frame in frames]
+    families = [family_of(frame, chosen, tuple(contact_shortening)) for frame in frames]
     results = []
     for motion in motions:
         ground = as_pair(motion)
@@ -104,7 +104,9 @@ def _margin(
     lowest = 0.0 if ground.z is None else float(ground.z.min())
     largest = min(largest_scale, _NEARLY * GRAVITY / -lowest if lowest < 0.0 else math.inf)
     least = min(_least_scale(ground, frame) for frame in family.frames)
-    search = FamilySearch(amplitude, least, largest, ensemble.seed, grid).search()
+    fallen, _ = _tried(ground, family, np.arange(amplitude.size), amplitude, amplitude)
+    begins = 0 if fallen.any() else None
+    search = FamilySearch(amplitude, least, largest, ensemble.seed, grid, begins).search()
     answer: tuple[NDArray[np.bool_], Float] | None = None
     while True:
         try:
@@ -112,9 +114,28 @@ def _margin(
         except StopIteration as end:
             robust: RobustMargin = end.value
             return replace(robust, sampling_changes=-1)
-        verdicts, summaries = integrated(ground, family.at(member, scale))
-        fallen = verdicts == Verdict.OVERTURNS
-        answer = fallen, summaries[:, kernel.PEAK] / family.slenderness[member]
+        fallen, peaks = _tried(ground, family, member, scale, amplitude)
+        answer = fallen, peaks / family.slenderness[member]
+
+
+def _tried(
+    ground: PairAcceleration,
+    family: Family,
+    member: NDArray[np.int64],
+    scale: Float,
+    amplitude: Float,
+) -> tuple[NDArray[np.bool_], Float]:
+    """Return which members overturn at scales, and their peaks [rad]; the ensemble has some."""
+    verdicts, peaks = np.empty(member.size, dtype=np.int8), np.empty(member.size)
+    recorded = scale == amplitude[member]
+    if recorded.any():
+        answers, summaries = family.under(ground, amplitude)
+        verdicts[recorded] = answers[member[recorded]]
+        peaks[recorded] = summaries[member[recorded], kernel.PEAK]
+    if not recorded.all():
+        answers, summaries = integrated(ground, family.at(member[~recorded], scale[~recorded]))
+        verdicts[~recorded], peaks[~recorded] = answers, summaries[:, kernel.PEAK]
+    return verdicts == Verdict.OVERTURNS, peaks
 
 
 def _least_scale(ground: PairAcceleration, frame: RockingFrame) -> float:

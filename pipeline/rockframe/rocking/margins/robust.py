@@ -192,6 +192,8 @@ class FamilySearch:
         Random seed of the bootstrap.
     grid : Grid
         The scales.
+    begins : int, optional
+        Power at which members are known to overturn; searched by default.
     responses : int
         Number of responses that were requested.
     """
@@ -201,13 +203,16 @@ class FamilySearch:
     largest: float
     seed: int
     grid: Grid = IN_ONE_PLANE
+    begins: int | None = None
     responses: int = 0
 
     def search(self) -> Search:
         """Increase the scale from where overturning begins until half of the members overturn."""
         growth, block = math.log1p(self.grid.step), self.grid.block
         last = math.floor(math.log(self.largest / self.amplitude.max()) / growth)
-        lowest = yield from self._beginning(last)
+        lowest = self.begins
+        if lowest is None or lowest > last:
+            lowest = yield from self._beginning(last)
         if lowest is None:
             return RobustMargin(*(math.nan,) * 6, self.responses)
         falls = np.empty((0, self.amplitude.size), dtype=bool)
