@@ -149,7 +149,7 @@ def test_damaged_workbooks_are_refused(tmp_path: Path) -> None:
             archive.writestr(name, content)
     with pytest.raises(InputError, match="corrupted workbook"):
         read_file(written(tmp_path, "a.xlsx", stream.getvalue()))
-    with pytest.raises(InputError, match="workbook without cells"):
+    with pytest.raises(InputError, match="workbook without numbers"):
         read_file(written(tmp_path, "b.xlsx", workbook(Sheet1=[])))
 
 
@@ -160,3 +160,39 @@ def test_without_openpyxl_the_way_out_is_named(
     monkeypatch.setitem(sys.modules, "openpyxl", None)
     with pytest.raises(InputError, match=r"needs openpyxl.*Or save the sheet as CSV"):
         read_file(path)
+
+
+def table(*rows: list[Any]) -> list[list[Any]]:
+    return [["time_s", "acc_g"], *([STEP * k, float(a)] for k, a in enumerate(SHAKE)), *rows]
+
+
+def test_an_empty_row_within_a_series_is_refused_as_in_text(tmp_path: Path) -> None:
+    """Without it, all later samples would be early by a step."""
+    rows: list[list[Any]] = [["acc_g"], *([float(a)] for a in SHAKE)]
+    whole = read_file(written(tmp_path, "a.xlsx", workbook(S=[*rows, [], []])), time_step=STEP)
+    assert whole[0].acceleration.size == 50  # rows at the end are none
+    with pytest.raises(InputError, match=r":21: "):
+        read_file(
+            written(tmp_path, "b.xlsx", workbook(S=[*rows[:20], [], *rows[20:]])), time_step=STEP
+        )
+
+
+def test_a_table_may_begin_in_any_column_and_have_formatted_empty_cells(tmp_path: Path) -> None:
+    shifted = [[None, None, *row] for row in table()]
+    shifted[0] += [None] * 300
+    [record] = read_file(written(tmp_path, "a.xlsx", workbook(S=shifted)))
+    np.testing.assert_allclose(record.acceleration, SHAKE * GRAVITY)
+
+
+def test_notes_and_parameters_beside_a_table_are_no_records(tmp_path: Path) -> None:
+    book = workbook(S=table(), notes=[["station", "A"], ["units", "g"], ["mass", 12.0]])
+    assert len(read_file(written(tmp_path, "a.xlsx", book))) == 1
+    data = matlab(time_s=STEP * np.arange(50), acc_g=SHAKE, corners=np.array([0.1, 25.0]))
+    assert len(read_file(written(tmp_path, "a.mat", data))) == 1
+
+
+def test_two_columns_of_one_name_are_refused() -> None:
+    """A matrix names its columns by numbers, which may be the name of a vector."""
+    data = matlab(a_1=np.arange(20.0), a=np.arange(40.0).reshape(20, 2))
+    with pytest.raises(InputError, match="two columns named 'a_1'"):
+        list(arrays(Path("a.mat"), data))

@@ -276,6 +276,13 @@ def test_masses_of_beam_and_columns_give_their_ratio(tmp_path: Path) -> None:
             "stated with columns, their number, and with column_mass_kg or density_kg_m3",
         ),
         (MASSES + SOLID.replace("beam_depth_m = 0.8", ""), "beam_length_m 15.0.*beam_depth_m and"),
+        (MASSES + SOLID.replace("= 15.0", "= -15.0"), "beam_length_m -15.0.*Must be positive"),
+        (MASSES + SOLID.replace("= 0.9", "= -0.9"), "beam_width_m -0.9.*Must be positive"),
+        (
+            MASSES.replace("density_kg_m3 = 2500.0", "column_mass_kg = 0.0")
+            + "beam_mass_kg = 1e5\n",
+            ":7: column_mass_kg 0.0.*Must be positive",
+        ),
         (MASSES + "beam_width_m = 0.9\n", "beam_width_m 0.9.*stated with beam_length_m"),
         (MASSES + "mass_ratio = 0.0\n", "columns 6.*Must be 1: without a beam"),
         (

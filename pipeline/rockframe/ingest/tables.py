@@ -6,6 +6,7 @@ import csv
 import io
 import zipfile
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,6 +22,8 @@ _LARGEST: Final = 256_000_000
 _WORKBOOK: Final = "xl/workbook.xml"
 _MATLAB: Final = b"MATLAB 5.0 MAT-file"
 _HDF5_MATLAB: Final = b"MATLAB 7.3 MAT-file"
+#: Arrays of so few values are parameters, such as corners of filters, beside longer ones.
+_FEW: Final = 10
 #: Most rows and columns of a sheet of Excel.
 _MOST_ROWS, _MOST_COLUMNS = 1_048_576, 200
 
@@ -46,7 +49,7 @@ def is_matlab(head: bytes) -> bool:
 
 
 def sheets(where: Path, data: bytes) -> Iterator[Table]:
-    """Yield the sheets of a workbook that have cells, as CSV.
+    """Yield the sheets of a workbook that have two rows with numbers or more, as CSV.
 
     Parameters
     ----------
@@ -72,29 +75,45 @@ def sheets(where: Path, data: bytes) -> Iterator[Table]:
         raise InputError(where, f"{message} Or save the sheet as CSV.") from None
     try:
         book = load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-        tables = [(sheet.title, list(_rows(where, sheet))) for sheet in book.worksheets]
+        tables = [(sheet.title, _rows(where, sheet)) for sheet in book.worksheets]
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001  openpyxl raises many kinds on damaged files
         raise InputError(where, f"corrupted workbook: {type(error).__name__}.") from None
-    written = [(name, _as_csv(rows)) for name, rows in tables if rows]
+    written = [(name, _as_csv(rows)) for name, rows in tables if _has_numbers(rows)]
     if not written:
-        raise InputError(where, "workbook without cells.")
+        raise InputError(where, "workbook without numbers. Must have two rows of them or more.")
     yield from written
 
 
-def _rows(where: Path, sheet: Any) -> Iterator[list[Any]]:
-    """Yield the rows of a sheet that are not empty, without empty cells at their ends."""
-    for number, cells in enumerate(sheet.iter_rows(values_only=True), start=1):
-        if number > _MOST_ROWS or len(cells) > _MOST_COLUMNS:
-            size = f"{number} rows and {len(cells)} columns"
-            allowed = f"at most {_MOST_ROWS} rows and {_MOST_COLUMNS} columns"
-            raise InputError(where, f"sheet of {size}. Must be {allowed}.")
+def _rows(where: Path, sheet: Any) -> list[list[Any]]:
+    """Return the rows of a sheet, without columns that are empty and without rows at its end.
+
+    Empty rows between others stay: what reads the text counts them as lines.
+    """
+    rows: list[list[Any]] = []
+    for cells in sheet.iter_rows(values_only=True):
         row = list(cells)
         while row and row[-1] is None:
             row.pop()
-        if row:
-            yield row
+        rows.append(row)
+        if len(rows) > _MOST_ROWS or len(row) > _MOST_COLUMNS:
+            size = f"{len(rows)} rows, the last of {len(row)} columns"
+            allowed = f"at most {_MOST_ROWS} rows and {_MOST_COLUMNS} columns"
+            raise InputError(where, f"sheet of {size}. Must be {allowed}.")
+    while rows and not rows[-1]:
+        rows.pop()
+    first = min((_first_cell(row) for row in rows if row), default=0)
+    return [row[first:] for row in rows]
+
+
+def _has_numbers(rows: list[list[Any]]) -> bool:
+    numeric = (row for row in rows if any(isinstance(cell, int | float) for cell in row))
+    return len(list(islice(numeric, 2))) == 2
+
+
+def _first_cell(row: list[Any]) -> int:
+    return next(k for k, cell in enumerate(row) if cell is not None)
 
 
 def _as_csv(rows: list[list[Any]]) -> bytes:
@@ -126,7 +145,8 @@ def arrays(where: Path, data: bytes) -> Iterator[Table]:
     Notes
     -----
     A vector is a column with the name of its variable; a matrix has one column for each of its
-    columns, or rows if it is wider than long. Structures and cells are not read.
+    columns, or rows if it is wider than long. Structures and cells, and arrays of ten values or
+    fewer beside longer ones, are not read.
     """
     if data.startswith(_HDF5_MATLAB):
         raise InputError(where, "is of MATLAB 7.3. Save it by `save(name, '-v7')`.")
@@ -140,11 +160,19 @@ def arrays(where: Path, data: bytes) -> Iterator[Table]:
             continue
         columns = array[:, None] if array.ndim == 1 else array
         names = [name] if array.ndim == 1 else [f"{name}_{k + 1}" for k in range(columns.shape[1])]
-        tables.setdefault(len(columns), {}).update(zip(names, columns.T, strict=True))
+        table = tables.setdefault(len(columns), {})
+        for own, column in zip(names, columns.T, strict=True):
+            if own in table:
+                message = f"two columns named {own!r}, of a vector and of a matrix."
+                raise InputError(where, f"{message} Rename one of these variables.")
+            table[own] = column
     if not tables:
         shown = ", ".join(variables) or "none"
         raise InputError(where, f"variables {shown}. Must be numeric arrays of two values or more.")
+    longest = max(tables)
     for length, columns_of in sorted(tables.items(), reverse=True):
+        if length <= _FEW < longest:
+            continue
         rows = np.stack([column.astype(np.float64) for column in columns_of.values()], axis=1)
         yield f"{length}-values", _as_csv([list(columns_of), *rows.tolist()])
 

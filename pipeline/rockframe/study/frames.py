@@ -170,6 +170,10 @@ class StructureEntry(StructureTable):
             if None in sides:
                 allowed = "stated with beam_width_m, beam_depth_m and density_kg_m3"
                 raise invalid("beam_length", self.beam_length_m, owner, allowed)
+            for key in ("beam_length", "beam_width"):
+                side = getattr(self, f"{key}_m")
+                if not 0.0 < side < math.inf:
+                    raise invalid(key, side, owner, "positive")
             beam = math.prod(side or 0.0 for side in sides)
         if beam is None:
             return self.mass_ratio
@@ -181,6 +185,8 @@ class StructureEntry(StructureTable):
         if column is None or self.columns is None:
             allowed = "stated with columns, their number, and with column_mass_kg or density_kg_m3"
             raise invalid("beam_mass", beam, owner, allowed)
+        if not 0.0 < column < math.inf:
+            raise invalid("column_mass", column, owner, "positive")
         return beam / (max(self.columns, 1) * column)
 
     def _section(self) -> str | None:
