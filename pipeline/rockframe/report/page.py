@@ -208,7 +208,7 @@ def payload(
             )
     shown_here = {pair["structure"] for pair in pairs}
     structures = {
-        name: _structure(facts) for name, facts in run.structures.items() if name in shown_here
+        name: drawn_structure(facts) for name, facts in run.structures.items() if name in shown_here
     }
     return {
         "name": run.name,
@@ -291,14 +291,31 @@ def _ground(run: Run, ground: Ground, record: str, entry: Mapping[str, str]) -> 
     }
 
 
-def _structure(facts: Sequence[LabelledValue]) -> dict[str, Any]:
+def drawn_structure(facts: Sequence[LabelledValue]) -> dict[str, Any]:
     """Return the geometry for the drawing, and the labelled values."""
-    wanted = ("height", "width", "top_contact_width", "mass_ratio", "slenderness")
-    values: dict[str, Any] = {fact.name: fact.value for fact in facts if fact.name in wanted}
-    words = unusual(*(values[name] for name in ("height", "mass_ratio", "slenderness")))
+    values: dict[str, Any] = {fact.name.removeprefix("parameter_"): fact.value for fact in facts}
+    if math.isnan(values.get("spacing", math.nan)):
+        wanted = ("height", "width", "top_contact_width", "mass_ratio", "slenderness")
+        shape = {name: values[name] for name in wanted if name in values}
+        words = unusual(*(shape[name] for name in ("height", "mass_ratio", "slenderness")))
+    else:
+        shape = _two_columns(values)
+        least = min(shape["balance"])
+        each = [unusual(height, shape["mass_ratio"], least) for height in shape["heights"]]
+        words = "; ".join(dict.fromkeys(filter(None, each)))
     return {
-        **values,
+        **shape,
         "facts": [*([["unusual", words]] if words else []), *_texts(facts)],
+    }
+
+
+def _two_columns(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the geometry of two columns that differ, the left one first."""
+    return {
+        "heights": [values["height_left"], values["height_right"]],
+        "widths": [values["width_left"], values["width_right"]],
+        "balance": [values["balance_rotation_right"], values["balance_rotation_left"]],
+        **{name: values[name] for name in ("spacing", "beam_depth", "beam_offset", "mass_ratio")},
     }
 
 

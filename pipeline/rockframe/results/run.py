@@ -148,7 +148,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
             rows,
             entries,
             LabelledValuesOf(records, pulses, keys=["record_id"]),
-            LabelledValuesOf(_with_parameters(response), keys=["structure"]),
+            LabelledValuesOf(with_parameters(response), keys=["structure"]),
             LabelledValuesOf(response, keys=["record_id", "structure"]),
             strips_of(response, names),
             {(row["record_id"], row["structure"]): row for row in sensitivity_rows(response)},
@@ -164,7 +164,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
         )
 
 
-def _with_parameters(response: xr.Dataset) -> xr.Dataset:
+def with_parameters(response: xr.Dataset) -> xr.Dataset:
     """Return a dataset with a variable for each property of structures that do not rock."""
     if "parameter" not in response:
         return response

@@ -50,7 +50,7 @@ class UnequalKind:
 
     def parameters(self, structure: UnequalBent) -> list[Parameter]:
         """Return dimensions of a bent, and what differs between its sides."""
-        values = {"spacing": structure.spacing}
+        values = {name: getattr(structure, name) for name in _OF_BEAM}
         for name, attribute in _OF_SIDES.items():
             values |= zip(
                 (f"{name}_right", f"{name}_left"), getattr(structure, attribute), strict=True
@@ -241,6 +241,7 @@ _HISTORIES: Final = (
 )
 #: Properties of both columns, and of rocking to both sides: name and attribute.
 _OF_COLUMNS: Final = {"height": "heights", "width": "widths"}
+_OF_BEAM: Final = ("spacing", "beam_depth", "beam_offset")
 _OF_SIDES: Final = {
     "uplift_acceleration": "uplift_accelerations",
     "restitution": "restitutions",
@@ -253,6 +254,8 @@ _LABELS: Final = {
     "width_left": ("width of the left column", "m"),
     "width_right": ("width of the right column", "m"),
     "spacing": ("distance between the axes of the columns", "m"),
+    "beam_depth": ("depth of the beam", "m"),
+    "beam_offset": ("distance of the beam's centre from the middle between the axes", "m"),
     "uplift_acceleration_right": ("ground acceleration that uplifts to the right, over g", "1"),
     "uplift_acceleration_left": ("ground acceleration that uplifts to the left, over g", "1"),
     "restitution_right": ("speed after an impact from the right over that before", "1"),

@@ -77,10 +77,7 @@ class Player {
   }
 
   describe(title, line) {
-    const { height, width, mass_ratio: mass } = this.motion.structure;
-    const size = `${height} m by ${width} m`;
-    const kind = mass === 0 ? `The column, ${size}, to scale`
-      : `Two of the columns, ${size}, to scale, and the beam`;
+    const kind = drawnWords(this.motion.structure);
     at("frame-caption").textContent = this.motion.pair?.path
       ? `${kind}, in the vertical plane of their tilt, which turns; dotted the place at rest; the arrow is ` +
         "the length of the ground acceleration."
@@ -96,7 +93,8 @@ class Player {
 
   stand() {
     const { peak, structure } = this.motion;
-    const lean = Number(at("exaggeration").value) * peak * structure.slenderness;
+    const balance = Math.max(balanceAt(structure, 1), balanceAt(structure, -1));
+    const lean = Number(at("exaggeration").value) * peak * balance;
     at("frame").replaceChildren();
     this.pose = rockingFrame(at("frame"), structure, lean);
   }
@@ -107,7 +105,7 @@ class Player {
     let best = 0;
     theta.forEach((value, i) => {
       const tilt = Math.abs(value);
-      if (tilt <= structure.slenderness && tilt > Math.abs(theta[best])) best = i;
+      if (tilt <= balanceAt(structure, value) && tilt > Math.abs(theta[best])) best = i;
     });
     return best;
   }
@@ -130,7 +128,7 @@ class Player {
     this.read("time", motion.time[i], 1, 3, "s");
     this.read("ground", motion.acceleration[i], 1 / motion.gravity, 3, "g");
     this.read("theta", motion.theta[i], 1, 6, "rad");
-    this.read("ratio", motion.theta[i], 1 / motion.structure.slenderness, 3, "");
+    this.read("ratio", motion.theta[i], 1 / balanceAt(motion.structure, motion.theta[i]), 3, "");
     this.read("u", motion.u[i], 100, 2, "cm");
     this.read("v", motion.v[i], 100, 2, "cm");
   }
@@ -168,4 +166,15 @@ class Player {
     this.playing = 0;
     at("play").textContent = "Play";
   }
+}
+
+// What is drawn of a structure, in words.
+function drawnWords({ height, width, heights, widths, mass_ratio: mass }) {
+  if (heights) {
+    const [left, right] = heights.map((tall, i) => `${tall} m by ${widths[i]} m`);
+    return `Both columns, ${left} and ${right}, to scale, and the beam, which turns`;
+  }
+  const size = `${height} m by ${width} m`;
+  return mass === 0 ? `The column, ${size}, to scale`
+    : `Two of the columns, ${size}, to scale, and the beam`;
 }

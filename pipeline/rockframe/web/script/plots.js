@@ -9,12 +9,14 @@ const SHEET_HEIGHT = 0.72;
 
 const colour = (name) => () =>
   getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const ratios = (values, structure) => Array.from(values, (value) =>
+  (Number.isNaN(value) ? null : value / balanceAt(structure, value)));
 const scaled = (values, factor) =>
   Array.from(values, (value) => (Number.isNaN(value) ? null : value * factor));
 
 // The envelope of an ensemble, to be drawn beside theta/alpha; empty without an ensemble.
-const enveloped = (values, slenderness, time) => (values?.length ? Array.from(values, (value) =>
-  (Number.isNaN(value) ? null : Math.max(-3, Math.min(3, value / slenderness))))
+const enveloped = (values, structure, time) => (values?.length ? ratios(values, structure)
+  .map((value) => (value === null ? null : Math.max(-3, Math.min(3, value))))
   : new Array(time.length).fill(null));
 
 function largest(values, among = () => true) {
@@ -35,15 +37,15 @@ function motionWindow(motion, ratio) {
 }
 
 function panels(motion) {
-  const ratio = scaled(motion.theta, 1 / motion.structure.slenderness);
+  const ratio = ratios(motion.theta, motion.structure);
   const standing = (i) => ratio[i] !== null && Math.abs(ratio[i]) <= DRAWN_TO;
   const acceleration = scaled(motion.acceleration, 1 / motion.gravity);
   const pulse = scaled(motion.pulse, 1 / motion.gravity);
   const u = scaled(motion.u, 100);
   const v = scaled(motion.v, 100);
   const even = (limit) => [-1.08 * limit || -1, 1.08 * limit || 1];
-  const low = enveloped(motion.low, motion.structure.slenderness, motion.time);
-  const high = enveloped(motion.high, motion.structure.slenderness, motion.time);
+  const low = enveloped(motion.low, motion.structure, motion.time);
+  const high = enveloped(motion.high, motion.structure, motion.time);
   const reach = Math.max(largest(ratio), largest(low), largest(high));
   const tilt = Math.max(0.02, Math.min(reach, DRAWN_TO));
   const lift = largest(v, standing) || 0.01;
