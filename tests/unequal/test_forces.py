@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from rockframe import (
     GroundAcceleration,
+    Pulse,
+    RespondOptions,
     RockingFrame,
+    UnequalBent,
+    Verdict,
     bent_forces,
+    column_forces,
     respond,
     respond_bent,
 )
 from rockframe.errors import ParameterError
+from rockframe.results.response import responses_dataset
+from rockframe.results.tables.forces import force_rows, forces_in_words
+from rockframe.rocking import as_ground, reactions, with_contact
+from rockframe.structures.contract import Shaking, respond_each
+from rockframe.unequal.forces import base_shear, demand_of, largest_forces
 from rockframe.units import GRAVITY
 
 from .cases import BENT, Float, random_bent, random_pulse
@@ -103,3 +116,84 @@ def test_there_are_no_forces_at_rest_and_the_motion_must_fit() -> None:
         bent_forces(response, GroundAcceleration.from_samples(np.zeros(9), 0.01))
     with pytest.raises(ParameterError, match="Invalid response of type Response"):
         bent_forces(respond(RockingFrame(height=9.0, width=1.4), weak), weak)  # type: ignore[arg-type]
+
+
+EQUAL = UnequalBent(
+    heights=(9.6, 9.6), widths=(1.6, 1.6), spacing=12.0, mass_ratio=4.0, beam_depth=2.0
+)
+PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.54 * GRAVITY, T_p=1.5, time=3.0)
+#: A weaker one, under which unequal columns stand.
+WEAKER = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.2, time=3.0)
+
+
+def test_largest_forces_of_equal_columns_are_those_of_the_frame() -> None:
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    response = respond(frame, PULSE)
+    each = column_forces(response, PULSE, spacing=12.0, beam_centre=1.0)
+    own: Any
+    [own] = respond_each([EQUAL], Shaking(PULSE, RespondOptions(forces=True, margins="none")))
+    largest = own.column_forces
+    for side, name in enumerate(("left", "right")):
+        for place in ("base", "top"):
+            shear = getattr(each, f"{place}_shear")[side] / 5.0
+            vertical = getattr(each, f"{place}_vertical")[side] / 5.0
+            expected = (np.nanmax(np.abs(shear)), np.nanmax(vertical), np.nanmin(vertical))
+            forces = [
+                getattr(largest, f"{name}_{place}_{part}")
+                for part in ("horizontal", "vertical", "vertical_least")
+            ]
+            assert_allclose(forces, expected, rtol=1e-11)
+    contact = with_contact(response, as_ground(PULSE)).contact
+    assert contact is not None
+    own_contact = own.contact
+    assert own_contact.base_friction_demand > contact.base_friction_demand  # of one, not of both
+    shear = reactions(response, PULSE).support_shear / 5.0
+    assert_allclose(own.forces.peak_base_shear, np.abs(shear).max(), rtol=1e-11)
+
+
+def test_both_columns_together_carry_shear_and_weight() -> None:
+    """Largest forces of the columns bound those of the whole."""
+    response = respond_bent(BENT, WEAKER)
+    forces = largest_forces(response, WEAKER)
+    shear = np.abs(base_shear(response, WEAKER)).max()
+    assert 2.0 * shear <= forces.left_base_horizontal + forces.right_base_horizontal
+    assert forces.left_base_vertical_least + forces.right_base_vertical_least < 2.0
+    assert forces.left_base_vertical + forces.right_base_vertical > 2.0
+
+
+def test_files_have_the_forces_of_each_column_of_unequal_bents_alone() -> None:
+    frame = RockingFrame(name="frame", height=9.6, width=1.6, mass_ratio=4.0)
+    heavy = replace(BENT, name="piers", column_masses=(5e4, 4e4))
+    structures: list[Any] = [frame, heavy]
+    options = RespondOptions(forces=True, margins="none")
+    responses = respond_each(structures, Shaking(WEAKER, options))
+    file = responses_dataset({"pulse": responses}, structures)
+    rows = {(row["structure"], row["force"]): row for row in force_rows(file)}
+    bent: Any = responses[1]
+    shear = rows["piers", "left_base_horizontal"]
+    assert shear["unit"] == "kN"
+    weight = 0.5 * 4.6 * 9e4 * GRAVITY / 1000.0
+    column = bent.column_forces
+    assert_allclose(shear["value"], weight * column.left_base_horizontal, rtol=1e-12)
+    assert np.isnan(shear["value_84"])
+    assert ("frame", "left_base_horizontal") not in rows
+    assert ("piers", "base_joint_horizontal") not in rows
+    assert ("frame", "base_joint_horizontal") in rows
+    assert "forces are those of each column" in forces_in_words(rows.values())
+    without = responses_dataset({"pulse": responses[:1]}, structures[:1])
+    assert "left_base_horizontal" not in without
+    assert "each column" not in forces_in_words([*force_rows(without)])
+
+
+def test_bents_that_stand_still_or_overturn_have_no_largest_forces() -> None:
+    weak, strong = (
+        GroundAcceleration.from_samples(np.full(400, size), 0.01) for size in (0.5, 5.0)
+    )
+    still, fallen = respond_bent(BENT, weak), respond_bent(BENT, strong)
+    assert fallen.verdict is Verdict.OVERTURNS
+    for response, motion in ((still, weak), (fallen, strong)):
+        assert np.isnan([*vars(largest_forces(response, motion)).values()]).all()
+    demand = demand_of(still, weak)
+    assert_allclose(demand.base_friction_demand, 0.5 / GRAVITY, rtol=1e-12)
+    assert_allclose(demand.peak_base_shear, 0.5 / GRAVITY, rtol=1e-12)
+    assert np.isnan([*vars(demand_of(fallen, strong)).values()]).all()

@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,10 +27,13 @@ PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.2, time=3.0)
 
 
 def test_the_page_has_the_geometry_of_both_columns() -> None:
-    structures = [BENT, RockingFrame(name="frame", height=8.0, width=1.4, mass_ratio=3.6)]
+    structures: list[Any] = [
+        BENT,
+        RockingFrame(name="frame", height=8.0, width=1.4, mass_ratio=3.6),
+    ]
     responses = respond_each(structures, Shaking(PULSE, RespondOptions(margins="none")))
     file = responses_dataset({"pulse": responses}, structures)
-    facts = LabelledValuesOf(with_parameters(file), keys=["structure"])
+    facts: Any = LabelledValuesOf(with_parameters(file), keys=["structure"])
     own, frame = (drawn_structure(facts[structure.name]) for structure in structures)
     json.dumps([own, frame], allow_nan=False)
     assert (own["heights"], own["widths"], own["spacing"]) == ([9.0, 7.0], [1.4, 1.4], 12.0)

@@ -52,9 +52,9 @@ class Quantity:
     comment : str
         What the values leave out, and when they are unknown.
     taken : str
-        Object that has the value in a response to one motion: ``response``, ``restraint`` or
-        ``forces``; ``kind`` if it is the response, of some kinds of structures only; empty if only
-        ensembles have it.
+        Object that has the value in a response to one motion: ``response``, ``restraint``,
+        ``forces``, or ``column_forces`` of structures whose columns differ; ``kind`` if it is the
+        response, of some kinds of structures only; empty if only ensembles have it.
     banded : bool
         Ensembles have its 16, 50 and 84 % quantiles.
     limited : bool
@@ -176,6 +176,34 @@ def _at_joint(place: str, joint: str, more: str) -> tuple[Quantity, ...]:
     )
 
 
+def _of_column(side: str, place: str, joint: str) -> tuple[Quantity, ...]:
+    """Declare the forces in the joint at one end of one of two columns that differ."""
+    forces = (
+        ("horizontal", "largest horizontal force", "horizontal", ""),
+        ("vertical", "largest vertical force", "vertical, largest", ""),
+        (
+            "vertical_least",
+            "least vertical force",
+            "vertical, least",
+            "; if it is not positive, the joint would lift off",
+        ),
+    )
+    return tuple(
+        Quantity(
+            name=f"{side}_{place}_{name}",
+            units="1",
+            long_name=f"{words} in {joint} of the {side} column over half the weight of columns "
+            "and beam",
+            symbol=f"{side} column, {place} joint, {symbol}",
+            kind="force",
+            shown_unit="W",
+            taken="column_forces",
+            comment=f"at the samples, while the structure rocks{more}",
+        )
+        for name, words, symbol, more in forces
+    )
+
+
 _DECLARED: Final = (
     Quantity(
         name="peak_rotation_ratio",
@@ -247,6 +275,12 @@ _DECLARED: Final = (
     ),
     *_at_joint("base", "the joint at the base", ""),
     *_at_joint("top", "the joint under the beam", "; NaN without a beam"),
+    *(
+        force
+        for side in ("left", "right")
+        for place, joint in (("base", "the base joint"), ("top", "the joint under the beam"))
+        for force in _of_column(side, place, joint)
+    ),
     Quantity(
         name="peak_tendon_force",
         units="N",

@@ -66,7 +66,7 @@ _ENVELOPES: Final = tuple(variable.name for variable in ENVELOPES)
 #: Optional parts of a response.
 _PARTS: Final = (
     *("to_pulse", "margin", "ensemble", "contact", "restraint"),
-    *("forces", "force_bands", "parts"),
+    *("forces", "force_bands", "column_forces", "parts"),
 )
 
 
@@ -75,7 +75,7 @@ _CORRELATIONS: Final = "correlations"
 
 
 #: Those that are kept as arrays.
-_AS_ARRAYS: Final = ("ensemble", "contact", "forces", "force_bands")
+_AS_ARRAYS: Final = ("ensemble", "contact", "forces", "force_bands", "column_forces")
 
 
 class Components(NamedTuple):

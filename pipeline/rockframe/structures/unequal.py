@@ -32,10 +32,9 @@ from rockframe.rocking.verdict import ModelEnd
 from rockframe.structures.contract import Compared, Motion, Parameter, Shaking
 from rockframe.unequal import BentResponse, UnequalBent, bent_ensemble, respond_bent
 from rockframe.unequal.ensemble import bent_members, member_peaks
-from rockframe.unequal.forces import bent_forces
+from rockframe.unequal.forces import base_shear, demand_of, largest_forces
 from rockframe.unequal.margins import bent_margin
 from rockframe.unequal.scenarios import outcomes_of, quantities_of
-from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
@@ -167,10 +166,7 @@ class UnequalKind:
         """Return the response of a bent in the quantities that all bridges have."""
         ground = as_ground(motion)  # type: ignore[arg-type]
         response = respond_bent(structure, ground)
-        shear = 0.5 * bent_forces(response, ground).base_shear.sum(axis=0)
-        across, _ = ground.at_nodes()
-        weight = 1.0 + structure.mass_ratio
-        shear = np.where(np.isnan(shear), weight * across / GRAVITY, shear) / weight
+        shear = base_shear(response, ground)
         overturned = response.verdict is Verdict.OVERTURNS
         time = response.overturning_time if overturned else math.nan
         return Compared(
@@ -178,7 +174,7 @@ class UnequalKind:
             time=response.time,
             u=response.u,
             v=response.v,
-            base_shear=np.where(np.isnan(response.u), np.nan, shear),
+            base_shear=shear,
             peak_u=math.inf if overturned else response.peak_u,
             peak_v=math.inf if overturned else response.peak_v,
             residual_u=math.inf if overturned else 0.0,
@@ -195,6 +191,11 @@ def _response(structure: UnequalBent, motion: GroundAcceleration, shaking: Shaki
     """Return the response to one motion, with all that is asked."""
     options = shaking.options
     response = respond_bent(structure, motion)
+    demand = demand_of(response, motion)
+    response = replace(response, contact=demand)
+    if options.forces:
+        forces = largest_forces(response, motion)
+        response = replace(response, forces=demand, column_forces=forces)
     if shaking.parts:
         ends = [*(part.start for part in shaking.parts[1:]), math.inf]
         each = zip(shaking.parts, ends, strict=True)

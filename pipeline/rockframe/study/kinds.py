@@ -32,6 +32,8 @@ class DeclaredKind:
         Its structures uplift, and have joints; their largest rotation is theta / alpha.
     frames : bool
         Its structures have all properties of `RockingFrame`, so that a file without one is damaged.
+    columns_differ : bool
+        Forces at the joints of its structures are those of each of two columns.
     fails : str
         Verb for the end of its structures in tables: overturn or collapse.
     """
@@ -40,6 +42,7 @@ class DeclaredKind:
     table: str
     rocks: bool = False
     frames: bool = False
+    columns_differ: bool = False
     fails: str = "overturn"
 
     def in_its_verb(self, words: str) -> str:
@@ -67,6 +70,7 @@ KINDS: Final[Mapping[str, DeclaredKind]] = {
         contract="rockframe.structures.unequal:UNEQUAL",
         table="rockframe.unequal.table:UnequalStructure",
         rocks=True,
+        columns_differ=True,
     ),
     "isolated": DeclaredKind(
         contract="rockframe.structures.oscillators:ISOLATED",

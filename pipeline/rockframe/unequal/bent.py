@@ -16,6 +16,7 @@ from rockframe.errors import ParameterError, invalid
 from rockframe.frame import RockingFrame
 from rockframe.unequal.kernels import steps
 from rockframe.unequal.linkage import Linkage, Sizes, Tables, tables_of
+from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
 
@@ -249,6 +250,13 @@ class UnequalBent:
         return right, left
 
     @property
+    def weight(self) -> float:
+        """Half the weight of columns and beam [N]; NaN if the masses are not stated."""
+        if self.column_masses is None:
+            return math.nan
+        return 0.5 * (1.0 + self.mass_ratio) * sum(self.column_masses) * GRAVITY
+
+    @property
     def equal_bent(self) -> RockingFrame:
         """Frame of two equal columns with the mean height and the mean width."""
         return RockingFrame(
@@ -262,7 +270,7 @@ class UnequalBent:
 
 @dataclass(frozen=True, eq=False)
 class BentPositions:
-    """BentPositions of a bent at rotations of its first column; NaN beyond the end of the model.
+    """Positions of a bent at rotations of its first column; NaN beyond the end of the model.
 
     Parameters
     ----------

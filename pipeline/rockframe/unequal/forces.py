@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.rocking.reactions import ColumnForces, ground_at_nodes
+from rockframe.rocking.verdict import Verdict
 from rockframe.unequal.bent import UnequalBent, linkage_of, tables
 from rockframe.unequal.linkage import Linkage, Pose, Velocities
 from rockframe.unequal.response import BentResponse, Motion
@@ -81,6 +82,143 @@ def bent_forces(response: BentResponse, motion: Motion) -> ColumnForces:
     )
 
 
+@dataclass(frozen=True)
+class BentForces:
+    """Largest and least forces in the joints of both columns, over half the weight of all [1].
+
+    They are those at the nodes of the motion while the bent rocks, and NaN if it does not uplift,
+    or if it overturns. Of vertical forces, a least one that is not positive means that the joint
+    would lift off.
+
+    Parameters
+    ----------
+    left_base_horizontal, left_base_vertical, left_base_vertical_least : float
+        Largest horizontal force between ground and left column, largest and least vertical one.
+    left_top_horizontal, left_top_vertical, left_top_vertical_least : float
+        The same between beam and left column.
+    right_base_horizontal, right_base_vertical, right_base_vertical_least : float
+        The same between ground and right column.
+    right_top_horizontal, right_top_vertical, right_top_vertical_least : float
+        The same between beam and right column.
+    """
+
+    left_base_horizontal: float
+    left_base_vertical: float
+    left_base_vertical_least: float
+    left_top_horizontal: float
+    left_top_vertical: float
+    left_top_vertical_least: float
+    right_base_horizontal: float
+    right_base_vertical: float
+    right_base_vertical_least: float
+    right_top_horizontal: float
+    right_top_vertical: float
+    right_top_vertical_least: float
+
+
+@dataclass(frozen=True)
+class BentDemand:
+    """Largest base shear of a bent, and the friction that its joints need; NaN if it overturns.
+
+    Parameters
+    ----------
+    peak_base_shear : float
+        Largest force of the ground over the weight of columns and beam [1].
+    base_friction_demand, top_friction_demand : float
+        Largest shear over vertical force at the base and under the beam, of either column [1]; of
+        both together while the bent is at rest.
+    """
+
+    peak_base_shear: float
+    base_friction_demand: float
+    top_friction_demand: float
+
+
+def largest_forces(response: BentResponse, motion: Motion) -> BentForces:
+    """Return the largest and least forces in the joints of both columns.
+
+    Parameters
+    ----------
+    response, motion
+        As for `bent_forces`, which raises the same errors.
+
+    Examples
+    --------
+    >>> from rockframe import Pulse
+    >>> from rockframe.unequal.response import respond_bent
+    >>> bent = UnequalBent(heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0, mass_ratio=3.6)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.2)
+    >>> forces = largest_forces(respond_bent(bent, pulse), pulse)
+    >>> round(forces.left_base_horizontal, 3), round(forces.right_base_horizontal, 3)
+    (0.202, 0.215)
+    """
+    forces, share = bent_forces(response, motion), 1.0 + response.bent.mass_ratio
+    stands = np.isfinite(response.theta).all() and response.verdict is Verdict.STANDS
+    rocks = np.isfinite(forces.base_shear[0]) & stands
+    each = {}
+    for side, name in enumerate(("left", "right")):
+        for place in ("base", "top"):
+            shear, vertical = (
+                getattr(forces, f"{place}_{part}")[side, rocks] / share
+                for part in ("shear", "vertical")
+            )
+            each[f"{name}_{place}_horizontal"] = _largest(np.abs(shear))
+            each[f"{name}_{place}_vertical"] = _largest(vertical)
+            each[f"{name}_{place}_vertical_least"] = -_largest(-vertical)
+    return BentForces(**each)
+
+
+def demand_of(response: BentResponse, motion: Motion) -> BentDemand:
+    """Return the largest base shear and the friction that the joints need.
+
+    Parameters
+    ----------
+    response, motion
+        As for `bent_forces`, which raises the same errors.
+
+    Examples
+    --------
+    >>> from rockframe import Pulse
+    >>> from rockframe.unequal.response import respond_bent
+    >>> bent = UnequalBent(heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0, mass_ratio=3.6)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.2)
+    >>> round(demand_of(respond_bent(bent, pulse), pulse).base_friction_demand, 2)
+    0.21
+    """
+    if response.verdict is Verdict.OVERTURNS:
+        return BentDemand(np.nan, np.nan, np.nan)
+    forces = bent_forces(response, motion)
+    across, upwards = ground_at_nodes(response.time, motion)
+    at_rest = np.abs(across) / (GRAVITY + upwards)
+    demands = {}
+    for place in ("base", "top"):
+        shear, vertical = (getattr(forces, f"{place}_{part}") for part in ("shear", "vertical"))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            needed = np.where(vertical > 0.0, np.abs(shear) / vertical, np.inf).max(axis=0)
+        needed = np.where(np.isnan(shear[0]), at_rest, needed)
+        demands[f"{place}_friction_demand"] = float(needed.max())
+    shear = base_shear(response, motion)
+    return BentDemand(peak_base_shear=float(np.abs(shear).max()), **demands)
+
+
+def base_shear(response: BentResponse, motion: Motion) -> Float:
+    """Return the force of the ground over the weight of columns and beam at the nodes [1].
+
+    At rest the ground carries all along. Parameters and errors are those of `bent_forces`; after
+    overturning it is NaN.
+    """
+    across, _ = ground_at_nodes(response.time, motion)
+    weight = 1.0 + response.bent.mass_ratio
+    shear = 0.5 * bent_forces(response, motion).base_shear.sum(axis=0) / weight
+    shear = np.where(np.isnan(shear), across / GRAVITY, shear)
+    return np.where(np.isnan(response.theta), np.nan, shear)
+
+
+def _largest(values: Float) -> float:
+    """Return the largest of values; NaN of none."""
+    return float(values.max()) if values.size else np.nan
+
+
 def _on_the_left(response: BentResponse, across: Float, upwards: Float) -> NDArray[np.bool_]:
     """Return True at the nodes at which a bent rocks to the left, or begins to."""
     _, limit = response.bent.uplift_accelerations
@@ -91,7 +229,7 @@ def _on_the_left(response: BentResponse, across: Float, upwards: Float) -> NDArr
 
 @dataclass(frozen=True, eq=False)
 class _Moves:
-    """BentPositions and accelerations at the nodes, in the coordinates of both sides.
+    """Positions and accelerations at the nodes, in the coordinates of both sides.
 
     Accelerations are relative to the ground, `across` and `upwards` those of the ground [m s-2].
     """

@@ -132,7 +132,7 @@ class Pose:
 
 
 class Linkage:
-    """BentPositions and velocities of several bents on both sides.
+    """Positions and velocities of several bents on both sides.
 
     Arrays have the axes columns (2), bents, sides (2), points, in this order. Coordinates of the
     left side are mirrored, so that all rotations are positive outwards.

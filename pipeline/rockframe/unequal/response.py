@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
+    from rockframe.unequal.forces import BentDemand, BentForces
+
 Float = NDArray[np.float64]
 Motion = Record | Pulse | GroundAcceleration
 
@@ -79,6 +81,9 @@ class BentResponse(Shown):
         Response of an ensemble of plausible bents, if it was computed.
     to_pulse : ToPulse, optional
         Response to the record's pulse alone, if it was computed.
+    contact, forces, column_forces : object, optional
+        Friction that the joints need, base shear, and forces in the joints of both columns, as
+        `rockframe.unequal.forces` has them, if they were computed.
     parts : tuple of PartResponse
         Responses to the motions of a sequence.
     """
@@ -104,6 +109,9 @@ class BentResponse(Shown):
     margin: Margin | None = None
     ensemble: EnsembleResponse | None = None
     to_pulse: ToPulse | None = None
+    contact: BentDemand | None = None
+    forces: BentDemand | None = None
+    column_forces: BentForces | None = None
     parts: tuple[PartResponse, ...] = ()
 
     @property

@@ -187,7 +187,13 @@ OF_FORCES: Final = optional("forces", *(
     of_quantity(one, "record structure", "forces", "NaN where the structure overturns")
     for one in (QUANTITIES["peak_base_shear"], *_OF_JOINTS)
 ))
-FORCES: Final = tuple(variable.name for variable in OF_FORCES)
+#: Forces of each column of structures whose columns differ.
+OF_COLUMN_FORCES: Final = optional("forces of each column", *(
+    of_quantity(force, "record structure", force.taken, "NaN where the structure overturns, or has equal columns")
+    for force in FORCES_OF_RESPONSE
+    if force.taken == "column_forces"
+))
+FORCES: Final = tuple(variable.name for variable in (*OF_FORCES, *OF_COLUMN_FORCES))
 #: Bands of these forces; that of the base shear is among the bands of peaks.
 OF_FORCE_BANDS: Final = optional("bands of forces", *(band(one, "record structure", "force_bands") for one in _OF_JOINTS))
 
@@ -293,6 +299,7 @@ RESPONSE_NC: Final = FileKind(
         *OF_KIND,
         *OF_FORCES,
         *OF_FORCE_BANDS,
+        *OF_COLUMN_FORCES,
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns", "margin", comment=f"NaN if none was found up to largest_scale. Lower edge, with a relative error of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of the lowest intervals at least 1e-4 of the multiple wide, about 3 in 100 are missed"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),

@@ -11,9 +11,10 @@ from typing import Any, Final
 import xarray as xr
 
 from rockframe.cells import Column, in_digits, number
-from rockframe.quantities import FORCES, QUANTILES, Quantity
+from rockframe.quantities import FORCES, QUANTILES, QUANTITIES, Quantity
 from rockframe.results.reading import only_record
 from rockframe.results.tables.rows import Row, is_computed, rocks, rows_along
+from rockframe.study.kinds import declared_kind
 
 #: Meaning of the forces, for the lines below a table or figure.
 FORCES_LEGEND: Final = (
@@ -23,6 +24,11 @@ FORCES_LEGEND: Final = (
     "ends: until the gap of an abutment closes, the allowed lift is exceeded, or a tendon yields "
     "that is modelled as elastic."
 )
+#: The same of structures whose columns differ.
+COLUMNS_LEGEND: Final = (
+    "Of two columns that differ, forces are those of each column while the structure rocks, over "
+    "half the weight W of columns and beam; without impulses, and without bands."
+)
 #: What forces without the vertical motion lack.
 NO_VERTICAL: Final = (
     "Without the vertical motion of the ground, on which vertical forces depend most: --vertical "
@@ -31,7 +37,7 @@ NO_VERTICAL: Final = (
 #: What to state for forces in kN, and for the friction that shear keys need not carry.
 STATE_MASS: Final = (
     "Over the weight W, because the mass is not known: for kN, state density_kg_m3 or "
-    "column_mass_kg of the structure."
+    "column_mass_kg of the structure, or column_masses_kg of columns that differ."
 )
 STATE_FRICTION: Final = (
     "No friction is subtracted from the forces of shear keys: state friction_coefficient of the "
@@ -62,9 +68,22 @@ def _has(force: Quantity, row: Row) -> bool:
     """Return True if the structure of a row has the joint or the restraint of a force."""
     if force.kind == "tie":
         return not math.isnan(row[force.name])
-    if not is_computed(row) or (force.of_joints and not rocks(row)):
+    differ = declared_kind(row["kind"]).columns_differ
+    if force.taken == "column_forces":
+        return differ and (row["verdict"] == "overturns" or not math.isnan(row[force.name]))
+    if not is_computed(row) or (force.of_joints and (differ or not rocks(row))):
         return False
     return not force.name.startswith("top") or row["mass_ratio"] > 0.0
+
+
+def _over_weight(force: Quantity, row: Row, end: str) -> float:
+    """Return a force over the weight of a row; NaN for a quantile of a force without bands."""
+    return float(row[f"{force.name}{end}"]) if end in _ends(force) else math.nan
+
+
+def _ends(force: Quantity) -> tuple[str, ...]:
+    """Return the endings of the columns of a force: that of the value, and those of quantiles."""
+    return _QUANTILES if force.banded else _QUANTILES[:1]
 
 
 def _in_kilonewtons(force: Quantity, row: Row, end: str) -> float:
@@ -73,7 +92,7 @@ def _in_kilonewtons(force: Quantity, row: Row, end: str) -> float:
     The column is the name of the force with an ending: empty for the nominal value, or that of a
     quantile.
     """
-    value = float(row[f"{force.name}{end}"])
+    value = _over_weight(force, row, end)
     if force.kind != "tie":
         return kilonewtons(value, row["weight"])
     fallen = row["verdict"] == "overturns" and not end  # the largest force is that of the fall
@@ -89,7 +108,7 @@ _VARIABLES: Final = {
     **{
         f"{force.name}{end}": f"{force.band}.{place - 1}" if end else force.name
         for force in FORCES
-        for place, end in enumerate(_QUANTILES)
+        for place, end in enumerate(_ends(force))
     },
 }
 
@@ -134,7 +153,7 @@ def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]
                 "words": force.symbol,
                 "unit": f"{unit} s" if force.kind == "impulse" else unit,
                 **{
-                    f"value{end}": float(row[f"{force.name}{end}"])
+                    f"value{end}": _over_weight(force, row, end)
                     if unit == "W"
                     else _in_kilonewtons(force, row, end)
                     for end in _QUANTILES
@@ -158,7 +177,7 @@ def _cells(row: Row) -> Row:
     cells = {"weight_kn": row["weight"] / 1000.0}
     for force in FORCES:
         second = "_s" if force.kind == "impulse" else ""
-        for end in _QUANTILES:
+        for end in _ends(force):
             if force.kind != "tie":
                 cells[f"{force.name}{end}{second}"] = float(row[f"{force.name}{end}"])
             cells[f"{force.name}{end}_kn{second}"] = _in_kilonewtons(force, row, end)
@@ -172,14 +191,18 @@ FORCE_CELLS: Final = tuple(_cells(defaultdict(float)))
 def forces_in_words(rows: Iterable[Mapping[str, Any]]) -> str:
     """Return the meaning of such rows, and which keys of structures to state for more."""
     rows = list(rows)
-    said = [FORCES_LEGEND]
+    forces = [QUANTITIES[row["force"]] for row in rows]
+    differ = any(force.taken == "column_forces" for force in forces)
+    alike = any(force.of_joints for force in forces) or not differ
+    said = [*[FORCES_LEGEND] * alike, *[COLUMNS_LEGEND] * differ]
     if _has_bands(rows):
         said.append(
             "16, 50, 84 %: quantiles of the ensemble; of a least force, the 16 % is the severe one."
         )
     if any(row["unit"].startswith("W") for row in rows):
         said.append(STATE_MASS)
-    if any(math.isnan(row["friction_coefficient"]) for row in rows):
+    keys = [row for row in rows if row["force"].endswith("key_force")]
+    if any(math.isnan(row["friction_coefficient"]) for row in keys):
         said.append(STATE_FRICTION)
     return " ".join(said)
 
