@@ -24,6 +24,8 @@ from rockframe import (
 from rockframe.record import Orientation
 from rockframe.results.records import write_records
 from rockframe.results.response import open_response
+from rockframe.results.tables.envelope import force_envelope, of_motions_that_count
+from rockframe.results.tables.forces import force_rows
 from rockframe.results.tables.notes import summary_notes
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
@@ -224,3 +226,24 @@ def test_margins_and_forces_are_in_the_row(tmp_path: Path) -> None:
     with xr.open_dataset(path) as file:
         both = file["components"].values != ""
         assert (file["sampling_changes"].values[both] <= 0).all()
+
+
+def test_the_envelope_of_forces_counts_motions_in_both_directions_of_round_columns(
+    tmp_path: Path,
+) -> None:
+    options = PLAIN.model_copy(update={"forces": True})
+    path = responded(tmp_path, [EAST, NORTH], options)
+    with xr.open_dataset(path) as file:
+        rows = list(force_rows(file))
+    counted = of_motions_that_count(rows, list(response_rows(path)))
+    governing: dict[str, set[str]] = {}
+    for row in force_envelope(counted):
+        governing.setdefault(row["structure"], set()).add(row["record_id"])
+    assert governing["round"] == {"AAA-both"}
+    assert governing["square"] <= {"AAA-090", "AAA-000"}
+    round_rows = [row for row in rows if row["structure"] == "round"]
+    assert {row["record_id"] for row in round_rows} == {"AAA-090", "AAA-000", "AAA-both"}
+    # columns that roll on their rims hit nothing, and say nothing of an impulse
+    rolling = [row for row in round_rows if row["record_id"] == "AAA-both"]
+    assert not any("impulse" in row["force"] for row in rolling)
+    assert all(math.isfinite(row["value"]) for row in rolling)

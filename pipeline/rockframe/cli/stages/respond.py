@@ -113,7 +113,7 @@ def run_respond(options: argparse.Namespace) -> int:
     summary = summary_rows(rows, recordings_of(options.records), left_out)
     tables = {
         **tables_of(rows, summary, _RESPONSES[0]),
-        **(_force_tables(response) if wanted.forces else {}),
+        **(_force_tables(response, rows) if wanted.forces else {}),
         **({"scales": scaled} if scaled else {}),
     }
     said_of_each = answers(rows, wanted.ensemble.members)
@@ -142,7 +142,7 @@ def run_respond(options: argparse.Namespace) -> int:
         _show_responses(options, rows, summary, written)
         _show_parts(parts)
         if wanted.forces:
-            _show_forces(response, str(options.output), wanted)
+            _show_forces(response, rows, str(options.output), wanted)
         if options.sensitivity:
             _show_sensitivity(response, str(options.output))
         _show_scales(scaled)
@@ -272,21 +272,24 @@ def _require_spreads(ensemble: Ensemble) -> None:
         raise ParameterError(f"--sensitivity without an ensemble: {lack}. State another one.")
 
 
-def _force_tables(response: xr.Dataset) -> dict[str, Sequence[Row]]:
-    """Return the tables of the forces, and of their envelope over all records."""
-    from rockframe.results.tables.envelope import force_envelope
+def _force_tables(response: xr.Dataset, responses: Sequence[Row]) -> dict[str, Sequence[Row]]:
+    """Return the tables of the forces, and of their envelope over the motions that count."""
+    from rockframe.results.tables.envelope import force_envelope, of_motions_that_count
     from rockframe.results.tables.forces import force_rows
 
     rows = list(force_rows(response))
-    return {"forces": rows, "envelope": force_envelope(rows)}
+    return {"forces": rows, "envelope": force_envelope(of_motions_that_count(rows, responses))}
 
 
-def _show_forces(response: xr.Dataset, output: str, wanted: RespondOptions) -> None:
+def _show_forces(
+    response: xr.Dataset, responses: Sequence[Row], output: str, wanted: RespondOptions
+) -> None:
     """Print the forces at the joints, and their meaning."""
     from rockframe.results.tables.envelope import (
         ENVELOPE_LEGEND,
         envelope_columns,
         force_envelope,
+        of_motions_that_count,
     )
     from rockframe.results.tables.forces import (
         NO_VERTICAL,
@@ -302,11 +305,11 @@ def _show_forces(response: xr.Dataset, output: str, wanted: RespondOptions) -> N
         said = forces_in_words(rows)
         print(console.filled(said if wanted.vertical else f"{said} {NO_VERTICAL}"))
         if len({row["record_id"] for row in rows}) > 1:
-            envelope = force_envelope(rows)
-            console.show_rows(
-                "\nEnvelope of the forces over all records", envelope_columns(), envelope
-            )
-            print(console.filled(ENVELOPE_LEGEND))
+            counted = of_motions_that_count(rows, responses)
+            title = "\nEnvelope of the forces over all records"
+            console.show_rows(title, envelope_columns(), force_envelope(counted))
+            in_both = " Of round columns only motions in both directions count."
+            print(console.filled(ENVELOPE_LEGEND + in_both * (len(counted) < len(rows))))
 
 
 def _stated_scales(options: argparse.Namespace, wanted: RespondOptions) -> tuple[float, ...]:

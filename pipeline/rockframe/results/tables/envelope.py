@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from rockframe.cells import Column, in_digits
+from rockframe.cells import Cells, Column, in_digits
 from rockframe.results.tables.forces import force_text, force_words
+from rockframe.results.tables.rows import that_count
 
 Row = dict[str, Any]
 
@@ -63,6 +64,28 @@ def force_envelope(rows: Iterable[Mapping[str, Any]]) -> list[Row]:
             }
         )
     return envelope
+
+
+def of_motions_that_count(
+    forces: Iterable[Mapping[str, Any]], responses: Iterable[Cells]
+) -> list[Mapping[str, Any]]:
+    """Return the rows of forces under the motions that count, see `that_count`.
+
+    Parameters
+    ----------
+    forces, responses : iterable of mapping
+        Rows of `force_rows` and of `response_rows` of one file.
+
+    Examples
+    --------
+    >>> stands = {"structure": "bent", "verdict": "stands"}
+    >>> responses = [{**stands, "record_id": "A"}, {**stands, "record_id": "B", "components": "a"}]
+    >>> forces = [{"structure": "bent", "record_id": name} for name in "AB"]
+    >>> [row["record_id"] for row in of_motions_that_count(forces, responses)]
+    ['B']
+    """
+    counted = {(row["record_id"], row["structure"]) for row in that_count(responses)}
+    return [row for row in forces if (row["record_id"], row["structure"]) in counted]
 
 
 def _design_value(row: Mapping[str, Any], *, least: bool) -> float:

@@ -126,7 +126,7 @@ def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]
     ``value_84`` in this unit: kN or kN s, or without a known weight that over the weight, W or W s.
     The value is NaN if the structure as given overturns; a quantile that falls on a member that
     overturns is infinite. Forces that a structure does not have, such as those of tendons, have no
-    row.
+    row, nor have impulses of motions in both directions.
 
     Parameters
     ----------
@@ -138,10 +138,11 @@ def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]
     if not has_forces(response):
         return
     response = only_record(response, record)
+    rolling = _in_both_directions(response)
     for row in rows_along(response, "record structure", _VARIABLES):
         weight = row["weight"]
         for force in FORCES:
-            if not _has(force, row):
+            if not _has(force, row) or (force.kind == "impulse" and row["record_id"] in rolling):
                 continue
             unit = "kN" if force.kind == "tie" or not math.isnan(weight) else "W"
             yield {
@@ -159,6 +160,14 @@ def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]
                     for end in _QUANTILES
                 },
             }
+
+
+def _in_both_directions(response: xr.Dataset) -> set[str]:
+    """Return the motions in both directions, in which columns roll and no impact has an impulse."""
+    if "components" not in response:
+        return set()
+    columns = (map(str, response[name].values.tolist()) for name in ("record_id", "components"))
+    return {record for record, components in zip(*columns, strict=True) if components}
 
 
 def force_cells(response: xr.Dataset) -> Iterator[Row]:
