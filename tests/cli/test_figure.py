@@ -120,6 +120,17 @@ def test_a_figure_of_the_bundled_records_with_their_vertical_motion(
     assert "the assumption of no lift-off holds" in printed
 
 
+@pytest.mark.parametrize("more", ['section = "circular"', "top_width_m = 0.8"])
+def test_a_frame_of_other_columns_is_no_bent_of_two_rectangles(
+    motions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], more: str
+) -> None:
+    text = f'[[structure]]\nname = "a"\nheight_m = 8.0\nwidth_m = 1.4\nmass_ratio = 3.0\n{more}\n'
+    (tmp_path / "a.toml").write_text(text, encoding="utf-8")
+    words = ("--structures", str(tmp_path / "a.toml"), "--output", str(tmp_path / "a.png"))
+    assert run("figure", "unequal-columns", "--records", str(motions), *words) == 2
+    assert "Must be a free frame of rectangular, prismatic columns" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -259,7 +270,7 @@ VALUES: dict[str, tuple[str, ...]] = {
     "structure": ("--structure", "apollo-frame"),
     "vertical": ("--vertical",),
     "friction": ("--friction", "0.3"),
-    "spacing": ("--spacing", "12"),
+    "spacing": ("--spacing", "13"),
     "beam_centre": ("--spacing", "12", "--beam-centre", "1"),
     "grid": ("--grid", "16"),
 }

@@ -17,6 +17,7 @@ from rockframe.matching.record_pulses import likeness
 from rockframe.options.pulse import PulseOptions
 from rockframe.outcome import InputOutcome
 from rockframe.paper.pulses import find_paper_record
+from rockframe.parts import RECTANGULAR
 from rockframe.record import Record
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.rocking import GroundAcceleration, Verdict, respond
@@ -214,6 +215,12 @@ def unequal(request: FigureRequest) -> Shown:
         bent = structure if request.spacing is None else replace(structure, spacing=request.spacing)
     else:
         frame = request.frame
+        other_shape = not frame.prismatic or frame.inertia_ratio != RECTANGULAR
+        if frame.restrained or frame.abutment or other_shape:
+            raise ParameterError(
+                f"Invalid structure {frame.name!r}. Must be a free frame of rectangular, prismatic "
+                "columns for this figure, or of kind 'unequal'."
+            )
         height, spacing = frame.height, request.spacing or _SPACING * frame.height
         bent = UnequalBent(
             heights=(height, height),
