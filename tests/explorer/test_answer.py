@@ -223,7 +223,7 @@ def test_the_table_holds_every_sample(long: ExploredMotion) -> None:
         ("section", "0.9", "Invalid inertia_ratio 0.9 of frame 'own'. Must be above 1"),
         ("width", "12", "Must be below 45.56 degrees for mass_ratio 4"),
         ("mass_ratio", "-1", "Invalid mass_ratio -1.0"),
-        ("restitution_factor", "1.5", "Must be above 0 and below 1.05598: it is a factor of"),
+        ("restitution_factor", "1.5", "Must be above 0 and below 1.05598: it multiplies"),
         ("scale", "0", "Invalid scale 0.0. Must be above 0 and at most 100."),
         ("section", "round", "Invalid section 'round'. Must be one of: rectangular, circular."),
         ("vertical", "yes", "Invalid vertical 'yes'. Must be 0 or 1."),
