@@ -201,7 +201,7 @@ def _of_unequal(
         f"of equal height, under the records themselves ({peaks}). Middle: share that overturns; "
         f"at ratios of 0.6 and 1 it is {each}; it differs from that at ratio 1 by at most "
         f"{most:.0f} percentage points, and is at most {max(above, 0.0):.0f} above it. Right: "
-        "largest difference of level between both ends of the span, under the records themselves; its "
-        f"median at 0.6 is {level:.1f} cm. Grey: each record; blue: median of the records. Dotted: "
-        f"the ratio of the stated bent, {bent.height_ratio:.2f}."
+        "largest difference of level between both ends of the span, under the records themselves; "
+        f"its median at 0.6 is {level:.1f} cm. Grey: each record; blue: median of the records. "
+        f"Dotted: the ratio of the stated bent, {bent.height_ratio:.2f}."
     )
