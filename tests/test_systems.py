@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import tarfile
 import venv
 import zipfile
 from collections.abc import Iterable
@@ -81,8 +80,8 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.faults
 def test_the_sdist_is_whole_and_builds_the_same_wheel(wheel: Path, tmp_path: Path) -> None:
-    with tarfile.open(build(REPOSITORY, tmp_path, "sdist")) as archive:
-        archive.extractall(tmp_path, filter="data")
+    archive = build(REPOSITORY, tmp_path, "sdist")
+    subprocess.run(["tar", "-xf", archive, "-C", tmp_path], check=True)  # on any Python 3.11
     (source,) = (path for path in tmp_path.iterdir() if path.is_dir())
     for name in ("LICENSE", "README.md", "CHANGELOG.md", "tests/conftest.py", "docs/theory.md"):
         assert (source / name).read_bytes() == (REPOSITORY / name).read_bytes()

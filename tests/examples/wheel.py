@@ -11,7 +11,6 @@ import os
 import shutil
 import subprocess
 import sys
-import tarfile
 import venv
 from collections.abc import Iterator
 from pathlib import Path
@@ -81,8 +80,8 @@ def test_a_second_build_and_one_from_the_sdist_have_the_same_bytes(
     release: dict[str, Path], tmp_path: Path
 ) -> None:
     again = built(REPOSITORY, tmp_path / "again")
-    with tarfile.open(release[".gz"]) as archive:
-        archive.extractall(tmp_path, filter="data")
+    archive = release[".gz"]
+    subprocess.run(["tar", "-xf", archive, "-C", tmp_path], check=True)  # on any Python 3.11
     (source,) = tmp_path.glob("rockframe-*")
     from_sdist = built(source, tmp_path / "from-sdist")
     for kind, path in release.items():
