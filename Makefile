@@ -64,8 +64,8 @@ help:
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
 	@echo "make coverage  print the branches of rocking, oscillators, matching and risk that no test takes"
 	@echo "make fuzz     feed each reader damaged files for $(SECONDS) s, guided by coverage (Linux)"
-	@echo "make validation  run a plain integrator and OpenSees beside the package, and make the tables of"
-	@echo "              docs/validation.md (hours)"
+	@echo "make validation  run a plain integrator, OpenSees and MuJoCo beside the package, and make the"
+	@echo "              tables of docs/validation.md (hours)"
 	@echo "make findings  run the scripts of findings/: where other programs do not do what one would guess (an hour)"
 	@echo "make setup    make the virtual environment $(VENV) from requirements.lock"
 	@echo "make clean    remove the virtual environment, caches and outputs"
@@ -173,6 +173,8 @@ validation: $(MADE)
 	@nice $(BIN)/python -m tests.validation.independent
 	@nice $(BIN)/python -m tests.validation.run
 	@$(BIN)/python -m tests.validation.compare
+	@nice $(BIN)/python -m tests.validation.mujoco
+	@$(BIN)/python -m tests.validation.round_columns
 
 # A script asserts what it found: AssertionError in its output means that the behaviour has changed.
 findings:

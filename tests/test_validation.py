@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.validation import compare, independent, invariants
+from tests.validation import compare, independent, invariants, mujoco, round_columns
 from tests.validation.cases import STRUCTURES, ricker
 from tests.validation.compliant import acceleration, peak_ratio
 from tests.validation.opensees import History
@@ -149,3 +149,31 @@ def test_the_page_has_the_table_of_the_plain_integrator() -> None:
     assert table(independent.HEAD, rows) in page
     assert not any(one.broken for one in results)
     assert all(one.sensitive or one.verdict == one.plain_verdict for one in results)
+
+
+def test_shares_of_round_columns_are_the_frequencies_in_a_contact_engine() -> None:
+    """Every fourth motion of the page: the sum of shares is within two standard deviations, and
+    motions that overturn none or all of 64 members do so in MuJoCo, too.
+    """
+    results = mujoco.read()
+    tasks = round_columns.shaken("column, spin resisted", results)
+    assert len(tasks) == 120
+    assert sum(results[task].overturned for task in tasks) == 38
+    fell = np.array([results[task].overturned for task in tasks[::4]])
+    shares = np.array([round_columns.answer(t.column, t.motion, t.scale).share for t in tasks[::4]])
+    assert abs(shares.sum() - fell.sum()) <= 2.0 * np.sqrt((shares * (1.0 - shares)).sum()) + 0.5
+    assert not fell[shares == 0.0].any()
+    assert fell[shares == 1.0].all()
+    assert compare.brier(shares, fell) < 0.5 * compare.brier([fell.mean()] * fell.size, fell)
+
+
+def test_the_pages_of_round_columns_state_what_the_commands_print() -> None:
+    """Free wobbling and losses, of which no ensemble is needed."""
+    results, page = mujoco.read(), (DOCS / "validation.md").read_text(encoding="utf-8")
+    for row in round_columns.free(results):
+        assert f"| {' | '.join(row)} |" in page
+    losses = [(float(row[3]), float(row[5])) for row in round_columns.losses(results)]
+    large = [ratio for lost, ratio in losses if lost > 0.04]
+    small = [ratio for lost, ratio in losses if lost < 0.01]
+    assert (len(large), min(large), max(large)) == (14, 0.75, 0.97)
+    assert (len(small), round(min(small), 1), round(max(small), 1)) == (6, 1.1, 1.9)
