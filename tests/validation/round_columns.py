@@ -32,7 +32,7 @@ CLASSES: Final = ((0.0, 0.0), (0.0, 0.25), (0.25, 0.75), (0.75, 1.0), (1.0, 1.0)
 
 
 class Answer(NamedTuple):
-    """What this package says of a motion: share, nominal outcome, band of the peak ratio."""
+    """Answer of this package to a motion: share, nominal outcome, band of the peak ratio."""
 
     share: float
     overturns: bool
