@@ -29,9 +29,9 @@ PROJECT: Final = tomllib.loads((REPOSITORY / "pyproject.toml").read_text("utf-8"
 #: Distributions whose packages have another name.
 NAMES: Final = {"pywt": "pywavelets"}
 #: Extras of users, and where their packages are imported.
-EXTRAS: Final = {
+EXTRAS: Final[dict[str, str | tuple[str, ...]]] = {
     "explorer": "explorer/server.py",
-    "tables": "results/tables",
+    "tables": ("results/tables", "ingest/tables.py"),
     "dask": "engines",
     "pdf": "stages/report.py",
 }

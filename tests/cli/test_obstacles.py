@@ -59,7 +59,7 @@ def words_of(name: str, made: Path) -> str:
         "figure": "figure 7 --output figure.png",
         "caption": "figure 7 --output figure.png",
         "table1": f"table1 --records {motions} --output .",
-        "paper": f"paper --records {motions} --output .",
+        "paper": f"paper --records {records} --output .",
         "report": f"report {made / 'run'} --output page.html",
         "run": f"run {made / 'small.toml'} --output .",
     }[name.split()[0]]

@@ -104,8 +104,10 @@ def test_the_file_has_the_forces_of_the_responses(home: Path) -> None:
             record = file.read(name)
             for k, frame in enumerate(frames):
                 one = with_forces(respond(frame, record), record, SMALL)
+                assert one.forces is not None
                 assert one.force_bands is not None
-                for force in FORCES:
+                for force in dataclasses.asdict(one.forces):
+                    assert force in FORCES
                     band = f"{force}_band"
                     assert_allclose(made[force][i, k], getattr(one.forces, force), rtol=1e-12)
                     expected = getattr(one.force_bands, force)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -12,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from rockframe.cells import write_rows
 from rockframe.errors import InputError
 
 #: A table: its name, and its lines as CSV.
@@ -118,8 +118,7 @@ def _first_cell(row: list[Any]) -> int:
 
 def _as_csv(rows: list[list[Any]]) -> bytes:
     stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerows([["" if cell is None else _cell(cell) for cell in row] for row in rows])
+    write_rows(stream, [["" if cell is None else _cell(cell) for cell in row] for row in rows])
     return stream.getvalue().encode()
 
 
