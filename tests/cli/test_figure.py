@@ -30,6 +30,12 @@ from rockframe.study.structures import SHIPPED_STRUCTURES
 from rockframe.wavelets.pulse import Pulse
 
 
+@pytest.fixture(autouse=True)
+def two_ratios_of_heights(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The figure of unequal columns has the ends of its range: each ratio is an ensemble more."""
+    monkeypatch.setattr("rockframe.figures.parameters._HEIGHT_RATIOS", (0.6, 1.0))
+
+
 @pytest.fixture(scope="module")
 def motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of two text records that state their units."""

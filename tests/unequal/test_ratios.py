@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from rockframe import Ensemble, GroundAcceleration, Pulse, Record, bent_ensemble
@@ -14,7 +15,8 @@ from .cases import BENT
 PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.2, time=3.0)
 
 
-def test_the_figure_shows_shares_and_medians() -> None:
+def test_the_figure_shows_shares_and_medians(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rockframe.figures.parameters._HEIGHT_RATIOS", (0.6, 0.8, 1.0))
     strong = GroundAcceleration.from_samples(PULSE.acceleration(0.01 * np.arange(800)), 0.01)
     samples = 0.5 * strong.acceleration()
     record = Record(record_id="pulse", acceleration=samples, time_step=0.01)
