@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -30,10 +30,12 @@ from rockframe.study.structures import SHIPPED_STRUCTURES
 from rockframe.wavelets.pulse import Pulse
 
 
-@pytest.fixture(autouse=True)
-def two_ratios_of_heights(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module", autouse=True)
+def two_ratios_of_heights() -> Iterator[None]:
     """The figure of unequal columns has the ends of its range: each ratio is an ensemble more."""
-    monkeypatch.setattr("rockframe.figures.parameters._HEIGHT_RATIOS", (0.6, 1.0))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rockframe.figures.parameters._HEIGHT_RATIOS", (0.6, 1.0))
+        yield
 
 
 @pytest.fixture(scope="module")
