@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from rockframe.rivals import FixedFrame
 from rockframe.rocking.assessments import FirstOverturning, Margin, RobustMargin
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels.tails import DISTANCE, EXCURSION_SIZE
-from rockframe.rocking.margins.first_overturning import LARGEST_SCALE, SliverSearch
+from rockframe.rocking.margins.first_overturning import LARGEST_SCALE, SliverSearch, answered
 from rockframe.rocking.margins.members import draws
 from rockframe.rocking.margins.robust import FamilySearch, resampled
 from rockframe.rocking.response import Motion, as_ground
@@ -81,7 +81,7 @@ def _first_collapse(model: Oscillator, ground: GroundAcceleration) -> FirstOvert
         excursions[..., DISTANCE] = -np.inf
         return *_outcomes(peaks), excursions
 
-    first: FirstOverturning = _answered(search, answer)
+    first: FirstOverturning = answered(search, answer)
     return first
 
 
@@ -97,7 +97,7 @@ def _robust(
     def answer(request: tuple[NDArray[np.int64], Float]) -> tuple[NDArray[np.bool_], Float]:
         return _outcomes(respond_pairs(family, ground, *request))
 
-    margin: RobustMargin = _answered(search, answer)
+    margin: RobustMargin = answered(search, answer)
     if not any(map(can_collapse, family)):
         return margin
     every = np.arange(len(family))
@@ -106,16 +106,6 @@ def _robust(
         for sampled in (ground, resampled(ground))
     )
     return replace(margin, sampling_changes=int((falls != finer).sum()))
-
-
-def _answered(search: Generator[Any, Any, Any], answer: Callable[[Any], Any]) -> Any:
-    """Return the result of a search, which yields requests and is sent the answers."""
-    try:
-        request = next(search)
-        while True:
-            request = search.send(answer(request))
-    except StopIteration as stop:
-        return stop.value
 
 
 def _outcomes(peaks: OscillatorPeaks) -> tuple[NDArray[np.bool_], Float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import scipy
@@ -130,6 +130,9 @@ class OscillatorResponse(Shown):
     parts : tuple of PartResponse
         Responses to the motions of a sequence.
     """
+
+    #: Names of the histories.
+    HISTORIES: ClassVar = ("time", "u", "velocity", "force_ratio", "base_shear")
 
     model: Oscillator
     time: Float

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
-from typing import Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ NEAR: Final = 0.5
 _DECIDED: Final = (Verdict.NO_UPLIFT, Verdict.STANDS)
 
 
+Kept = TypeVar("Kept", bound=Any)
+
+
 class Histories(StrEnum):
     """Scenarios whose histories are stored: none, those that overturn or come near it, or all.
 
@@ -36,8 +39,16 @@ class Histories(StrEnum):
     SELECTED = "selected"
     ALL = "all"
 
-    def keep(self, response: Response) -> Response:
+    def keep(self, response: Kept, *, near: bool | None = None) -> Kept:
         """Return a response with its histories if they are selected, otherwise without them.
+
+        Parameters
+        ----------
+        response : Response, or the response of another kind of structure
+            Its class states the names of its histories.
+        near : bool, optional
+            True if it overturns or comes near it; by default from its verdict and its largest
+            rotation.
 
         Examples
         --------
@@ -49,18 +60,11 @@ class Histories(StrEnum):
         >>> Histories.NONE.keep(respond(bent, strong)).time.size
         0
         """
-        near = response.verdict not in _DECIDED or response.peak_rotation_ratio >= NEAR
+        if near is None:
+            near = response.verdict not in _DECIDED or response.peak_rotation_ratio >= NEAR
         if self is Histories.ALL or (self is Histories.SELECTED and near):
             return response
-        none = np.empty(0)
-        return replace(
-            response,
-            time=none,
-            theta=none,
-            omega=none,
-            impact_times=none,
-            impact_velocities=none,
-        )
+        return replace(response, **dict.fromkeys(response.HISTORIES, np.empty(0)))
 
     def mask(self, verdict: NDArray[np.int8], ratio: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which scenarios are selected, from verdicts and largest |theta| / alpha [1].
@@ -119,6 +123,19 @@ def not_at_rest(structure: str, part: Part, ratio: float) -> str:
     begins = f"structure {structure!r} does not rest when motion {part.record_id!r} begins at "
     begins += f"{part.start:g} s: |theta| is {ratio:.3g} of its slenderness."
     return f"{begins} State a longer rest, unless its dissipaters keep the joints open."
+
+
+def with_ends(parts: Sequence[Part]) -> list[tuple[Part, float]]:
+    """Return each motion of a sequence with the time at which the next one begins [s].
+
+    Examples
+    --------
+    >>> parts = [Part("main", 0.0, 40.0), Part("after", 160.0, 200.0)]
+    >>> [end for _, end in with_ends(parts)]
+    [160.0, inf]
+    """
+    starts = [part.start for part in parts[1:]]
+    return list(zip(parts, [*starts, math.inf], strict=True))
 
 
 def part_responses(response: Response, parts: Sequence[Part]) -> tuple[PartResponse, ...]:

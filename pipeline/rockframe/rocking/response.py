@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -249,6 +249,9 @@ class Response(Shown):
     parts : tuple of PartResponse
         Responses to the motions of a sequence, if `with_parts` added them.
     """
+
+    #: Names of the histories.
+    HISTORIES: ClassVar = ("time", "theta", "omega", "impact_times", "impact_velocities")
 
     frame: RockingFrame
     time: Float
@@ -561,6 +564,24 @@ class ToPulse:
     peak_rotation_ratio: float
     error: float
 
+    @classmethod
+    def of(cls, response: Any, alone: Any, peak: str, ratio: float | None = None) -> Self:
+        """Return it from both responses, with the error of a peak by the name of its attribute.
+
+        Parameters
+        ----------
+        response, alone : Response, or responses of another kind of structure
+            Response to the record, and to its pulse alone.
+        peak : str
+            Attribute of both whose relative error is stated.
+        ratio : float, optional
+            Largest |theta| / alpha under the pulse alone, if it is not the attribute of this name.
+        """
+        at_record, at_pulse = getattr(response, peak), getattr(alone, peak)
+        stands = Verdict.OVERTURNS not in (response.verdict, alone.verdict)
+        error = at_pulse / at_record - 1.0 if stands and at_record > 0.0 else math.nan
+        return cls(alone.verdict, alone.peak_rotation_ratio if ratio is None else ratio, error)
+
 
 def with_pulse(response: Response, pulse: Pulse) -> Response:
     """Return a response to a record with the response to its pulse added as `to_pulse`.
@@ -584,8 +605,4 @@ def with_pulse(response: Response, pulse: Pulse) -> Response:
     0.0
     """
     alone = respond(response.frame, pulse)
-    error = math.nan
-    stands = Verdict.OVERTURNS not in (response.verdict, alone.verdict)
-    if stands and response.peak_rotation > 0.0:
-        error = alone.peak_rotation / response.peak_rotation - 1.0
-    return replace(response, to_pulse=ToPulse(alone.verdict, alone.peak_rotation_ratio, error))
+    return replace(response, to_pulse=ToPulse.of(response, alone, "peak_rotation"))

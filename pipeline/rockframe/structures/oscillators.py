@@ -36,6 +36,7 @@ from rockframe.rocking import (
     chosen_ensemble,
     draws,
 )
+from rockframe.rocking.histories import with_ends
 from rockframe.rocking.margins.ensemble import shaken
 from rockframe.rocking.response import ToPulse
 from rockframe.rocking.scenarios import scales_of
@@ -231,7 +232,7 @@ def _response(
     options = shaking.options
     response = respond_oscillator(structure, motion)
     if shaking.parts:
-        parts = tuple(_of_part(response, *ends) for ends in _ends_of(shaking.parts))
+        parts = tuple(_of_part(response, *ends) for ends in with_ends(shaking.parts))
         response = replace(response, parts=parts)
     if shaking.pulse is not None:
         response = replace(response, to_pulse=_to_pulse(response, shaking.pulse))
@@ -241,31 +242,14 @@ def _response(
         response = replace(response, margin=oscillator_margin(structure, motion, ensemble))
     if options.forces:
         response = replace(response, forces=BaseShear(response.peak_base_shear))
-    return _kept(response, Histories(options.histories))
-
-
-def _kept(response: OscillatorResponse, histories: Histories) -> OscillatorResponse:
-    """Return a response, with its histories if its model ends, it collapses, or all are kept."""
     ends = response.model_end is not ModelEnd.NONE or response.verdict is Verdict.OVERTURNS
-    if histories is Histories.ALL or (histories is Histories.SELECTED and ends):
-        return response
-    none = np.empty(0)
-    return replace(response, time=none, u=none, velocity=none, force_ratio=none, base_shear=none)
+    return Histories(options.histories).keep(response, near=ends)
 
 
 def _to_pulse(response: OscillatorResponse, pulse: Pulse) -> ToPulse:
     """Return the response to the pulse alone, and the error of its largest displacement."""
     alone = respond_oscillator(response.model, pulse)
-    error = math.nan
-    if Verdict.OVERTURNS not in (response.verdict, alone.verdict) and response.peak_u > 0.0:
-        error = alone.peak_u / response.peak_u - 1.0
-    return ToPulse(alone.verdict, math.nan, error)
-
-
-def _ends_of(parts: Sequence[Part]) -> list[tuple[Part, float]]:
-    """Return each motion of a sequence with the time at which the next one begins [s]."""
-    starts = [part.start for part in parts[1:]]
-    return list(zip(parts, [*starts, math.inf], strict=True))
+    return ToPulse.of(response, alone, "peak_u", ratio=math.nan)
 
 
 def _of_part(response: OscillatorResponse, part: Part, end: float) -> PartResponse:

@@ -25,17 +25,16 @@ from rockframe.rocking import (
     chosen_ensemble,
     require_motion,
 )
-from rockframe.rocking.histories import NEAR
+from rockframe.rocking.histories import with_ends
 from rockframe.rocking.response import ToPulse
 from rockframe.rocking.scenarios import scales_of
 from rockframe.rocking.verdict import ModelEnd
-from rockframe.structures.contract import Compared, Motion, Parameter, Shaking
+from rockframe.structures.contract import Compared, Motion, Parameter, Shaking, in_one_plane
 from rockframe.unequal import BentResponse, UnequalBent, bent_ensemble, respond_bent
 from rockframe.unequal.ensemble import bent_members, member_peaks
-from rockframe.unequal.forces import base_shear, demand_of, largest_forces
+from rockframe.unequal.forces import base_shear, bent_forces, demand_from, largest_of
 from rockframe.unequal.margins import bent_margin
 from rockframe.unequal.scenarios import outcomes_of, quantities_of
-from rockframe.wavelets.pulse import Pulse
 
 Float = NDArray[np.float64]
 
@@ -64,8 +63,7 @@ class UnequalKind:
 
     def why_not(self, _structure: UnequalBent, motion: Motion) -> str:
         """Return why a bent is not computed under a motion; "" if it is."""
-        in_one_plane = isinstance(motion, Record | Pulse | GroundAcceleration)
-        return "" if in_one_plane else "not computed for both directions"
+        return "" if in_one_plane(motion) else "not computed for both directions"
 
     def require_possible(self, structure: UnequalBent, ensemble: Ensemble | None) -> None:
         """Require members of an ensemble of the bent that can rock."""
@@ -191,38 +189,22 @@ def _response(structure: UnequalBent, motion: GroundAcceleration, shaking: Shaki
     """Return the response to one motion, with all that is asked."""
     options = shaking.options
     response = respond_bent(structure, motion)
-    demand = demand_of(response, motion)
+    forces = bent_forces(response, motion)
+    demand = demand_from(response, motion, forces)
     response = replace(response, contact=demand)
     if options.forces:
-        forces = largest_forces(response, motion)
-        response = replace(response, forces=demand, column_forces=forces)
+        largest = largest_of(response, forces)
+        response = replace(response, forces=demand, column_forces=largest)
     if shaking.parts:
-        ends = [*(part.start for part in shaking.parts[1:]), math.inf]
-        each = zip(shaking.parts, ends, strict=True)
-        response = replace(
-            response, parts=tuple(_of_part(response, part, end) for part, end in each)
-        )
+        parts = tuple(_of_part(response, *ends) for ends in with_ends(shaking.parts))
+        response = replace(response, parts=parts)
     if shaking.pulse is not None:
-        response = replace(response, to_pulse=_to_pulse(response, shaking.pulse))
+        alone = respond_bent(structure, shaking.pulse)
+        response = replace(response, to_pulse=ToPulse.of(response, alone, "peak_rotation_ratio"))
     if options.margins != "none":
         margin = bent_margin(structure, motion, chosen_ensemble(options))
         response = replace(response, margin=margin)
-    near = response.verdict is Verdict.OVERTURNS or response.peak_rotation_ratio >= NEAR
-    histories = Histories(options.histories)
-    if histories is Histories.ALL or (histories is Histories.SELECTED and near):
-        return response
-    none: dict[str, Any] = dict.fromkeys(_HISTORIES, np.empty(0))
-    return replace(response, **none)
-
-
-def _to_pulse(response: BentResponse, pulse: Pulse) -> ToPulse:
-    """Return the response to the pulse alone, and the error of its largest |theta|."""
-    alone = respond_bent(response.bent, pulse)
-    error = math.nan
-    stands = Verdict.OVERTURNS not in (response.verdict, alone.verdict)
-    if stands and response.peak_rotation > 0.0:
-        error = alone.peak_rotation_ratio / response.peak_rotation_ratio - 1.0
-    return ToPulse(alone.verdict, alone.peak_rotation_ratio, error)
+    return Histories(options.histories).keep(response)
 
 
 def _of_part(response: BentResponse, part: Part, end: float) -> PartResponse:
@@ -235,11 +217,6 @@ def _of_part(response: BentResponse, part: Part, end: float) -> PartResponse:
     return PartResponse(part, float(ratio[0]), float(ratio.max()), u, math.nan, math.nan)
 
 
-#: Histories of a response.
-_HISTORIES: Final = (
-    *("time", "theta", "theta_2", "psi", "omega", "omega_2", "psi_rate", "u", "v"),
-    *("impact_times", "impact_velocities"),
-)
 #: Properties of both columns, and of rocking to both sides: name and attribute.
 _OF_COLUMNS: Final = {"height": "heights", "width": "widths"}
 _OF_BEAM: Final = ("spacing", "beam_depth", "beam_offset")

@@ -7,18 +7,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-import numpy as np
-
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.rocking import (
-    NEAR,
     EnsembleResponse,
     FirstOverturning,
     Histories,
     Margin,
     RobustMargin,
-    Verdict,
     chosen_ensemble,
 )
 from rockframe.rocking.margins.first_overturning import LARGEST_SCALE
@@ -65,17 +61,8 @@ def respond_both(
         if margin is not None:
             response = replace(response, margin=Margin(_NOT_SEARCHED, LARGEST_SCALE, margin))
         # the frame as stated: its section in one plane changes no displacement
-        responses.append(replace(_kept(response, Histories(options.histories)), frame=frame))
+        responses.append(replace(Histories(options.histories).keep(response), frame=frame))
     return responses
-
-
-def _kept(response: WobblingResponse, histories: Histories) -> WobblingResponse:
-    """Return a response with its histories if they are selected, otherwise without them."""
-    near = response.verdict is Verdict.OVERTURNS or response.peak_rotation_ratio >= NEAR
-    if histories is Histories.ALL or (histories is Histories.SELECTED and near):
-        return response
-    series = ("time", "theta", "phi", "theta_rate", "phi_rate", "u_x", "u_y", "v")
-    return replace(response, **dict.fromkeys(series, np.empty(0)))  # type: ignore[arg-type]
 
 
 def ensembles_both(

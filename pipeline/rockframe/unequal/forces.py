@@ -152,7 +152,12 @@ def largest_forces(response: BentResponse, motion: Motion) -> BentForces:
     >>> round(forces.left_base_horizontal, 3), round(forces.right_base_horizontal, 3)
     (0.202, 0.215)
     """
-    forces, share = bent_forces(response, motion), 1.0 + response.bent.mass_ratio
+    return largest_of(response, bent_forces(response, motion))
+
+
+def largest_of(response: BentResponse, forces: ColumnForces) -> BentForces:
+    """Return the same from the forces of the response."""
+    share = 1.0 + response.bent.mass_ratio
     stands = np.isfinite(response.theta).all() and response.verdict is Verdict.STANDS
     rocks = np.isfinite(forces.base_shear[0]) & stands
     each = {}
@@ -185,9 +190,13 @@ def demand_of(response: BentResponse, motion: Motion) -> BentDemand:
     >>> round(demand_of(respond_bent(bent, pulse), pulse).base_friction_demand, 2)
     0.21
     """
+    return demand_from(response, motion, bent_forces(response, motion))
+
+
+def demand_from(response: BentResponse, motion: Motion, forces: ColumnForces) -> BentDemand:
+    """Return the same from the forces of the response."""
     if response.verdict is Verdict.OVERTURNS:
         return BentDemand(np.nan, np.nan, np.nan)
-    forces = bent_forces(response, motion)
     across, upwards = ground_at_nodes(response.time, motion)
     at_rest = np.abs(across) / (GRAVITY + upwards)
     demands = {}
@@ -197,7 +206,7 @@ def demand_of(response: BentResponse, motion: Motion) -> BentDemand:
             needed = np.where(vertical > 0.0, np.abs(shear) / vertical, np.inf).max(axis=0)
         needed = np.where(np.isnan(shear[0]), at_rest, needed)
         demands[f"{place}_friction_demand"] = float(needed.max())
-    shear = base_shear(response, motion)
+    shear = _base_shear(response, forces, across)
     return BentDemand(peak_base_shear=float(np.abs(shear).max()), **demands)
 
 
@@ -208,8 +217,11 @@ def base_shear(response: BentResponse, motion: Motion) -> Float:
     overturning it is NaN.
     """
     across, _ = ground_at_nodes(response.time, motion)
-    weight = 1.0 + response.bent.mass_ratio
-    shear = 0.5 * bent_forces(response, motion).base_shear.sum(axis=0) / weight
+    return _base_shear(response, bent_forces(response, motion), across)
+
+
+def _base_shear(response: BentResponse, forces: ColumnForces, across: Float) -> Float:
+    shear = 0.5 * forces.base_shear.sum(axis=0) / (1.0 + response.bent.mass_ratio)
     shear = np.where(np.isnan(shear), across / GRAVITY, shear)
     return np.where(np.isnan(response.theta), np.nan, shear)
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from rockframe.rocking.kernels.tails import DISTANCE, EXCURSION_SIZE
 from rockframe.rocking.margins.first_overturning import (
     LARGEST_SCALE,
     SliverSearch,
+    answered,
     largest_scale_of,
 )
 from rockframe.rocking.margins.members import draws
@@ -84,7 +84,7 @@ def _first_overturning(
         excursions[..., DISTANCE] = -np.inf
         return *_outcomes([bent], ground, np.zeros(scales.size, dtype=np.intp), scales), excursions
 
-    first: FirstOverturning = _answered(search, answer)
+    first: FirstOverturning = answered(search, answer)
     return first
 
 
@@ -99,22 +99,12 @@ def _robust(
     def answer(request: tuple[NDArray[np.int64], Float]) -> tuple[NDArray[np.bool_], Float]:
         return _outcomes(family, ground, *request)
 
-    margin: RobustMargin = _answered(search, answer)
+    margin: RobustMargin = answered(search, answer)
     every = np.arange(len(family))
     falls, finer = (
         _outcomes(family, sampled, every, amplitude)[0] for sampled in (ground, resampled(ground))
     )
     return replace(margin, sampling_changes=int((falls != finer).sum()))
-
-
-def _answered(search: Generator[Any, Any, Any], answer: Callable[[Any], Any]) -> Any:
-    """Return the result of a search, which yields requests and is sent the answers."""
-    try:
-        request = next(search)
-        while True:
-            request = search.send(answer(request))
-    except StopIteration as stop:
-        return stop.value
 
 
 def _outcomes(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +87,12 @@ class BentResponse(Shown):
     parts : tuple of PartResponse
         Responses to the motions of a sequence.
     """
+
+    #: Names of the histories.
+    HISTORIES: ClassVar = (
+        *("time", "theta", "theta_2", "psi", "omega", "omega_2", "psi_rate", "u", "v"),
+        *("impact_times", "impact_velocities"),
+    )
 
     bent: UnequalBent
     time: Float

@@ -14,7 +14,7 @@ from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.rocking.assessments import RobustMargin
-from rockframe.rocking.margins.first_overturning import LARGEST_SCALE
+from rockframe.rocking.margins.first_overturning import LARGEST_SCALE, answered
 from rockframe.rocking.margins.members import draws, require_members
 from rockframe.rocking.margins.robust import FamilySearch, Grid
 from rockframe.rocking.verdict import Verdict
@@ -107,15 +107,14 @@ def _margin(
     fallen, _ = _tried(ground, family, np.arange(amplitude.size), amplitude, amplitude)
     begins = 0 if fallen.any() else None
     search = FamilySearch(amplitude, least, largest, ensemble.seed, grid, begins).search()
-    answer: tuple[NDArray[np.bool_], Float] | None = None
-    while True:
-        try:
-            member, scale = next(search) if answer is None else search.send(answer)
-        except StopIteration as end:
-            robust: RobustMargin = end.value
-            return replace(robust, sampling_changes=-1)
+
+    def answer(request: tuple[NDArray[np.int64], Float]) -> tuple[NDArray[np.bool_], Float]:
+        member, scale = request
         fallen, peaks = _tried(ground, family, member, scale, amplitude)
-        answer = fallen, peaks / family.slenderness[member]
+        return fallen, peaks / family.slenderness[member]
+
+    robust: RobustMargin = answered(search, answer)
+    return replace(robust, sampling_changes=-1)
 
 
 def _tried(

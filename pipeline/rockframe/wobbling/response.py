@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +96,9 @@ class WobblingResponse(Shown):
     ensemble : EnsembleResponse, optional
         Response of plausible structures.
     """
+
+    #: Names of the histories.
+    HISTORIES: ClassVar = ("time", "theta", "phi", "theta_rate", "phi_rate", "u_x", "u_y", "v")
 
     frame: RockingFrame
     time: Float

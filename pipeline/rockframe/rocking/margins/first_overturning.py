@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final, TypeAlias, TypeVar
@@ -366,6 +366,19 @@ def advance(
     except StopIteration as end:
         wanted.pop(line, None)
         results[line] = end.value
+
+
+def answered(
+    search: Generator[Request, Outcomes, Result], answer: Callable[[Request], Outcomes]
+) -> Result:
+    """Return the result of a search, which yields requests and is sent the answers."""
+    try:
+        request = next(search)
+        while True:
+            request = search.send(answer(request))
+    except StopIteration as stop:
+        result: Result = stop.value
+        return result
 
 
 #: Largest multiple of the motion at which overturning is searched [1].
