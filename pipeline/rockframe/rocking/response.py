@@ -566,16 +566,9 @@ class ToPulse:
 
     @classmethod
     def of(cls, response: Any, alone: Any, peak: str, ratio: float | None = None) -> Self:
-        """Return it from both responses, with the error of a peak by the name of its attribute.
+        """Return it from the responses to record and pulse, with the error of one of their peaks.
 
-        Parameters
-        ----------
-        response, alone : Response, or responses of another kind of structure
-            Response to the record, and to its pulse alone.
-        peak : str
-            Attribute of both whose relative error is stated.
-        ratio : float, optional
-            Largest |theta| / alpha under the pulse alone, if it is not the attribute of this name.
+        `ratio` is stated if the response has no largest |theta| / alpha.
         """
         at_record, at_pulse = getattr(response, peak), getattr(alone, peak)
         stands = Verdict.OVERTURNS not in (response.verdict, alone.verdict)
