@@ -566,10 +566,7 @@ class ToPulse:
 
     @classmethod
     def of(cls, response: Any, alone: Any, peak: str, ratio: float | None = None) -> Self:
-        """Return it from the responses to record and pulse, with the error of one of their peaks.
-
-        `ratio` is stated if the response has no largest |theta| / alpha.
-        """
+        """Return it from both responses, with the error of a peak; some kinds have no ratio."""
         at_record, at_pulse = getattr(response, peak), getattr(alone, peak)
         stands = Verdict.OVERTURNS not in (response.verdict, alone.verdict)
         error = at_pulse / at_record - 1.0 if stands and at_record > 0.0 else math.nan
