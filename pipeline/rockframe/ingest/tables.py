@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import io
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rockframe.cells import write_rows
 from rockframe.errors import InputError
+from rockframe.ingest.parsing.matlab import numeric_arrays
 
 #: A table: its name, and its lines as CSV.
 Table = tuple[str, bytes]
@@ -22,6 +25,20 @@ _LARGEST: Final = 256_000_000
 _WORKBOOK: Final = "xl/workbook.xml"
 _MATLAB: Final = b"MATLAB 5.0 MAT-file"
 _HDF5_MATLAB: Final = b"MATLAB 7.3 MAT-file"
+#: Exceptions that openpyxl raises on damaged files.
+_DAMAGE: Final = (
+    ArithmeticError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    NotImplementedError,
+    OSError,
+    SyntaxError,  # of XML
+    TypeError,
+    ValueError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 #: Arrays of so few values are parameters, such as corners of filters, beside longer ones.
 _FEW: Final = 10
 #: Most rows and columns of a sheet of Excel.
@@ -78,7 +95,7 @@ def sheets(where: Path, data: bytes) -> Iterator[Table]:
         tables = [(sheet.title, _rows(where, sheet)) for sheet in book.worksheets]
     except InputError:
         raise
-    except Exception as error:  # noqa: BLE001  openpyxl raises many kinds on damaged files
+    except _DAMAGE as error:
         raise InputError(where, f"corrupted workbook: {type(error).__name__}.") from None
     written = [(name, _as_csv(rows)) for name, rows in tables if _has_numbers(rows)]
     if not written:
@@ -149,8 +166,26 @@ def arrays(where: Path, data: bytes) -> Iterator[Table]:
     """
     if data.startswith(_HDF5_MATLAB):
         raise InputError(where, "is of MATLAB 7.3. Save it by `save(name, '-v7')`.")
-    variables = _loaded(where, data)
-    tables: dict[int, dict[str, np.ndarray[Any, Any]]] = {}
+    try:
+        variables = numeric_arrays(data, _LARGEST)
+    except (ValueError, zlib.error) as error:
+        raise InputError(where, f"corrupted MATLAB file: {error}.") from None
+    tables = _by_length(where, variables)
+    if not tables:
+        raise InputError(where, "no table. Must have a numeric array of two values or more.")
+    longest = max(tables)
+    for length, columns_of in sorted(tables.items(), reverse=True):
+        if length <= _FEW < longest:
+            continue
+        rows = np.stack([column.astype(np.float64) for column in columns_of.values()], axis=1)
+        yield f"{length}-values", _as_csv([list(columns_of), *rows.tolist()])
+
+
+def _by_length(
+    where: Path, variables: Mapping[str, NDArray[Any]]
+) -> dict[int, dict[str, NDArray[Any]]]:
+    """Return the columns of the tables by their length, and by their names."""
+    tables: dict[int, dict[str, NDArray[Any]]] = {}
     for name, values in variables.items():
         array = np.squeeze(np.asarray(values))
         if array.ndim == 2 and array.shape[0] < array.shape[1]:
@@ -165,35 +200,4 @@ def arrays(where: Path, data: bytes) -> Iterator[Table]:
                 message = f"two columns named {own!r}, of a vector and of a matrix."
                 raise InputError(where, f"{message} Rename one of these variables.")
             table[own] = column
-    if not tables:
-        shown = ", ".join(variables) or "none"
-        raise InputError(where, f"variables {shown}. Must be numeric arrays of two values or more.")
-    longest = max(tables)
-    for length, columns_of in sorted(tables.items(), reverse=True):
-        if length <= _FEW < longest:
-            continue
-        rows = np.stack([column.astype(np.float64) for column in columns_of.values()], axis=1)
-        yield f"{length}-values", _as_csv([list(columns_of), *rows.tolist()])
-
-
-def _loaded(where: Path, data: bytes) -> Mapping[str, Any]:
-    """Return the variables of a MATLAB file by their names."""
-    from scipy.io import loadmat, whosmat
-
-    try:
-        stated = whosmat(io.BytesIO(data))
-        total = sum(8 * int(np.prod(shape, dtype=np.float64)) for _, shape, _ in stated)
-        if total > _LARGEST:
-            raise InputError(where, f"arrays of {total} bytes. Must be at most {_LARGEST}.")
-        numeric = [
-            name for name, _, kind in stated if kind.startswith(("double", "single", "int", "uint"))
-        ]
-        return {
-            name: values
-            for name, values in loadmat(io.BytesIO(data), variable_names=numeric).items()
-            if name in numeric
-        }
-    except InputError:
-        raise
-    except Exception as error:  # noqa: BLE001  scipy raises many kinds on damaged files
-        raise InputError(where, f"corrupted MATLAB file: {type(error).__name__}.") from None
+    return tables

@@ -32,7 +32,7 @@ from rockframe.rocking.verdict import ModelEnd
 from rockframe.structures.contract import Compared, Motion, Parameter, Shaking, in_one_plane
 from rockframe.unequal import BentResponse, UnequalBent, bent_ensemble, respond_bent
 from rockframe.unequal.ensemble import bent_members, member_peaks
-from rockframe.unequal.forces import base_shear, bent_forces, demand_from, largest_of
+from rockframe.unequal.forces import base_shear, bent_forces, demand_of, largest_forces
 from rockframe.unequal.margins import bent_margin
 from rockframe.unequal.scenarios import outcomes_of, quantities_of
 
@@ -190,10 +190,10 @@ def _response(structure: UnequalBent, motion: GroundAcceleration, shaking: Shaki
     options = shaking.options
     response = respond_bent(structure, motion)
     forces = bent_forces(response, motion)
-    demand = demand_from(response, motion, forces)
+    demand = demand_of(response, motion, forces)
     response = replace(response, contact=demand)
     if options.forces:
-        largest = largest_of(response, forces)
+        largest = largest_forces(response, forces)
         response = replace(response, forces=demand, column_forces=largest)
     if shaking.parts:
         parts = tuple(_of_part(response, *ends) for ends in with_ends(shaking.parts))

@@ -134,13 +134,15 @@ class BentDemand:
     top_friction_demand: float
 
 
-def largest_forces(response: BentResponse, motion: Motion) -> BentForces:
+def largest_forces(response: BentResponse, forces: ColumnForces) -> BentForces:
     """Return the largest and least forces in the joints of both columns.
 
     Parameters
     ----------
-    response, motion
-        As for `bent_forces`, which raises the same errors.
+    response : BentResponse
+        A response from `respond_bent`.
+    forces : ColumnForces
+        Its forces, from `bent_forces`.
 
     Examples
     --------
@@ -148,15 +150,11 @@ def largest_forces(response: BentResponse, motion: Motion) -> BentForces:
     >>> from rockframe.unequal.response import respond_bent
     >>> bent = UnequalBent(heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0, mass_ratio=3.6)
     >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.2)
-    >>> forces = largest_forces(respond_bent(bent, pulse), pulse)
-    >>> round(forces.left_base_horizontal, 3), round(forces.right_base_horizontal, 3)
+    >>> response = respond_bent(bent, pulse)
+    >>> largest = largest_forces(response, bent_forces(response, pulse))
+    >>> round(largest.left_base_horizontal, 3), round(largest.right_base_horizontal, 3)
     (0.202, 0.215)
     """
-    return largest_of(response, bent_forces(response, motion))
-
-
-def largest_of(response: BentResponse, forces: ColumnForces) -> BentForces:
-    """Return the same from the forces of the response."""
     share = 1.0 + response.bent.mass_ratio
     stands = np.isfinite(response.theta).all() and response.verdict is Verdict.STANDS
     rocks = np.isfinite(forces.base_shear[0]) & stands
@@ -173,28 +171,14 @@ def largest_of(response: BentResponse, forces: ColumnForces) -> BentForces:
     return BentForces(**each)
 
 
-def demand_of(response: BentResponse, motion: Motion) -> BentDemand:
+def demand_of(response: BentResponse, motion: Motion, forces: ColumnForces) -> BentDemand:
     """Return the largest base shear and the friction that the joints need.
 
     Parameters
     ----------
     response, motion
-        As for `bent_forces`, which raises the same errors.
-
-    Examples
-    --------
-    >>> from rockframe import Pulse
-    >>> from rockframe.unequal.response import respond_bent
-    >>> bent = UnequalBent(heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0, mass_ratio=3.6)
-    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.2)
-    >>> round(demand_of(respond_bent(bent, pulse), pulse).base_friction_demand, 2)
-    0.21
+        As for `bent_forces`, from which the `forces` are.
     """
-    return demand_from(response, motion, bent_forces(response, motion))
-
-
-def demand_from(response: BentResponse, motion: Motion, forces: ColumnForces) -> BentDemand:
-    """Return the same from the forces of the response."""
     if response.verdict is Verdict.OVERTURNS:
         return BentDemand(np.nan, np.nan, np.nan)
     across, upwards = ground_at_nodes(response.time, motion)
