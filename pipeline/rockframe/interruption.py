@@ -101,7 +101,11 @@ def noting() -> Iterator[Callable[[], bool]]:
     Yields a function that returns True if a signal was noted. Outside the main thread, nothing is
     changed.
     """
-    numbers = [one for one, default in _DEFAULTS.items() if signal.getsignal(one) == default]
+    numbers = [
+        signal_number
+        for signal_number, default in _DEFAULTS.items()
+        if signal.getsignal(signal_number) == default
+    ]
     if not (numbers and _in_main()):
         yield _noted.is_set
         return
@@ -140,7 +144,11 @@ def ignore() -> None:
 def raising() -> Iterator[None]:
     """Let signals raise KeyboardInterrupt at once: for waiting, where nothing can be half done."""
     raise_if_interrupted()
-    numbers = [one for one in _DEFAULTS if signal.getsignal(one) is _ignore] if _in_main() else []
+    numbers = (
+        [signal_number for signal_number in _DEFAULTS if signal.getsignal(signal_number) is _ignore]
+        if _in_main()
+        else []
+    )
     for number in numbers:
         signal.signal(number, signal.default_int_handler)
     heard = signal.set_wakeup_fd(-1) if numbers else -1

@@ -480,7 +480,10 @@ def _require_one_direction(records: Sequence[Record]) -> None:
     for other in directed[1:]:
         apart = abs((other.azimuth - directed[0].azimuth + 180.0) % 360.0 - 180.0)
         if apart > _ONE_DIRECTION:
-            words = (f"{one.record_id!r} ({one.azimuth:g} degrees)" for one in (directed[0], other))
+            words = (
+                f"{record.record_id!r} ({record.azimuth:g} degrees)"
+                for record in (directed[0], other)
+            )
             raise ParameterError(
                 f"A sequence of {' and '.join(words)}. Must be of components in one direction; "
                 "azimuth_degree (--azimuth-degree) rotates recordings into one."

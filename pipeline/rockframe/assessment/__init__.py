@@ -130,7 +130,7 @@ class Assessment(Shown):
         dataset = responses_dataset(
             self.responses,
             self.structures,
-            pulses=all(getattr(one, "to_pulse", None) is not None for _, one in self),
+            pulses=all(getattr(assessment, "to_pulse", None) is not None for _, assessment in self),
         )
         return indexed(dataset)
 
@@ -193,7 +193,7 @@ def assess(
         )
     several: Any = [structures] if hasattr(structures, "kind") else structures
     require_structures(several)
-    _require_different("structures", [one.name for one in several])
+    _require_different("structures", [item.name for item in several])
     named = _named(motions)
     for name in pulses or {}:
         require_known("record", name, [*named])

@@ -87,7 +87,7 @@ def _shown(stated: Sequence[Structure]) -> list[Structure]:
     from rockframe.structures.contract import kind_of
 
     structures = [structure for structure in stated if kind_of(structure).sliders(structure)]
-    names = ", ".join(repr(one.name) for one in stated if one not in structures)
+    names = ", ".join(repr(setting.name) for setting in stated if setting not in structures)
     shows = "The explorer shows free frames with prismatic columns only"
     if not structures:
         raise ParameterError(f"{shows}. State at least one such structure: {names} are not.")

@@ -215,8 +215,8 @@ class _Parser(argparse.ArgumentParser):
         """Return the help, with an example of the command and the place of the documentation."""
         *_, command = self.prog.split()
         if command in FIRST:
-            required = [one for one in self._stated if one.required]
-            named = " ".join(_as_used(one) for one in sorted(required, key=_is_positional))
+            required = [action for action in self._stated if action.required]
+            named = " ".join(_as_used(action) for action in sorted(required, key=_is_positional))
             self.usage = f"%(prog)s [options] {named}".rstrip()
         example = EXAMPLES.get(command, "rockframe table1, then rockframe report outputs/table1")
         where = f"Documentation: {place}\n" if (place := _documentation()) else ""
@@ -227,7 +227,7 @@ class _Parser(argparse.ArgumentParser):
         words = takewhile(lambda word: word != "--", self._words)
         options = (word.partition("=")[0] for word in words if word.startswith("--"))
         unknown = [
-            word for word in options if not any(one.startswith(word) for one in options_here)
+            word for word in options if not any(option.startswith(word) for option in options_here)
         ]
         choice = re.search(r"COMMAND: invalid choice: '([^']*)'", message)
         if choice:

@@ -156,7 +156,7 @@ def _alone(annotation: Any) -> Any:
 def _title(field: FieldInfo) -> str:
     """Return the placeholder that a field states for its value."""
     parts = [field, *get_args(field.annotation)]
-    parts += [one for part in parts[1:] for one in getattr(part, "__metadata__", ())]
+    parts += [entry for part in parts[1:] for entry in getattr(part, "__metadata__", ())]
     return next((p.title for p in parts if isinstance(p, FieldInfo) and p.title), "")
 
 

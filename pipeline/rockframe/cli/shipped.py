@@ -192,8 +192,8 @@ def _tables(options: argparse.Namespace, name: str) -> dict[str, Any]:
 
     tables = dict(shipped_tables(name))
     overlaid = {
-        one: chosen(options, type(tables[one]), **tables[one].model_dump(exclude_unset=True))
-        for one in ("records", "pulse", "respond")
+        stage: chosen(options, type(tables[stage]), **tables[stage].model_dump(exclude_unset=True))
+        for stage in ("records", "pulse", "respond")
     }
     return tables | overlaid
 
@@ -463,7 +463,7 @@ def _show_claims(claims: Sequence[Claim], json: bool) -> None:
         console.show_json({"claims": [_plain(claim) for claim in claims]})
         return
     columns = ("claim", "paper", "ours", "finding")
-    cells = ([one.name, one.printed, one.ours, one.finding.value] for one in claims)
+    cells = ([claim.name, claim.printed, claim.ours, claim.finding.value] for claim in claims)
     console.show_table("The paper, checked", columns, cells)
     if len(claims) == 1:
         (claim,) = claims

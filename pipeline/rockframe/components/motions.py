@@ -204,7 +204,7 @@ def reasons_alone(channels: Sequence[Channel]) -> dict[str, str]:
             "instrument, window and file format. A pair has two."
         )
         for number in chain:
-            others = [one for one in level if one != number]
+            others = [channel for channel in level if channel != number]
             reasons[channels[number].record_id] = beside if others else ALONE
     return reasons
 
@@ -243,6 +243,6 @@ def recordings_of_channels(
         joined = [named.get(part.record_id, (part.record_id,)) for part in motions]
         named |= {part.record_id: joined[0] for part in motions}
         shared = {*joined}
-        named |= {one: joined[0] for one, key in named.items() if key in shared}
+        named |= {motion: joined[0] for motion, key in named.items() if key in shared}
         named[name] = joined[0]
     return [named[channel.record_id] for channel in channels]

@@ -561,7 +561,7 @@ def _warn_of_cut(known: Sequence[Record], cut: Record) -> None:
         lost = _energy_outside(record, first, count)
         if lost > _LOST_UNSAID:
             seconds = (record.acceleration.size - count) * record.time_step
-            names = " and ".join(repr(one.record_id) for one in known)
+            names = " and ".join(repr(record.record_id) for record in known)
             warnings.warn(
                 f"the pair of {names} is without {seconds:g} s and {100.0 * lost:.0f} % of the "
                 f"energy of {record.record_id!r}, which are outside their common samples.",

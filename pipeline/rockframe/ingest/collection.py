@@ -121,7 +121,7 @@ def collect_sources(
     read : callable, optional
         Reads one file (default: `read_outcomes`); workers must be able to import it.
     """
-    calls = [(one.path, _trusting(one, options)) for one in sources if one.is_read]
+    calls = [(source.path, _trusting(source, options)) for source in sources if source.is_read]
     count = worker_count(workers, [path for path, _ in calls])
     owners: Owners = {}
     with closing(_outcomes(calls, count, limits, read or read_outcomes)) as outcomes:
@@ -169,7 +169,7 @@ def read_and_measured(
     """
     for outcome in read_outcomes(path, options):
         if isinstance(outcome, list) and not uncorrected:
-            yield [_with_measures(one, ratio) for one in outcome]
+            yield [_with_measures(reading, ratio) for reading in outcome]
         else:
             yield outcome
 
@@ -277,7 +277,9 @@ def _assign_ids(
         named = _changed_since_fetch(outcome, source) or _unused_ids(outcome, source, owners)
         if isinstance(named, InputOutcome):
             return [named]
-        return [_finished(one, name, source) for one, name in zip(outcome, named, strict=True)]
+        return [
+            _finished(reading, name, source) for reading, name in zip(outcome, named, strict=True)
+        ]
     if outcome.status == "unread":
         if source.requested and outcome.file == source.name:
             return [replace(outcome, status="rejected")]

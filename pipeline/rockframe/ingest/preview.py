@@ -97,7 +97,7 @@ def preview(path: str | Path, options: ReadOptions = NO_OPTIONS) -> Preview:
     data = load(path)
     options = with_archived(options, path, companions(path, data))
     inside = is_archive(data[:ARCHIVE_HEAD])
-    members = [one for one in contents(path, data) if not note_of_member(one)]
+    members = [content for content in contents(path, data) if not note_of_member(content)]
     content = members[0] if members else next(iter(contents(path, data)))
     name = content.name if inside else printable(path.name)
     lines = _first_lines(content.data)
@@ -106,7 +106,7 @@ def preview(path: str | Path, options: ReadOptions = NO_OPTIONS) -> Preview:
     except RockframeError as error:
         return Preview(name, lines, refusal=_reason(error))
     records, missing, refusal = _tried(
-        lambda trial: [one.completed() for one in read_content(content, trial)], options
+        lambda trial: [reading.completed() for reading in read_content(content, trial)], options
     )
     notes = [note.removeprefix(NOTE) for record in records[:1] for note in record.processing]
     words = ", ".join(notes).split(", ") if records and records[0].processing else []
@@ -140,7 +140,7 @@ def _tried(
         return read(options), [*missing], ""
     except RockframeError as error:
         reason = _reason(error)
-    trial = _trial(reason, {one.option for one in missing}, options)
+    trial = _trial(reason, {option.option for option in missing}, options)
     if trial is None or len(missing) >= _MOST:
         return [], [*missing], reason
     option, changes = trial

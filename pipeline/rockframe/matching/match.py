@@ -230,7 +230,7 @@ def _candidates(
     )
     # the first and the last may be at an end of the record, where the grid errs most
     ends = [choose(candidates, key=lambda candidate: candidate[2]) for choose in (min, max)]
-    return [one[1:] for one in dict.fromkeys([*candidates[:_LOCATED], *ends])]
+    return [candidate[1:] for candidate in dict.fromkeys([*candidates[:_LOCATED], *ends])]
 
 
 def _outside(pulse: Pulse, duration: float) -> float:

@@ -103,9 +103,9 @@ def _descriptions(model: type) -> dict[str, str]:
 def description(table: type, key: str) -> str:
     """Return the description of a key: that of its field, or the text below it in the class."""
     field = option_fields(table)[key]
-    names = {id(one): name for name, one in getattr(table, "model_fields", {}).items()}
+    names = {id(field): name for name, field in getattr(table, "model_fields", {}).items()}
     name = names.get(id(field), key)
-    texts = (_descriptions(one).get(name) for one in table.__mro__ if issubclass(one, Options))
+    texts = (_descriptions(base).get(name) for base in table.__mro__ if issubclass(base, Options))
     return field.description or next((text for text in texts if text), "")
 
 

@@ -393,10 +393,10 @@ def respond_pairs(
     [0.31, 30.54]
     """
     which, scales = np.asarray(model, dtype=np.intp), np.asarray(scale, dtype=np.float64)
-    constants = np.array([one.constants for one in models])[which]
+    constants = np.array([model.constants for model in models])[which]
     out = np.empty((scales.size, kernel.SUMMARY_SIZE))
     kernel.integrate_many(*_prepared(as_ground(motion)), scales, constants, out)
-    return _peaks(out, np.array([one.yield_displacement for one in models])[which])
+    return _peaks(out, np.array([model.yield_displacement for model in models])[which])
 
 
 def _prepared(ground: GroundAcceleration) -> tuple[Float, Float, float, float]:

@@ -231,7 +231,9 @@ def _path(run: Run, history: History) -> str:
         if structure.name == "slenderness"
     )
     stands = history.theta <= _DRAWN_TO * float(alpha)
-    return path_svg(*(np.where(stands, one, np.nan) for one in (history.u_x, history.u_y)))
+    return path_svg(
+        *(np.where(stands, component, np.nan) for component in (history.u_x, history.u_y))
+    )
 
 
 def _forces(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

@@ -145,7 +145,7 @@ def _state(limit: LimitState) -> str:
 
 def _imt(screening: xr.Dataset, name: str) -> tuple[str, float]:
     """Return the name of a measure in OpenQuake, and the size of its unit there."""
-    require_known("measure", name, [str(one) for one in screening["measure"].values])
+    require_known("measure", name, [str(measure) for measure in screening["measure"].values])
     if name in _KNOWN:
         return _KNOWN[name][:2]
     if not (period := period_of(name)):

@@ -214,13 +214,13 @@ def _rotd_of_pairs(
             measures_of[reason.record_id] = {"unpaired": reason.reason}
         for pair in pairs:
             of_pair = _rotd_of(pair, periods)
-            measures_of |= {one.record_id: of_pair for one in (pair.first, pair.second)}
+            measures_of |= {component.record_id: of_pair for component in (pair.first, pair.second)}
     return measures_of
 
 
 def _rotd_of(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, Any]:
     pga, pgv = rotd_of(pair), rotd_of(pair, transform=integrate)
-    shares = [one.percentile(share) for one in (pga, pgv) for share in (50, 100)]
+    shares = [value.percentile(share) for value in (pga, pgv) for share in (50, 100)]
     values = dict(zip(_ROTD, (*shares, pga.strongest_azimuth), strict=True))
     return values | (_rotd_of_spectra(pair, periods) if periods else {})
 
@@ -274,7 +274,7 @@ def _record(values: Mapping[str, Any], samples: NDArray[np.float64]) -> Record:
         processing=tuple(steps.split("; ")) if steps else (),
         trusted=tuple(trusted.split("; ")) if trusted else (),
         parts=tuple(map(Part.of, parts.split("; "))) if parts else (),
-        **{one.name: one.dtype(values[one.name]) for one in _FIELDS},
+        **{field.name: field.dtype(values[field.name]) for field in _FIELDS},
     )
 
 
@@ -486,9 +486,9 @@ class RecordsFile:
         if "acceleration_as_read" in self._series:
             series["acceleration_as_read"] = factor * self._samples("acceleration_as_read", row)
         values = {
-            str(key): one.values[row]
-            for key, one in self._values_of.variables.items()
-            if one.dims[:1] == ("record",)
+            str(key): variable.values[row]
+            for key, variable in self._values_of.variables.items()
+            if variable.dims[:1] == ("record",)
         }
         for variable in RECORDS_NC.variables:
             power = _POWERS.get(variable.name, int(variable.units in _OF_MOTION))

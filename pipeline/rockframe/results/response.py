@@ -313,7 +313,9 @@ def structure_values(kind: FileKind, structures: Sequence[Structure]) -> dict[st
     values = kind.filled("frame", list(structures))
     before = [getattr(structure, "before_crushing", None) for structure in structures]
     values |= kind.filled("before_crushing", before) if any(before) else {}
-    values["mass_ratio"] = [one if one < math.inf else math.nan for one in values["mass_ratio"]]
+    values["mass_ratio"] = [
+        ratio if ratio < math.inf else math.nan for ratio in values["mass_ratio"]
+    ]
     return values | _kinds(structures) | {"structure": [structure.name for structure in structures]}
 
 
@@ -361,7 +363,7 @@ def _part_values(
             for name, value in RESPONSE_NC.filled("part", part).items():
                 values[name][i, k, j] = value
     sequences = [next(filter(None, row), ()) for row in rows]
-    return {"parts": ["; ".join(str(one.part) for one in parts) for parts in sequences], **values}
+    return {"parts": ["; ".join(str(part.part) for part in parts) for parts in sequences], **values}
 
 
 @dataclass(frozen=True)

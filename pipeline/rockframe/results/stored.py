@@ -393,7 +393,7 @@ def _joined(characters: NDArray[np.bytes_]) -> NDArray[np.object_]:
     """Return the texts whose characters are along the last dimension."""
     *shape, length = characters.shape
     joined = np.ascontiguousarray(characters).view(f"S{length}") if length else characters
-    texts = [one.decode() for one in joined.ravel()] if length else [""] * math.prod(shape)
+    texts = [text.decode() for text in joined.ravel()] if length else [""] * math.prod(shape)
     return np.array(texts, dtype=object).reshape(shape)
 
 
@@ -405,7 +405,11 @@ def _stored(
     variables = file.variables
     if attrs.get("title") == WITHOUT_RECORDS and not variables:
         return []
-    groups = {one.group for one in kind.variables if one.group and one.name in variables}
+    groups = {
+        variable.group
+        for variable in kind.variables
+        if variable.group and variable.name in variables
+    }
     stored = []
     for variable in kind.variables:
         if variable.name in variables:

@@ -70,7 +70,7 @@ class Uncertain:
         values = sorted(set(chosen))
         return Versions(
             tuple(self._ground(*value, motion) for value in values),
-            np.array([values.index(one) for one in chosen]),
+            np.array([values.index(version) for version in chosen]),
             tuple(name for name, made_of in varied.items() if made_of is not None),
         )
 

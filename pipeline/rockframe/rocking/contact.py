@@ -217,8 +217,8 @@ def largest_of(
     pushed = impulses or Impulses(unknown, unknown, unknown, unknown)
     values = [
         base * float(np.abs(forces.support_shear).max()),
-        *(base * one for one in of_base),
-        *(top * one for one in of_top),
+        *(base * demand for demand in of_base),
+        *(top * demand for demand in of_top),
         base * float(pushed.base_horizontal) / GRAVITY,
         base * float(pushed.base_vertical) / GRAVITY,
         top * float(pushed.top_horizontal) / GRAVITY,

@@ -188,7 +188,7 @@ class Acceptance:
 
     def _require_selected(self) -> None:
         """Raise an error if a record of the selection was not accepted."""
-        for name in {*(self._factors or ())} - {one.record_id for one in self.accepted}:
+        for name in {*(self._factors or ())} - {outcome.record_id for outcome in self.accepted}:
             reasons = [outcome.reason for outcome in self.outcomes if outcome.record_id == name]
             why = (
                 f"was not accepted: {reasons[0].rstrip('.')}" if reasons else "is not in the files"
@@ -340,8 +340,8 @@ def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
         )
         for name in _AS_RECORDED
     }
-    measures = {name: getattr(one.measures, name) for name, one in worst.items()}
-    checks = {name: {c.name: c for c in one.checks}[name] for name, one in worst.items()}
+    measures = {name: getattr(item.measures, name) for name, item in worst.items()}
+    checks = {name: {c.name: c for c in item.checks}[name] for name, item in worst.items()}
     return replace(
         made,
         measures=replace(made.measures, **measures),

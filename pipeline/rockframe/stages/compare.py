@@ -238,7 +238,7 @@ def _answer(task: _Task) -> tuple[str, list[list[Compared]] | None, str]:
     made_of, ensemble = task.made_of, task.ensemble
     versions = None if made_of is None else made_of.versions(ensemble, task.record)
     try:
-        responses = [compare(one, task.record, ensemble, versions) for one in task.compared]
+        responses = [compare(rival, task.record, ensemble, versions) for rival in task.compared]
     except ParameterError as error:
         return task.name, None, str(error)
     return task.name, responses, ""
@@ -284,7 +284,7 @@ def _require_same_rivals(compared: Sequence[Rivals]) -> None:
     """Reject structures with different alternatives, because the file has one list of models."""
     first, last = compared[0], compared[-1]
     if list(last.models) != list(first.models):
-        here, there = (", ".join(one.models) for one in (last, first))
+        here, there = (", ".join(end.models) for end in (last, first))
         raise ParameterError(
             f"{last.frame.name!r} has the models {here}, and {first.frame.name!r} {there}. "
             "Must be the same: state `against`, or one structure."

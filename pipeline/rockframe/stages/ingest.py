@@ -110,7 +110,9 @@ def _toward(
     as_read: tuple[AsRead, AsRead] | None,
 ) -> Iterator[Inspected]:
     turned = [rotate(pair, azimuth) for azimuth in azimuths]
-    components = [(one, recorded[one.record_id]) for one in (pair.first, pair.second)]
+    components = [
+        (component, recorded[component.record_id]) for component in (pair.first, pair.second)
+    ]
     corrected = any(outcome.corrected_here for _, outcome in components)
     for record in turned:
         # A component perpendicular to the azimuth does not contribute to the motion toward it.
@@ -122,7 +124,7 @@ def _toward(
         outcome = checked(record, record, limits, passports)
         unfiltered = None
         if as_read is not None:
-            samples = pair.toward([record.azimuth], [one.samples for one in as_read])[0]
+            samples = pair.toward([record.azimuth], [component.samples for component in as_read])[0]
             unfiltered = AsRead(samples, as_read[0].band)
         yield record, replace(outcome, corrected_here=corrected), unfiltered
     into = " and ".join(repr(record.record_id) for record in turned)
@@ -363,8 +365,8 @@ def _and_sequence(
             )
     records, outcomes = zip(*(held[name] for name in wanted), strict=True)
     joined = in_sequence(records, options.rest_s)
-    passports = [one.passport for one in outcomes if one.passport]
-    corrected = any(one.corrected_here for one in outcomes)
+    passports = [outcome.passport for outcome in outcomes if outcome.passport]
+    corrected = any(outcome.corrected_here for outcome in outcomes)
     outcome = replace(checked(joined, joined, limits, passports), corrected_here=corrected)
     yield joined, outcome, None
 

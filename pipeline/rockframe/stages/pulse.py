@@ -99,7 +99,7 @@ def pulse_stage(
         results = chain.from_iterable(map_tasks(pulses_or_reasons, tasks, engine=engine))
         pulses = accepted(results, names, batch, left_out, progress)
         dataset = write_pulses(
-            ((waiting.pop(name), one) for name, one in pulses),
+            ((waiting.pop(name), pulse) for name, pulse in pulses),
             output,
             input_sha256=input_hash(records_path),
             parameters=wanted.stated(),

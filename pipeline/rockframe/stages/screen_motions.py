@@ -149,7 +149,7 @@ class Motions:
         if not self.motions:
             raise ParameterError(self._why_none())
         for name in self._rotd(None):
-            if all(math.isnan(one.numbers[name]) for one in self.motions):
+            if all(math.isnan(motion.numbers[name]) for motion in self.motions):
                 raise ParameterError(
                     f"{name} is unknown for all motions. It needs both horizontals of a recording, "
                     "with their azimuths."
@@ -178,7 +178,9 @@ class Motions:
             self._of_pairs |= dict.fromkeys(together, self._rotd(None))
             for pair in pair_horizontals(map(self._file.read, together))[0]:
                 measures = self._rotd(pair)
-                self._of_pairs |= {one.record_id: measures for one in (pair.first, pair.second)}
+                self._of_pairs |= {
+                    component.record_id: measures for component in (pair.first, pair.second)
+                }
         return self._of_pairs[name]
 
     def _rotd(self, pair: HorizontalPair | None) -> dict[str, float]:

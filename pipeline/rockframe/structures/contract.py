@@ -396,9 +396,9 @@ def most_critical(structures: Sequence[Structure], count: int) -> list[Structure
         Number that is enough.
     """
     return [
-        one
+        structure
         for kind, places in places_of_kinds(structures)
-        for one in kind.most_critical([structures[place] for place in places], count)
+        for structure in kind.most_critical([structures[place] for place in places], count)
     ]
 
 

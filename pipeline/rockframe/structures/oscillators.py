@@ -130,7 +130,9 @@ class OscillatorKind:
     ) -> dict[str, NDArray[Any]]:
         """Return the same of the members of each bridge."""
         factors, count = scales_of(scales), ensemble.members
-        family = [member for one in structures for member in self.members(one, ensemble)]
+        family = [
+            member for structure in structures for member in self.members(structure, ensemble)
+        ]
         grounds, of_member = shaken(motions, ensemble, versions)
         shape = (len(structures), factors.size, count)
         structure, scale, member = (axis.ravel() for axis in np.indices(shape))

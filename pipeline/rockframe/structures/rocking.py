@@ -122,8 +122,10 @@ class RockingKind:
         if ensemble is None:
             return kept
         return [
-            with_envelope(one, motion, ensemble, shaking.versions) if one.time.size else one
-            for one in kept
+            with_envelope(response, motion, ensemble, shaking.versions)
+            if response.time.size
+            else response
+            for response in kept
         ]
 
     def nominal(

@@ -238,7 +238,7 @@ def _show_trusted(accepted: list[dict[str, Any]], words: Sequence[str]) -> None:
     notes = [(row["record_id"], note) for row in accepted for note in row["trusted"]]
     for name, note in notes:
         print(f"{name}: trusted {note}")
-    unused = [word for word in words if not any(one.startswith(f"{word}:") for _, one in notes)]
+    unused = [word for word in words if not any(note.startswith(f"{word}:") for _, note in notes)]
     if unused:
         print(f"--trust {' '.join(unused)}: no accepted record contradicts itself there")
 

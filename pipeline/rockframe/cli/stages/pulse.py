@@ -64,7 +64,7 @@ def _find(options: argparse.Namespace) -> int:
             written=written.append,
         )
     rows = pulse_rows(written[0])
-    flat = [{key: one for key, one in row.items() if key != "runners_up"} for row in rows]
+    flat = [{key: cell for key, cell in row.items() if key != "runners_up"} for row in rows]
     tables = arguments.write_tables(options, {"pulses": flat}, "pulses")
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]

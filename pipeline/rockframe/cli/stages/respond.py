@@ -105,7 +105,7 @@ def run_respond(options: argparse.Namespace) -> int:
     scales = _stated_scales(options, wanted)
     response, rejections = _respond(options, wanted)
     scaled, more = _respond_at_scales(options, wanted, scales) if scales else ([], ())
-    rejections += tuple(one for one in more if one not in rejections)
+    rejections += tuple(rejection for rejection in more if rejection not in rejections)
     peaks = peaks_of(options.records)
     rows = [row | {"pga_g": _largest(peaks, row)} for row in response_rows(response)]
     parts = part_rows(response)
@@ -191,7 +191,7 @@ def _show_responses(
     if options.pulses:
         columns.append(console.column("Pulse alone", rule=pulse_cell))
     output: Path = options.output
-    table = next((one for one in tables if Path(one).stem == output.stem), "")
+    table = next((table for table in tables if Path(table).stem == output.stem), "")
     further = f" and {table}" if table else "; --format csv or xlsx writes a table"
     show_responses(f" in {output}", columns, rows, options.matrix, f"{output}{further}")
     console.show_summary(summary)
@@ -492,7 +492,7 @@ def _spectrum_of_pulses(options: argparse.Namespace) -> None:
     spectrum_stage(options.output, wanted, engine=engine, written=written.append)
     (dataset,) = written
     lines = _curves(dataset)
-    flat = [{key: one for key, one in line.items() if key != "intervals"} for line in lines]
+    flat = [{key: cell for key, cell in line.items() if key != "intervals"} for line in lines]
     tables = arguments.write_tables(options, {"spectrum": flat}, "spectrum")
     if options.json:
         said = {"spectrum": lines, "output": str(options.output)}

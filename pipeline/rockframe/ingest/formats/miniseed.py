@@ -228,12 +228,12 @@ def _in_order(data: bytes, records: list[_DataRecord]) -> tuple[bytes, list[_Dat
     in_order = sorted(records, key=lambda one: one.channel) == ordered
     if in_order and all(len(code) == 1 for code in codes.values()):
         return data, records
-    pieces = (data[one.begin : one.end] for one in ordered)
+    pieces = (data[segment.begin : segment.end] for segment in ordered)
     whole = b"".join(piece[:_SEQUENCE] + b"D" + piece[_SEQUENCE + 1 :] for piece in pieces)
-    ends = np.cumsum([one.end - one.begin for one in ordered]).tolist()
+    ends = np.cumsum([segment.end - segment.begin for segment in ordered]).tolist()
     moved = [
-        replace(one, begin=end - (one.end - one.begin), end=end)
-        for one, end in zip(ordered, ends, strict=True)
+        replace(segment, begin=end - (segment.end - segment.begin), end=end)
+        for segment, end in zip(ordered, ends, strict=True)
     ]
     return whole, moved
 
@@ -246,8 +246,8 @@ def _even_rate(path: Path, trace: Any, records: Sequence[_DataRecord]) -> float:
     rate = float(trace.stats.sampling_rate)
     own = [record for record in records if record.channel == trace.id and record.samples]
     own.sort(key=lambda one: one.time)
-    times = np.array([1e-6 * (one.time - own[0].time) for one in own])
-    counts = np.cumsum([0, *(one.samples for one in own[:-1])])[: times.size]
+    times = np.array([1e-6 * (segment.time - own[0].time) for segment in own])
+    counts = np.cumsum([0, *(segment.samples for segment in own[:-1])])[: times.size]
     late = np.abs(times * rate - counts)
     if not rate or not times.any() or (late <= _LATE + _SAME_RATE * counts).all():
         return rate

@@ -286,18 +286,18 @@ def read_headers(
 
 
 def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -> Columns:
-    directions = sum(one.quantity == "direction" for one in found)
+    directions = sum(column.quantity == "direction" for column in found)
     meant = {
-        k: one
-        for k, one in enumerate(found)
-        if one.quantity in {"acceleration", "direction"} or (one.vertical and directions > 1)
+        k: column
+        for k, column in enumerate(found)
+        if column.quantity in {"acceleration", "direction"} or (column.vertical and directions > 1)
     }
     for name, column in zip(names, found, strict=True):
         if column.quantity in {"velocity", "displacement"} and not meant:
             message = f"column {name!r} is a {column.quantity}, not an acceleration."
             raise OtherQuantityError(path, message, line)
-    times = [k for k, one in enumerate(found) if one.quantity == "time"]
-    shown, components = ",".join(names), [one.component for one in meant.values()]
+    times = [k for k, column in enumerate(found) if column.quantity == "time"]
+    shown, components = ",".join(names), [column.component for column in meant.values()]
     if len(meant) > 1 and ("" in components or len({*components}) < len(components)):
         message = f"columns {shown!r}: {len(meant)} accelerations of the same direction or of none."
         raise InputError(path, f"{message} {_CHOOSE}", line=line)
@@ -417,10 +417,12 @@ def _columns(names: list[str]) -> list[_Column]:
     bare = [re.sub(r"[\s_\[\]()]+", " ", name).strip().split(" ")[0] for name in names]
     sets = [name_set for name_set in _SETS if name_set <= {word.upper() for word in bare}]
     horizontal = [
-        one for one in columns if one.quantity == "direction" and one.component not in ("V", "Z")
+        column
+        for column in columns
+        if column.quantity == "direction" and column.component not in ("V", "Z")
     ]
     for k, (word, column) in enumerate(zip(bare, columns, strict=True)):
-        if any(word in one for one in sets) or (sets and word in {"V", "Z"}):
+        if any(word in candidate for candidate in sets) or (sets and word in {"V", "Z"}):
             columns[k] = replace(column, quantity="direction", component=word)
         elif word == "V" and len(horizontal) > 1:
             columns[k] = replace(column, quantity="direction")

@@ -135,7 +135,7 @@ class Variable:
         """Return values as an array of the type in the file."""
         if self.holds == "text":
             texts = np.array(data, dtype=object)
-            return np.array([str(one) for one in texts.flat], dtype=object).reshape(texts.shape)
+            return np.array([str(text) for text in texts.flat], dtype=object).reshape(texts.shape)
         return np.asarray(data, dtype=np.int8 if self.holds == "flags" else self.dtype)
 
 
@@ -214,8 +214,8 @@ class FileKind:
         return {
             name: np.concatenate([part[name] for part in parts])
             if "record" in self[name].dims
-            else one
-            for name, one in parts[0].items()
+            else item
+            for name, item in parts[0].items()
         }
 
     def dataset(self, values: Mapping[str, Any], **units: str) -> xr.Dataset:

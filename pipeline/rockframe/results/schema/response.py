@@ -184,8 +184,8 @@ def band(quantity: Quantity, along: str, source: str = "ensemble.bands") -> Vari
 #: Quantities that need the whole history, which only `--forces` computes; the base shear is one of the bands of peaks, too.
 _OF_JOINTS: Final = tuple(quantity for quantity in FORCES_OF_RESPONSE if quantity.of_joints)
 OF_FORCES: Final = optional("forces", *(
-    of_quantity(one, "record structure", "forces", "NaN where the structure overturns")
-    for one in (QUANTITIES["peak_base_shear"], *_OF_JOINTS)
+    of_quantity(quantity_at_joint, "record structure", "forces", "NaN where the structure overturns")
+    for quantity_at_joint in (QUANTITIES["peak_base_shear"], *_OF_JOINTS)
 ))
 #: Forces of each column of structures whose columns differ.
 OF_COLUMN_FORCES: Final = optional("forces of each column", *(
@@ -195,7 +195,7 @@ OF_COLUMN_FORCES: Final = optional("forces of each column", *(
 ))
 FORCES: Final = tuple(variable.name for variable in (*OF_FORCES, *OF_COLUMN_FORCES))
 #: Bands of these forces; that of the base shear is among the bands of peaks.
-OF_FORCE_BANDS: Final = optional("bands of forces", *(band(one, "record structure", "force_bands") for one in _OF_JOINTS))
+OF_FORCE_BANDS: Final = optional("bands of forces", *(band(joint_force, "record structure", "force_bands") for joint_force in _OF_JOINTS))
 
 
 def of_ensemble(along: str) -> tuple[Variable, ...]:
@@ -209,7 +209,7 @@ def of_ensemble(along: str) -> tuple[Variable, ...]:
         Variable("share_model_ends", along, float, "1", "share of the ensemble for which the model ends", "ensemble", comment="the gap of an abutment closes, the allowed lift is exceeded, or a tendon yields that is modelled as elastic; members that overturn included; NaN without such a limit"),
     )
     # each in a group of its own, so that files of earlier versions may lack a later quantity
-    return (*shares, *(one for quantity in BANDED for one in optional(quantity.band, band(quantity, along))))
+    return (*shares, *(variable for quantity in BANDED for variable in optional(quantity.band, band(quantity, along))))
 
 
 #: Demands on the joints.
@@ -452,7 +452,7 @@ _PEAKS_OF_SCENARIO: Final = (
 #: Further measures of intensity, each a group of its own.
 _FURTHER: Final = tuple(replace(RECORDS_NC[name], source="", group=name) for name in FURTHER)
 #: Unit of each measure of intensity.
-UNITS_OF_MEASURES: Final = {one.name: one.units for one in (*_NUMBERS, *_FURTHER) if one.name in {**MEASURES, **FURTHER}} | dict.fromkeys(POOLED.keys() - MEASURES.keys(), "1")
+UNITS_OF_MEASURES: Final = {variable.name: variable.units for variable in (*_NUMBERS, *_FURTHER) if variable.name in {**MEASURES, **FURTHER}} | dict.fromkeys(POOLED.keys() - MEASURES.keys(), "1")
 #: Fits of fragilities, and the better measure.
 _FITS: Final = (
     Variable("measure_units", "measure", str, "1", "unit of the measure", choices=tuple(UNITS_OF_MEASURES.values())),
@@ -491,7 +491,7 @@ _BETTER: Final = (
 #: The same for all free-standing structures together.
 _POOLED: Final = optional("pooled",
     Variable("pooled", "structure", np.int8, "1", "1 for the structures of the pooled fragility, which are free-standing; 0 for the others"),
-    *(replace(one, name=f"pooled_{one.name}", along=" ".join(f"pooled_{dim}" if dim in ("limit_state", "measure") else dim for dim in one.dims if dim != "structure"), source="", long_name=f"{one.long_name}, of all free-standing structures together") for one in (*_FITS, *_BETTER)),
+    *(replace(variable, name=f"pooled_{variable.name}", along=" ".join(f"pooled_{dim}" if dim in ("limit_state", "measure") else dim for dim in variable.dims if dim != "structure"), source="", long_name=f"{variable.long_name}, of all free-standing structures together") for variable in (*_FITS, *_BETTER)),
     Variable("pooled_measure", "pooled_measure", str, "1", "measure of intensity of the pooled fragility", key=True, choices=tuple(POOLED)),
     Variable("pooled_limit_state", "pooled_limit_state", str, "1", "limit state of the pooled fragility", key=True),
 )

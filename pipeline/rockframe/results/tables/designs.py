@@ -198,9 +198,9 @@ def best_rows(designs: Sequence[Row]) -> list[Row]:
         row: Row = {"quantity": key, "words": words}
         for place, value in zip(("best", "second"), [*values, math.nan], strict=False):
             equal = [candidate for candidate in candidates if candidate[key] == value]
-            row[place] = ", ".join(design_name(one, several) for one in equal)
+            row[place] = ", ".join(design_name(row, several) for row in equal)
             row[f"{place}_value"] = value
-            ends = [one["share_model_ends"] for one in equal]
+            ends = [row["share_model_ends"] for row in equal]
             row[f"{place}_model_ends"] = max(ends, default=math.nan)
         best.append(row)
     return best
@@ -246,7 +246,7 @@ DESIGN_LEGEND: Final = (
 
 def _spread(row: Cells, key: str) -> str:
     """Return 50 %, 84 % and worst value of a quantity."""
-    (quantity,) = (one for one in DESIGN_QUANTITIES if one.column("*") == key)
+    (quantity,) = (quantity for quantity in DESIGN_QUANTITIES if quantity.column("*") == key)
     words = [
         quantity.outcome(number(row.get(quantity.column(part)))) for part in (0.5, 0.84, "worst")
     ]

@@ -219,7 +219,7 @@ def parameter_rows(*files: tuple[Path, str]) -> list[dict[str, Any]]:
         attribute_names = ("rockframe_version", "source_code_hash", "gravity")
         rows += [(kind, name, attributes[name]) for name in attribute_names]
         hashes = json.loads(attributes["input_sha256"])
-        rows += [(f"{kind}: SHA-256 of inputs", *one) for one in hashes.items()]
+        rows += [(f"{kind}: SHA-256 of inputs", *entry) for entry in hashes.items()]
         options = _flat(json.loads(attributes["parameters"]))
         rows += [(f"{kind}: options", *option) for option in options]
     rows += [

@@ -194,7 +194,7 @@ def band_words(row: Cells, key: str) -> str:
     if any(map(math.isnan, numbers)):
         return DASH
     quantity = _OF_KEY[key]
-    words = [quantity.text(one) for one in numbers if math.isfinite(one)]
+    words = [quantity.text(number) for number in numbers if math.isfinite(number)]
     return " ".join([*words, *(["overturns"] if math.isinf(numbers[-1]) else [])])
 
 

@@ -55,7 +55,7 @@ def matters_most(found: Mapping[str, float], chance: float) -> str:
     >>> matters_most({"height": 0.1, "corner": math.nan}, 0.25)
     ''
     """
-    beyond = {name: abs(one) for name, one in found.items() if abs(one) > chance}
+    beyond = {name: abs(item) for name, item in found.items() if abs(item) > chance}
     return max(beyond, key=lambda name: beyond[name], default="")
 
 

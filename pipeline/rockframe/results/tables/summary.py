@@ -342,8 +342,10 @@ class Summary:
 
 def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hashable]) -> list[Row]:
     """Return the rows of structures that respond to the same records."""
-    intervals = mean_shares_of([one.shares for one in group], group[0].names, recordings)
-    return [one.row(interval) for one, interval in zip(group, intervals, strict=True)]
+    intervals = mean_shares_of([member.shares for member in group], group[0].names, recordings)
+    return [
+        row_of_group.row(interval) for row_of_group, interval in zip(group, intervals, strict=True)
+    ]
 
 
 class _OverRecords:

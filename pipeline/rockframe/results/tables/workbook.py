@@ -175,7 +175,11 @@ def _shown(value: Any) -> str:
 
 def _form(name: str, values: Sequence[Any]) -> str:
     """Return the number format of a column: shares in percent, other numbers to fit the largest."""
-    numbers = [one for one in values if isinstance(one, float) and math.isfinite(one)]
+    numbers = [
+        value_of_cell
+        for value_of_cell in values
+        if isinstance(value_of_cell, float) and math.isfinite(value_of_cell)
+    ]
     if not numbers:
         return ""
     if name.rpartition(" ")[2].startswith("share_"):

@@ -80,7 +80,9 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     channels_here = split_channels(path, plain_text(path, data).split(b"\n"))
     for channel in channels_here:
         sections.require_quantity(channel)
-    channels = [one for one in channels_here if one.integer(sections.QUANTITY) == _ACCELERATION]
+    channels = [
+        channel for channel in channels_here if channel.integer(sections.QUANTITY) == _ACCELERATION
+    ]
     if not channels:
         code = channels_here[0].integer(sections.QUANTITY)
         name = sections.QUANTITIES.get(code or 0, "unknown")
@@ -88,13 +90,15 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
         message += f"Must be {_ACCELERATION} (acceleration)."
         raise OtherQuantityError(path, message, channels_here[0].first_line)
     for channel in (
-        one for one in channels_here if one.integer(sections.QUANTITY) != _ACCELERATION
+        channel for channel in channels_here if channel.integer(sections.QUANTITY) != _ACCELERATION
     ):
         require_layout(
             path, channel.rows, channel.layout.columns, _samples(channel), channel.sample_line
         )
-    names = [_component(one) for one in channels]
-    return distinct_records(path, names, [(one,) for one in channels], partial(_record, options))
+    names = [_component(channel) for channel in channels]
+    return distinct_records(
+        path, names, [(channel,) for channel in channels], partial(_record, options)
+    )
 
 
 def _samples(channel: Channel) -> int:

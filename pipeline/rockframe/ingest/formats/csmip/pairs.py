@@ -223,7 +223,7 @@ def _trigger(header: Header) -> float:
 def _facts(header: Header) -> dict[str, Any]:
     """Return event, station, magnitude and distances as fields of a record."""
     lines = header.lines
-    sizes = {one["kind"].upper(): float(one["size"]) for one in _MAGNITUDE.finditer(lines[8])}
+    sizes = {match["kind"].upper(): float(match["size"]) for match in _MAGNITUDE.finditer(lines[8])}
     magnitude = sizes.get("W") or sizes.get("L") or math.nan
     (depth,) = numbers_in(_DEPTH, lines[8])
     distance_facts = distances(place_in(lines[8]), place_in(lines[4]), depth)
