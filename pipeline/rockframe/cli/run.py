@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -162,7 +162,6 @@ def run_status(options: argparse.Namespace) -> None:
     """Hash the files and print the state of each step."""
     from rockframe.provenance import source_code_hash
     from rockframe.results.tables.entries import left_out_of
-    from rockframe.results.tables.summary import reasons_in_words
     from rockframe.runs.run import outlook
     from rockframe.runs.state import (
         changed_inputs,
@@ -183,44 +182,52 @@ def run_status(options: argparse.Namespace) -> None:
     complete = all(state.is_done for state in planned) and not faults
     states = outlook(plan, planned, options.folder)
     left_out = {} if faults else left_out_of(options.folder)  # a corrupted file cannot be read
+    facts = {
+        "study": plan.study,
+        "complete": complete,
+        "running": running,
+        "counts": dict(Counter(state.state for state in states)),
+        "faults": faults,
+        "inputs_changed": changed,
+        "left_out": left_out,
+        "same_source": same_source,
+    }
     if options.json:
         steps = [
             {"name": s.step.name, "state": s.state, "fault": s.fault, "reason": s.reason}
             for s in states
         ]
-        counts = dict(Counter(s.state for s in states))
-        console.show_json(
-            {
-                "study": plan.study,
-                "complete": complete,
-                "running": running,
-                "counts": counts,
-                "faults": faults,
-                "inputs_changed": changed,
-                "left_out": left_out,
-                "same_source": same_source,
-                "steps": steps,
-            }
-        )
-        return
-    print(f"{plan.study} in {options.folder}")
-    for file, reasons in left_out.items():
+        console.show_json({**facts, "steps": steps})
+    else:
+        _show_status(options.folder, facts, states, len(inputs))
+
+
+def _show_status(
+    folder: Path, facts: Mapping[str, Any], states: Sequence[StepState], inputs: int
+) -> None:
+    """Print the state of a run in words."""
+    from rockframe.results.tables.summary import reasons_in_words
+
+    print(f"{facts['study']} in {folder}")
+    for file, reasons in facts["left_out"].items():
         if reasons:
             print(f"{len(reasons)} left out of {file}: {reasons_in_words(reasons)}")
     _show_states(states)
     if any(state.state == "removed" for state in states):
         print("removed: batch files whose content is in the merged files")
-    for fault in faults:
+    for fault in facts["faults"]:
         print(f"{fault}.")
+    changed = facts["inputs_changed"]
     if changed:
         path, how = next(iter(changed.items()))
-        many = f"{len(changed)} of {len(inputs)} inputs changed or are missing"
+        many = f"{len(changed)} of {inputs} inputs changed or are missing"
         print(f"{many} since the run was planned: {path} {how}.")
         print("`rockframe run` would repeat the steps that depend on them")
-    if not same_source:
+    if not facts["same_source"]:
         print("made by another version of the source code: `rockframe run` would repeat the run")
     done = "complete for the inputs as planned" if changed else "complete"
-    print(done if complete else "a run is in progress" if running else "not complete")
+    waits = "a run is in progress" if facts["running"] else "not complete"
+    print(done if facts["complete"] else waits)
 
 
 def _show_states(states: Sequence[StepState]) -> None:

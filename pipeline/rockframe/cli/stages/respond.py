@@ -136,9 +136,7 @@ def run_respond(options: argparse.Namespace) -> int:
         console.show_json(said | matrices(rows, options.matrix))
     else:
         console.show_first(summary)
-        if len(said_of_each) == 1:
-            ((name, sentence),) = said_of_each.items()
-            print(f"{console.filled(f'{name} {sentence}.')}\n")
+        _show_answer(said_of_each)
         _show_responses(options, rows, summary, written)
         _show_parts(parts)
         if wanted.forces:
@@ -149,6 +147,13 @@ def run_respond(options: argparse.Namespace) -> int:
         files = [*written, *drawn]
         print(*files, sep="\n", end="\n" if files else "")
     return console.show_rejections(rejections)
+
+
+def _show_answer(said_of_each: Mapping[str, str]) -> None:
+    """Print the answer in a sentence, if there is one structure."""
+    if len(said_of_each) == 1:
+        ((name, sentence),) = said_of_each.items()
+        print(f"{console.filled(f'{name} {sentence}.')}\n")
 
 
 def _largest(peaks: Mapping[str, float], row: Row) -> float:
