@@ -23,7 +23,7 @@ from rockframe.results.records import RecordsFile, open_records
 from rockframe.rocking import GroundAcceleration, Verdict, respond
 from rockframe.stages.common import choose_structures, horizontal, only_frames
 from rockframe.stages.pulse import usable
-from rockframe.stages.respond import with_vertical
+from rockframe.stages.respond import WITHOUT_VERTICAL, pairs_of, with_vertical
 from rockframe.study.structures import SHIPPED_STRUCTURES
 from rockframe.unequal import UnequalBent
 from rockframe.wavelets.family import RICKERS
@@ -133,15 +133,12 @@ def one_or_both(request: FigureRequest) -> Shown:
     A motion in both directions has the name that `respond` gives it, such as CCC-both.
     """
     with request.records() as (path, status), open_records(path) as file:
-        level = {*horizontal(file)}
-        for names in file.motions:
-            across = [name for name in names if name in level]
-            if len(across) != 2 or file.name_of_pair(across[0]) not in request.record:
-                continue
+        named = [pair for pair in pairs_of(file).values() if pair.name in request.record]
+        if named:
             request.require_at_most(1)
-            both = file.in_both(names)
+            both = file.in_both(named[0].records)
             if request.vertical and both.vertical is None:
-                raise ParameterError(f"record {request.record[0]!r}: no vertical record.")
+                raise ParameterError(f"record {request.record[0]!r}: {WITHOUT_VERTICAL}")
             ground = PairAcceleration.from_pair(both, vertical=True) if request.vertical else None
             return (both, request.frame, ground), status
     return one_record(request)

@@ -84,7 +84,7 @@ _NODES: Final = 200_000
 #: Factor of it for tasks that compute many nominal responses at once.
 _AT_ONCE: Final = 10
 
-_WITHOUT_VERTICAL: Final = (
+WITHOUT_VERTICAL: Final = (
     "no vertical record of the same event, station and time step has 95 % of its energy in the "
     "samples that they share, or several have. Add one, or compute without the vertical component."
 )
@@ -181,7 +181,8 @@ def respond_stage(
     left_out: dict[str, str] = {}
     with open_records(records_path) as file:
         names = batch.of(horizontal(file))
-        pairs = _pairs_of(file, structures) if options.both_directions else {}
+        both = options.both_directions and computed_in_both_directions(structures)
+        pairs = pairs_of(file) if both else {}
         motions = _motions(file, names, options, left_out, pairs)
         pulses = _Pulses.read(next(iter(beside), None), names)
         tasks = Counted(
@@ -239,13 +240,9 @@ class _Pair(NamedTuple):
     records: tuple[str, ...]
 
 
-def _pairs_of(file: RecordsFile, structures: Sequence[Structure]) -> dict[str, _Pair]:
-    """Return the motions with two horizontals, by the later of these in the file; none if no
-    structure is computed in both directions.
-    """
+def pairs_of(file: RecordsFile) -> dict[str, _Pair]:
+    """Return the motions with two horizontals, by the later of these in the file."""
     pairs: dict[str, _Pair] = {}
-    if not computed_in_both_directions(structures):
-        return pairs
     level = {*horizontal(file)}
     sequences = {*file.sequences}
     for records in file.motions:
@@ -273,7 +270,7 @@ def _in_both(file: RecordsFile, pair: _Pair, options: RespondOptions) -> _Motion
 
     both = file.in_both(pair.records)
     if options.vertical and both.vertical is None:
-        raise ParameterError(_WITHOUT_VERTICAL)
+        raise ParameterError(WITHOUT_VERTICAL)
     motion = PairAcceleration.from_pair(both, vertical=options.vertical)
     records = (both.first.record_id, both.second.record_id)
     components = Components(records, both.remark)
@@ -581,7 +578,7 @@ def with_vertical(record: Record, beside: Mapping[str, Record]) -> GroundAcceler
     """
     upward = beside.get(record.record_id)
     if upward is None:
-        raise ParameterError(_WITHOUT_VERTICAL)
+        raise ParameterError(WITHOUT_VERTICAL)
     sign = -1.0 if upward.orientation is Orientation.DOWNWARD else 1.0
     across = GroundAcceleration.from_samples(record.acceleration, record.time_step)
     return across.with_vertical(
