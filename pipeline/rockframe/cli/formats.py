@@ -76,11 +76,11 @@ def _list_formats(*, as_json: bool) -> None:
     console.show_table("Formats of strong-motion records", list(heads.values()), cells)
 
 
-def _words(stated: FileOptions) -> list[str]:
+def _words(options: FileOptions) -> list[str]:
     """Return the words of the command line for the options that differ from their defaults."""
     words: list[str] = []
-    for name, field in type(stated).model_fields.items():
-        value = getattr(stated, name)
+    for name, field in type(options).model_fields.items():
+        value = getattr(options, name)
         if value != field.default:
             values = value if isinstance(value, tuple) else (value,)
             words += [flag(name), *map(str, values)]

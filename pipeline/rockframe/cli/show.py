@@ -57,21 +57,20 @@ def _show_rows(rows: Sequence[Mapping[str, str]]) -> None:
             console.show_rows(title, response_columns(chosen[0], {}), chosen)
 
 
-def _entry(run: Run, stated: str) -> Mapping[str, str]:
+def _entry(run: Run, text: str) -> Mapping[str, str]:
     """Return the row of a record in the list of inputs; the record must be unique."""
-    composed = unicodedata.normalize("NFC", stated)  # identifiers are in this form
+    composed = unicodedata.normalize("NFC", text)  # identifiers are in this form
     entries = [row for row in run.entries if row["record_id"] == composed]
-    entries = entries or [row for row in run.entries if row["file"] == stated]
+    entries = entries or [row for row in run.entries if row["file"] == text]
     if len(entries) > 1:
         names = ", ".join(row["record_id"] or f"{row['file']} ({row['reason']})" for row in entries)
         raise ParameterError(
-            f"{stated!r} is a file of {len(entries)} records. Choose one of them: {names}."
+            f"{text!r} is a file of {len(entries)} records. Choose one of them: {names}."
         )
     if not entries:
         allowed = ", ".join(row["record_id"] for row in run.entries if row["record_id"])
         raise ParameterError(
-            f"Invalid record {stated!r}. Must be the name of a file of the run, or one of: "
-            f"{allowed}."
+            f"Invalid record {text!r}. Must be the name of a file of the run, or one of: {allowed}."
         )
     return entries[0]
 

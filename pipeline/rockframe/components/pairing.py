@@ -332,12 +332,12 @@ def _motions(records: Iterable[Record]) -> list[list[Record]]:
     return [[given[number] for number in motion] for motion in numbers]
 
 
-def steps_between(one: Record, other: Record) -> int:
+def steps_between(record: Record, other: Record) -> int:
     """Return the number of time steps from the first sample of a record to that of another.
 
     Parameters
     ----------
-    one, other : Record
+    record, other : Record
         Records of one time step.
 
     Raises
@@ -353,19 +353,21 @@ def steps_between(one: Record, other: Record) -> int:
     >>> steps_between(one, replace(one, start_time="2019-07-06T03:19:45.000001Z"))
     500
     """
-    names = f"{one.record_id!r} and {other.record_id!r}"
-    if not _same_step(one, other):
+    names = f"{record.record_id!r} and {other.record_id!r}"
+    if not _same_step(record, other):
         raise ParameterError(
-            f"time steps [s] {one.time_step!r} and {other.time_step!r} of {names}. Must be equal."
+            f"time steps [s] {record.time_step!r} and {other.time_step!r} of {names}. "
+            "Must be equal."
         )
-    if one.start_time == other.start_time:
+    if record.start_time == other.start_time:
         return 0
     # Start times state at most microseconds.
-    seconds = round(utc_seconds(other.start_time) - utc_seconds(one.start_time), 6)
-    apart = seconds / one.time_step
+    seconds = round(utc_seconds(other.start_time) - utc_seconds(record.start_time), 6)
+    apart = seconds / record.time_step
     if math.isnan(apart):
         raise ParameterError(
-            f"start times {one.start_time!r} and {other.start_time!r} of {names}. Must be equal, "
+            f"start times {record.start_time!r} and {other.start_time!r} of {names}. "
+            "Must be equal, "
             "or times in ISO 8601."
         )
     if abs(apart - round(apart)) > SAME_TIME:
@@ -526,12 +528,12 @@ def _placed(record: Record, first: int, count: int, beside: Record, time: str) -
     )
 
 
-def _pair(known: list[Record], motion: list[Record]) -> HorizontalPair:
+def _pair(records: list[Record], motion: list[Record]) -> HorizontalPair:
     """Return the pair of a motion, or raise a ParameterError with the reason why there is none."""
-    return HorizontalPair(*_together(known, motion))
+    return HorizontalPair(*_together(records, motion))
 
 
-def _together(known: list[Record], motion: list[Record]) -> tuple[Record, Record, Record | None]:
+def _together(records: list[Record], motion: list[Record]) -> tuple[Record, Record, Record | None]:
     """Return two horizontals and the vertical of a motion, if it has one, at common samples.
 
     Raises
@@ -539,29 +541,30 @@ def _together(known: list[Record], motion: list[Record]) -> tuple[Record, Record
     ParameterError
         If there are more than two horizontals, or they have too few samples in common.
     """
-    if len(known) > 2:
-        names = ", ".join(record.record_id for record in known)
+    if len(records) > 2:
+        names = ", ".join(record.record_id for record in records)
         raise ParameterError(
-            f"{len(known)} horizontals of station {known[0].station!r}: {names}. A pair has two."
+            f"{len(records)} horizontals of station {records[0].station!r}: {names}. "
+            "A pair has two."
         )
     verticals = [r for r in motion if r.orientation.upright]
-    first, other = on_common_samples(known)
-    _warn_of_cut(known, first)
+    first, other = on_common_samples(records)
+    _warn_of_cut(records, first)
     vertical: list[Record] = []
     if len(verticals) == 1 and _share_samples(first, other, verticals[0]):
         # the vertical must not cost the pair
-        first, other, *vertical = on_common_samples([*known, *verticals], 1.0)
+        first, other, *vertical = on_common_samples([*records, *verticals], 1.0)
     return first, other, vertical[0] if vertical else None
 
 
-def _warn_of_cut(known: Sequence[Record], cut: Record) -> None:
+def _warn_of_cut(records: Sequence[Record], cut: Record) -> None:
     """Warn if a pair is without much of the energy of its records."""
-    for record in known:
+    for record in records:
         first, count = steps_between(record, cut), cut.acceleration.size
         lost = _energy_outside(record, first, count)
         if lost > _LOST_UNSAID:
             seconds = (record.acceleration.size - count) * record.time_step
-            names = " and ".join(repr(record.record_id) for record in known)
+            names = " and ".join(repr(record.record_id) for record in records)
             warnings.warn(
                 f"the pair of {names} is without {seconds:g} s and {100.0 * lost:.0f} % of the "
                 f"energy of {record.record_id!r}, which are outside their common samples.",
@@ -570,20 +573,21 @@ def _warn_of_cut(known: Sequence[Record], cut: Record) -> None:
             )
 
 
-def _same_step(one: Record, other: Record) -> bool:
-    return math.isclose(one.time_step, other.time_step, rel_tol=SAME_STEP)
+def _same_step(record: Record, other: Record) -> bool:
+    return math.isclose(record.time_step, other.time_step, rel_tol=SAME_STEP)
 
 
-def _require_same_times(one: Record, other: Record) -> None:
-    here, there = one.acceleration.size, other.acceleration.size
+def _require_same_times(record: Record, other: Record) -> None:
+    here, there = record.acceleration.size, other.acceleration.size
     for quantity, value, another, same in (
-        ("start times", one.start_time, other.start_time, one.start_time == other.start_time),
-        ("time steps [s]", one.time_step, other.time_step, _same_step(one, other)),
+        ("start times", record.start_time, other.start_time, record.start_time == other.start_time),
+        ("time steps [s]", record.time_step, other.time_step, _same_step(record, other)),
         ("numbers of samples", here, there, here == there),
     ):
         if not same:
             raise ParameterError(
-                f"{quantity} {value!r} and {another!r} of {one.record_id!r} and {other.record_id!r}"
+                f"{quantity} {value!r} and {another!r} of {record.record_id!r} and "
+                f"{other.record_id!r}"
                 ". Must be equal."
             )
 

@@ -347,9 +347,9 @@ def facts_for_record(
     return facts
 
 
-def _applies(entry: CatalogueEntry, record: Record, known: Mapping[str, Any]) -> bool:
+def _applies(entry: CatalogueEntry, record: Record, facts: Mapping[str, Any]) -> bool:
     """Return True if a record began at the time of the event, and at its station if named."""
-    station = known.get("station", record.station), known.get("network", record.network)
+    station = facts.get("station", record.station), facts.get("network", record.network)
     if entry.station and (entry.station, entry.network or station[1]) != station:
         return False
     if entry.by_station:

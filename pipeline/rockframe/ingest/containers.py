@@ -254,9 +254,9 @@ def _must(cap: int) -> str:
     return f"Must be at most {cap}: {LARGEST_RATIO} times the packed size, and at most {LARGEST}."
 
 
-def _corrupted(path: Path, what: str, error: Exception) -> InputError:
+def _corrupted(path: Path, kind: str, error: Exception) -> InputError:
     reason = printable(str(error)).rstrip(".") or type(error).__name__
-    return InputError(path, f"corrupted {what}: {reason}.")
+    return InputError(path, f"corrupted {kind}: {reason}.")
 
 
 #: Largest nesting depth of archives, such as a ZIP of ZIPs.

@@ -271,9 +271,9 @@ def upright_sense(component: str, coded: Orientation) -> Orientation | None:
     return None if tells and named is not coded else coded
 
 
-def _common_length(one: str, other: str) -> int:
+def _common_length(first: str, other: str) -> int:
     """Return the length of the common beginning of two texts."""
-    pairs = takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False))
+    pairs = takewhile(lambda pair: pair[0] == pair[1], zip(first, other, strict=False))
     return sum(1 for _ in pairs)
 
 

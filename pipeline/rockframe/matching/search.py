@@ -417,10 +417,10 @@ def _highest(tops: Sequence[Refined]) -> Refined:
     return min((top for top in tops if top.weighted >= least), key=lambda top: top.time)
 
 
-def _alike(one: Refined, other: Refined) -> bool:
+def _alike(first: Refined, other: Refined) -> bool:
     """Return True if two points are so close that they probably belong to the same maximum."""
-    apart = np.abs(_variables(one) - _variables(other)).max()
-    return bool(apart < _ALIKE and abs(one.time - other.time) < _ALIKE * one.period)
+    apart = np.abs(_variables(first) - _variables(other)).max()
+    return bool(apart < _ALIKE and abs(first.time - other.time) < _ALIKE * first.period)
 
 
 def _climbed(

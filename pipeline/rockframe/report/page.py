@@ -246,8 +246,8 @@ def _forces(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _sentence(row: Mapping[str, str], stated: SpreadVerdict) -> str:
-    sentence = f"{'nominally ' * stated.is_nominal}{stated.sentence}"
+def _sentence(row: Mapping[str, str], verdict: SpreadVerdict) -> str:
+    sentence = f"{'nominally ' * verdict.is_nominal}{verdict.sentence}"
     return "; ".join(filter(None, (sentence, peak_words(row))))
 
 
@@ -257,7 +257,7 @@ def _band(row: Mapping[str, str], verdict: SpreadVerdict) -> str:
     return "" if still or verdict.is_nominal else band_words(row, "peak_rotation_ratio_*")
 
 
-def _of_pair(facts: Iterable[LabelledValue], stated: SpreadVerdict) -> list[LabelledValue]:
+def _of_pair(facts: Iterable[LabelledValue], verdict: SpreadVerdict) -> list[LabelledValue]:
     """Return the values to show, with the nominal verdict in words.
 
     Beside values of the ensemble, the labels of the others say that they are nominal.
@@ -265,7 +265,7 @@ def _of_pair(facts: Iterable[LabelledValue], stated: SpreadVerdict) -> list[Labe
 
     def label(fact: LabelledValue) -> str:
         source = KINDS[RESPONSE][fact.name].source
-        of_members = stated.is_nominal or source.partition(".")[0] in {"ensemble", "robust"}
+        of_members = verdict.is_nominal or source.partition(".")[0] in {"ensemble", "robust"}
         plain = of_members or fact.label.startswith("nominal")
         return fact.label if plain else f"nominal: {fact.label}"
 
@@ -273,10 +273,10 @@ def _of_pair(facts: Iterable[LabelledValue], stated: SpreadVerdict) -> list[Labe
         replace(
             fact,
             label=label(fact),
-            value=stated.nominal.label if fact.name == "verdict" else fact.value,
+            value=verdict.nominal.label if fact.name == "verdict" else fact.value,
         )
         for fact in facts
-        if not (fact.name in _OF_THE_FALL and stated.overturns)
+        if not (fact.name in _OF_THE_FALL and verdict.overturns)
     ]
 
 
@@ -604,15 +604,15 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _fragility(one: xr.Dataset) -> list[tuple[str, list[Plot]]]:
+def _fragility(dataset: xr.Dataset) -> list[tuple[str, list[Plot]]]:
     """Return the title and the plots of each limit state, over each measure that is known."""
-    states = equal_states(one)
+    states = equal_states(dataset)
     fits_known = [
-        one.sel(measure=name)
-        for name in one["measure"].values
-        if int(one["fragility_outcome"].sel(measure=name)[0]) != Outcome.UNKNOWN
+        dataset.sel(measure=name)
+        for name in dataset["measure"].values
+        if int(dataset["fragility_outcome"].sel(measure=name)[0]) != Outcome.UNKNOWN
     ]
-    row = kind_row(one)
+    row = kind_row(dataset)
     return [
         (
             in_verb_of(row, title_of_states(state)),

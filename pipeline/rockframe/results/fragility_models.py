@@ -193,10 +193,10 @@ def _undetermined(
     return reasons
 
 
-def _taxonomies(structures: Sequence[str], stated: Sequence[str] | None) -> tuple[str, ...]:
+def _taxonomies(structures: Sequence[str], names: Sequence[str] | None) -> tuple[str, ...]:
     """Return the taxonomy of each structure: as stated, otherwise its name."""
     named = dict.fromkeys(structures, "")
-    for text in stated or ():
+    for text in names or ():
         name, equals, taxonomy = text.partition("=")
         if len(structures) == 1 and name not in named:
             name, taxonomy = structures[0], text

@@ -265,16 +265,16 @@ def _largest(variable: xr.DataArray) -> float:
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
-def _relative_difference(one: NDArray[Any], other: NDArray[Any] | None, largest: float) -> float:
+def _relative_difference(first: NDArray[Any], other: NDArray[Any] | None, largest: float) -> float:
     """Return the largest difference over the largest value; infinite if values that must be equal
     differ.
     """
-    if other is None or one.shape != other.shape or one.dtype.kind != other.dtype.kind:
+    if other is None or first.shape != other.shape or first.dtype.kind != other.dtype.kind:
         return math.inf
-    if one.dtype.kind != "f":
-        return 0.0 if np.array_equal(one, other) else math.inf
-    unequal = ~((one == other) | (np.isnan(one) & np.isnan(other)))
+    if first.dtype.kind != "f":
+        return 0.0 if np.array_equal(first, other) else math.inf
+    unequal = ~((first == other) | (np.isnan(first) & np.isnan(other)))
     if not unequal.any():
         return 0.0
-    gap = float(np.abs(one[unequal] - other[unequal]).max())
+    gap = float(np.abs(first[unequal] - other[unequal]).max())
     return gap / largest if math.isfinite(gap) and largest > 0.0 else math.inf

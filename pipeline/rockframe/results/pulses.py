@@ -65,12 +65,12 @@ def write_pulses(
     return write_rows(PULSES_NC, rows, path, complete, batch=batch, **origin)
 
 
-def _values(record: Record, found: RecordPulses) -> dict[str, Any]:
+def _values(record: Record, pulses: RecordPulses) -> dict[str, Any]:
     return {
         "record_id": record.record_id,
         "row_size": record.acceleration.size,
         "samples_sha256": record.samples_sha256,
-        "found": found,
+        "found": pulses,
     }
 
 

@@ -367,13 +367,13 @@ class RecordsFile:
             raise ParameterError(rejected[0].reason)
         return motions[0]
 
-    def name_of_pair(self, one: str) -> str:
+    def name_of_pair(self, first: str) -> str:
         """Return a name of both horizontals together: ``both`` in place of the first component."""
-        component = str(self._values_of["component"].values[self._rows[one]])
-        stem = one.removesuffix(component) if component else one
-        stem = stem if stem and stem != one else f"{one}-"
+        component = str(self._values_of["component"].values[self._rows[first]])
+        stem = first.removesuffix(component) if component else first
+        stem = stem if stem and stem != first else f"{first}-"
         name = f"{stem[: LONGEST_ID - 4]}both"
-        return name if name not in self._rows else f"{one[: LONGEST_ID - 10]}-with-both"
+        return name if name not in self._rows else f"{first[: LONGEST_ID - 10]}-with-both"
 
     @property
     def orientations(self) -> list[Orientation]:

@@ -190,23 +190,25 @@ def response_row(
     return _histories(responses, names), _values(name, responses, components)
 
 
-def nominal_row(name: str, found: NominalResponses) -> WrittenRow:
+def nominal_row(name: str, responses: NominalResponses) -> WrittenRow:
     """Return what `response_row` returns, for responses without histories that are in arrays."""
-    count = len(found.frames)
+    count = len(responses.frames)
     none = [None] * count
     beside = {part: none for part in _PARTS if part not in _AS_ARRAYS}
-    alone = found.to_pulse and _of_arrays("to_pulse", SimpleNamespace(**found.to_pulse), count)
+    alone = responses.to_pulse and _of_arrays(
+        "to_pulse", SimpleNamespace(**responses.to_pulse), count
+    )
     values = {
         "record_id": name,
         "components": "",
         "components_remark": "",
         "row_size": 0,
         "history": [False] * count,
-        **{key: row[0] for key, row in _of_arrays("response", found, count).items()},
+        **{key: row[0] for key, row in _of_arrays("response", responses, count).items()},
         **beside,
         **dict.fromkeys(_AS_ARRAYS),
         "to_pulse": alone or _without_pulse(count),
-        "contact": _of_arrays("contact", SimpleNamespace(**found.contact), count),
+        "contact": _of_arrays("contact", SimpleNamespace(**responses.contact), count),
         _CORRELATIONS: _Correlations.of(none),
     }
     return {"time": np.empty(0), **{key: np.empty((count, 0)) for key in _HISTORIES}}, values

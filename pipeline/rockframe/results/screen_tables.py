@@ -260,13 +260,13 @@ def design_by_share(screening: xr.Dataset) -> bool:
     return name not in screening or str(screening[name].item()) == "share"
 
 
-def with_its_limits(one: xr.Dataset) -> xr.Dataset:
+def with_its_limits(dataset: xr.Dataset) -> xr.Dataset:
     """Return one structure of a screening, without limits of restraints that it does not have."""
-    has = (one["fragility_outcome"] != Outcome.ABSENT).all("measure")
-    return one.isel(limit_state=np.flatnonzero(has))
+    has = (dataset["fragility_outcome"] != Outcome.ABSENT).all("measure")
+    return dataset.isel(limit_state=np.flatnonzero(has))
 
 
-def kind_row(one: xr.Dataset) -> dict[str, str]:
+def kind_row(dataset: xr.Dataset) -> dict[str, str]:
     """Return the kind of the structure of a screening of one structure, as a row for words.
 
     Examples
@@ -274,7 +274,7 @@ def kind_row(one: xr.Dataset) -> dict[str, str]:
     >>> in_verb_of(kind_row(xr.Dataset({"kind": "fixed"})), "overturning")
     'collapse'
     """
-    return {"kind": str(one["kind"].item()) if "kind" in one else ""}
+    return {"kind": str(dataset["kind"].item()) if "kind" in dataset else ""}
 
 
 def equal_states(screening: xr.Dataset) -> list[list[LimitState]]:
@@ -462,18 +462,18 @@ def _rate(structure: xr.Dataset, limit: str) -> dict[str, Any]:
     }
 
 
-def _note(one: xr.Dataset, measure: Measure) -> str:
+def _note(dataset: xr.Dataset, measure: Measure) -> str:
     """Return in words why a rate is uncertain: its curve is not determined, or large shares of it
     are from intensities without data; or nothing.
     """
-    fit, unit = one.sel(measure=measure.name), measure.unit
+    fit, unit = dataset.sel(measure=measure.name), measure.unit
     least = float(fit["fragility_lowest"]) / measure.printed
     most = float(fit["fragility_highest"]) / measure.printed
-    last = float(one["hazard_intensity"][-1]) / measure.printed
-    rate, above = float(one["annual_rate"]), float(one["disaggregation"][-1])
+    last = float(dataset["hazard_intensity"][-1]) / measure.printed
+    rate, above = float(dataset["annual_rate"]), float(dataset["disaggregation"][-1])
     shares = (
         (
-            float(one["annual_rate_extrapolated"]),
+            float(dataset["annual_rate_extrapolated"]),
             f"outside the range tried, {least:.3g} to {most:.3g} {unit}",
         ),
         (

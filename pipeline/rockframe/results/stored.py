@@ -423,11 +423,11 @@ def _stored(
     return stored
 
 
-def _without(path: Path, kind: FileKind, one: Variable, found: Container[str]) -> InputError:
-    in_group = [v.name for v in kind.variables if v.group == one.group and v.name in found]
-    beside = f", but with {in_group[0]!r}" if one.group else ""
+def _without(path: Path, kind: FileKind, variable: Variable, found: Container[str]) -> InputError:
+    in_group = [v.name for v in kind.variables if v.group == variable.group and v.name in found]
+    beside = f", but with {in_group[0]!r}" if variable.group else ""
     must_be = f"Use a file that this version of `rockframe {kind.stage}` wrote."
-    return InputError(path, f"without variable {one.name!r}{beside}. {must_be}")
+    return InputError(path, f"without variable {variable.name!r}{beside}. {must_be}")
 
 
 def _sizes(stored: Sequence[Stored]) -> dict[str, int]:
@@ -491,48 +491,48 @@ def _require_allowed(
 
 
 def _allowed(
-    one: Variable, values: NDArray[Any], of: Mapping[str, Stored], sizes: Mapping[str, int]
+    variable: Variable, values: NDArray[Any], of: Mapping[str, Stored], sizes: Mapping[str, int]
 ) -> NDArray[np.bool_]:
     """Return a mask that is True where a value is allowed."""
-    if one.holds == "flags":
-        if issubclass(one.dtype, IntFlag):
-            return np.asarray(values & ~reduce(or_, (bit.value for bit in one.dtype)) == 0)
-        return np.asarray(np.isin(values, [member.value for member in one.dtype]))
-    if one.holds == "integers":
-        end = sizes[one.refers_to] if one.refers_to else np.inf
-        return np.asarray(((values >= 0) | (one.valid == "any")) & (values < end))
-    if one.holds == "numbers":
-        allowed = np.isfinite(values) & ((values > 0.0) | (one.valid != "positive"))
-        allowed |= np.isnan(values) & (one.valid == "finite or absent")
+    if variable.holds == "flags":
+        if issubclass(variable.dtype, IntFlag):
+            return np.asarray(values & ~reduce(or_, (bit.value for bit in variable.dtype)) == 0)
+        return np.asarray(np.isin(values, [member.value for member in variable.dtype]))
+    if variable.holds == "integers":
+        end = sizes[variable.refers_to] if variable.refers_to else np.inf
+        return np.asarray(((values >= 0) | (variable.valid == "any")) & (values < end))
+    if variable.holds == "numbers":
+        allowed = np.isfinite(values) & ((values > 0.0) | (variable.valid != "positive"))
+        allowed |= np.isnan(values) & (variable.valid == "finite or absent")
     else:
-        texts = [_is_text(one, value) for value in values.ravel()]
+        texts = [_is_text(variable, value) for value in values.ravel()]
         allowed = np.array(texts, dtype=bool).reshape(values.shape)
-    if one.refers_to:
-        allowed &= np.isin(values, of[one.refers_to].values)
+    if variable.refers_to:
+        allowed &= np.isin(values, of[variable.refers_to].values)
     return np.asarray(allowed)
 
 
-def _is_text(one: Variable, value: Any) -> bool:
-    if not isinstance(value, str) or (one.choices and value not in one.choices):
+def _is_text(variable: Variable, value: Any) -> bool:
+    if not isinstance(value, str) or (variable.choices and value not in variable.choices):
         return False
-    return not one.key or is_record_id(value)
+    return not variable.key or is_record_id(value)
 
 
-def _required(one: Variable) -> str:
+def _required(variable: Variable) -> str:
     """Return a description of the values that a variable may have."""
-    if one.refers_to:
-        return f"one of those of {one.refers_to}"
-    if one.choices:
-        return f"one of: {', '.join(map(repr, one.choices))}"
-    if one.holds == "flags":
-        return f"one of: {', '.join(f'{m.value} {m.name}'.lower() for m in one.dtype)}"
-    if one.holds == "text":
-        return "1 to 64 letters, digits, points, hyphens or underscores" if one.key else "text"
+    if variable.refers_to:
+        return f"one of those of {variable.refers_to}"
+    if variable.choices:
+        return f"one of: {', '.join(map(repr, variable.choices))}"
+    if variable.holds == "flags":
+        return f"one of: {', '.join(f'{m.value} {m.name}'.lower() for m in variable.dtype)}"
+    if variable.holds == "text":
+        return "1 to 64 letters, digits, points, hyphens or underscores" if variable.key else "text"
     return (
         "positive"
-        if one.valid == "positive"
+        if variable.valid == "positive"
         else "0 or more"
-        if one.holds == "integers"
+        if variable.holds == "integers"
         else "finite"
     )
 

@@ -284,9 +284,9 @@ def _corners(
     return corners
 
 
-def _corner(record: Record, stated: tuple[float, float] | None, ratio: float) -> Corner:
-    if stated is not None:
-        return Corner(stated[0], CornerSource.STATED)
+def _corner(record: Record, corners: tuple[float, float] | None, ratio: float) -> Corner:
+    if corners is not None:
+        return Corner(corners[0], CornerSource.STATED)
     return choose_corner(record.acceleration, record.time_step, ratio)
 
 
@@ -331,7 +331,7 @@ def checked(
     )
 
 
-def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
+def _as_recorded(passport: Passport, components: Sequence[Passport]) -> Passport:
     """Return the passport of a rotated motion with the faults of its components."""
     worst = {
         name: max(
@@ -343,9 +343,9 @@ def _as_recorded(made: Passport, components: Sequence[Passport]) -> Passport:
     measures = {name: getattr(item.measures, name) for name, item in worst.items()}
     checks = {name: {c.name: c for c in item.checks}[name] for name, item in worst.items()}
     return replace(
-        made,
-        measures=replace(made.measures, **measures),
-        checks=tuple(checks.get(c.name, c) for c in made.checks),
+        passport,
+        measures=replace(passport.measures, **measures),
+        checks=tuple(checks.get(c.name, c) for c in passport.checks),
         corner=max(
             (component.corner for component in components), key=lambda corner: corner.source
         ),
@@ -391,7 +391,7 @@ def _scaled(
 def _inspected(
     reading: Reading,
     corner: Corner | None,
-    stated: tuple[float, float] | None,
+    corners: tuple[float, float] | None,
     limits: PassportLimits,
 ) -> Inspected:
     """Return the complete record and its outcome, which has a reason if it is rejected."""
@@ -399,7 +399,7 @@ def _inspected(
     try:
         _require_motion(raw, name)
         if corner is not None:
-            changes, start, band = _correction(raw, corner, stated)
+            changes, start, band = _correction(raw, corner, corners)
             record = reading.completed(uncorrected=True, **changes)
             outcome = checked(record, raw, limits, start=start, corner=corner)
             return record, outcome, AsRead(raw.acceleration, band)
@@ -419,15 +419,15 @@ def _require_motion(record: Record, name: str) -> None:
 
 
 def _correction(
-    raw: Record, corner: Corner, stated: tuple[float, float] | None
+    raw: Record, corner: Corner, corners: tuple[float, float] | None
 ) -> tuple[dict[str, Any], tuple[float, float], BandPass]:
     """Return the fields that correction changes, velocity and displacement at its start, and the
     band in effect.
     """
-    band = BandPass(*stated) if stated else BandPass(corner.frequency)
+    band = BandPass(*corners) if corners else BandPass(corner.frequency)
     corrected, start, steps = correct(raw.acceleration, raw.time_step, band)
     low, high = band.corners(raw.time_step, raw.duration)
-    if stated and high < band.high:
+    if corners and high < band.high:
         words = f"with time step {raw.time_step:g} s are filtered up to {high:g} Hz"
         message = f"band_pass_hz {band.low:g} {band.high:g}: records {words}."
         warnings.warn(message, RockframeWarning, stacklevel=2)

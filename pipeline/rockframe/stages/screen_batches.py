@@ -250,38 +250,38 @@ class ScreeningRun:
                 for name in held_peaks[0]
             }
 
-    def _keep_nominal(self, i: int, found: Arrays) -> None:
+    def _keep_nominal(self, i: int, arrays: Arrays) -> None:
         """Keep what the stated structures do under a motion, shape (structures, scales)."""
         structures = self.request.structures
-        fell = found["verdict"] == Verdict.OVERTURNS
+        fell = arrays["verdict"] == Verdict.OVERTURNS
         for limit, reached in zip(self.limits, self.reached, strict=True):
-            reached[i] = limit.reached(found, fell)
+            reached[i] = limit.reached(arrays, fell)
         for name, kept in self.kept.items():
-            kept[i] = _standing(found, name)[:, self.request.reference, None]
+            kept[i] = _standing(arrays, name)[:, self.request.reference, None]
         for name, demands in self._demands.items():
             has = [k for k, structure in enumerate(structures) if has_quantity(structure, name)]
-            demands[i, has] = _standing(found, name)[has][..., None]
+            demands[i, has] = _standing(arrays, name)[has][..., None]
 
-    def _keep(self, i: int, k: int, found: Arrays) -> None:
+    def _keep(self, i: int, k: int, arrays: Arrays) -> None:
         """Keep what the members of a structure do under a motion, shape (members, scales)."""
-        fell = found["verdict"] == Verdict.OVERTURNS
+        fell = arrays["verdict"] == Verdict.OVERTURNS
         for limit, reached in zip(self.limits, self.reached, strict=True):
-            reached[i, k] = limit.reached(found, fell).sum(axis=0)
+            reached[i, k] = limit.reached(arrays, fell).sum(axis=0)
         for name, kept in self.kept.items():
-            kept[i, k] = _standing(found, name)[:, self.request.reference]
+            kept[i, k] = _standing(arrays, name)[:, self.request.reference]
         for name, demands in self._demands.items():
             if has_quantity(self.request.structures[k], name):
-                demands[i, k] = _standing(found, name).T
+                demands[i, k] = _standing(arrays, name).T
 
-    def _shares_and_bands(self, i: int, k: int, found: Arrays) -> Arrays:
+    def _shares_and_bands(self, i: int, k: int, arrays: Arrays) -> Arrays:
         """Return the variables of an ensemble, shape (scales, limits) or (scales, quantiles)."""
         structure = self.request.structures[k]
         has = [has_quantity(structure, limit.quantity) for limit in self.limits]
         share = self.reached[:, i, k].T / self.members
         bands = {
-            quantity.band: quantiles(_standing(found, quantity.name).T) for quantity in OF_SCENARIO
+            quantity.band: quantiles(_standing(arrays, quantity.name).T) for quantity in OF_SCENARIO
         }
-        uplifted = (found["verdict"] != Verdict.NO_UPLIFT).mean(axis=0)
+        uplifted = (arrays["verdict"] != Verdict.NO_UPLIFT).mean(axis=0)
         reached = np.where(has, share, np.nan)
         return {"share_reached": reached, "share_uplifted": uplifted, **bands}
 
@@ -474,6 +474,6 @@ class ScreeningRun:
         return [kind for kind, needed in wanted.items() if needed]
 
 
-def _standing(found: Arrays, name: str) -> Float:
+def _standing(arrays: Arrays, name: str) -> Float:
     """Return peaks, infinite where a structure overturns."""
-    return np.where(found["verdict"] == Verdict.OVERTURNS, np.inf, found[name])
+    return np.where(arrays["verdict"] == Verdict.OVERTURNS, np.inf, arrays[name])

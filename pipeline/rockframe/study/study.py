@@ -133,9 +133,9 @@ class Study:
         given = self.tables.structures
         return self.resolved(given) if given is not None else SHIPPED_STRUCTURES
 
-    def resolved(self, stated: str | Path) -> Path:
+    def resolved(self, file: str | Path) -> Path:
         """Return the absolute path of a path stated relative to the study file."""
-        path = self.path.parent / stated
+        path = self.path.parent / file
         # the last part is not resolved: a symbolic link is listed under its own name
         return path.resolve() if path.name == ".." else path.parent.resolve() / path.name
 

@@ -208,8 +208,8 @@ def _bands(family: tuple[RockingFrame, ...], peaks: Float, ratios: Float) -> Ban
     return Bands({name: tuple(quantiles(each).tolist()) for name, each in peaks_of.items()})
 
 
-def _rank_correlation(one: Float, other: Float) -> float:
+def _rank_correlation(first: Float, other: Float) -> float:
     """Return Spearman's rank correlation; NaN if all values of one are equal."""
-    if np.ptp(ranks(one)) == 0.0 or np.ptp(ranks(other)) == 0.0:
+    if np.ptp(ranks(first)) == 0.0 or np.ptp(ranks(other)) == 0.0:
         return math.nan
-    return float(np.corrcoef(ranks(one), ranks(other))[0, 1])
+    return float(np.corrcoef(ranks(first), ranks(other))[0, 1])

@@ -58,24 +58,24 @@ def run_select(options: argparse.Namespace) -> int:
     return status
 
 
-def _draw(found: Selection, file: Path) -> Path:
+def _draw(selection: Selection, file: Path) -> Path:
     from rockframe.figures.captioned import save_captioned
     from rockframe.figures.spectra import draw_selection
 
-    save_captioned(draw_selection(found.target, found.log_sa), file)
+    save_captioned(draw_selection(selection.target, selection.log_sa), file)
     return file
 
 
-def _show_json(found: Selection, files: list[Path]) -> None:
+def _show_json(selection: Selection, files: list[Path]) -> None:
     console.show_json(
         {
-            "target": found.target.words,
-            "records": found.records,
-            "candidates": found.candidates,
-            "left_out": dict(found.left_out),
-            "motions": found.motions,
-            "verticals": [row for row in found.rows if row["vertical_of"]],
-            "periods": found.periods(),
+            "target": selection.target.words,
+            "records": selection.records,
+            "candidates": selection.candidates,
+            "left_out": dict(selection.left_out),
+            "motions": selection.motions,
+            "verticals": [row for row in selection.rows if row["vertical_of"]],
+            "periods": selection.periods(),
             "files": [str(file) for file in files],
         }
     )
@@ -86,7 +86,7 @@ def _rounded(row: Mapping[str, float], key: str) -> float:
     return round(row[key], 3) + 0.0
 
 
-def _show(found: Selection, files: list[Path]) -> None:
+def _show(selection: Selection, files: list[Path]) -> None:
     columns = [
         console.column("record", "record_id"),
         console.column("event", "event"),
@@ -99,9 +99,9 @@ def _show(found: Selection, files: list[Path]) -> None:
         console.column("misfit>", "misfit", ".2f"),
     ]
     console.show_rows(
-        f"{len(found.motions)} motions for {found.target.words}", columns, found.motions
+        f"{len(selection.motions)} motions for {selection.target.words}", columns, selection.motions
     )
-    spread = found.target.deviation is not None
+    spread = selection.target.deviation is not None
     columns = [
         console.column("period [s]>", "period_s", ".3g"),
         console.column("target Sa [g]>", "target_sa_g", ".4f"),
@@ -110,7 +110,7 @@ def _show(found: Selection, files: list[Path]) -> None:
         *([console.column("target σ>", "target_sigma_ln_sa", ".3f")] if spread else []),
         console.column("σ of ln Sa>", "sigma_ln_sa", ".3f"),
     ]
-    rows = found.periods()
+    rows = selection.periods()
     console.show_rows("Spectra of the selected motions", columns, rows)
     worst = max(rows, key=lambda row: abs(row["median_difference"]))
     said = f"Largest difference of the median: {100.0 * worst['median_difference']:+.1f} % at "
@@ -120,10 +120,10 @@ def _show(found: Selection, files: list[Path]) -> None:
         away = apart["sigma_ln_sa"] - apart["target_sigma_ln_sa"]
         said += f" Of the standard deviation: {away:+.3f} at {apart['period_s']:.3g} s."
     print(said)
-    removed = Counter(reason.split(" ")[0] for reason in found.left_out.values())
+    removed = Counter(reason.split(" ")[0] for reason in selection.left_out.values())
     out = ", ".join(f"{count} by {name}" for name, count in removed.most_common())
     print(
-        f"{found.candidates} of {found.records} horizontal records were candidates"
+        f"{selection.candidates} of {selection.records} horizontal records were candidates"
         f"{out and ' (left out: '}{out}{out and ')'}. The misfit is the root mean square of "
         "ln(Sa/target) over the periods."
     )

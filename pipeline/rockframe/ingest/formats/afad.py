@@ -130,7 +130,7 @@ def _peak_ratio(header: KeyedHeader, samples: Float, component: str) -> float:
     return require_printed_peak(header.path, peaks[component], samples, units, line)
 
 
-def _start_time(stated: str) -> str:
+def _start_time(text: str) -> str:
     """Return the start time (ISO 8601, UTC), or an empty string unless it is stated in GMT."""
-    match = re.fullmatch(r"([^(]*)\.(\d{1,6}) \(GMT\)", stated)
+    match = re.fullmatch(r"([^(]*)\.(\d{1,6}) \(GMT\)", text)
     return parse_utc(match[1], "%d/%m/%Y %H:%M:%S", f".{match[2]:0<6}") if match else ""

@@ -93,22 +93,22 @@ def _record(
     record_id: str,
     top: int,
     end: int,
-    stated: dict[str, str],
+    header: dict[str, str],
 ) -> Record:
     line = top + 11
     factor = factor_to_si(path, "g", options, line + 1)
     rows = lines[top + _HEADER_LINES : end]
-    count = require_sample_count(path, stated["count"], line, count_columns(rows, _COLUMNS))
+    count = require_sample_count(path, header["count"], line, count_columns(rows, _COLUMNS))
     tenths = read_columns(path, rows, _COLUMNS, count, top + _HEADER_LINES)
-    rate = parse_number(path, stated["rate"], top + 22, "rate")
-    length = parse_number(path, stated["length"], line, "duration")
+    rate = parse_number(path, header["rate"], top + 22, "rate")
+    length = parse_number(path, header["length"], line, "duration")
     if not rate > 0.0 or abs(length * rate - count) > 1.0:
         message = f"{length:g} s at {rate:g} samples a second stated, but {count} samples."
         if not rate > 0.0:
             raise InputError(path, message, line=line)
         settle(path, message, {"samples": count}, line)
     about, quake = (lines[top + k].decode("latin-1") for k in (7, 8))
-    place, name = _STATION.match(about), stated["component"]
+    place, name = _STATION.match(about), header["component"]
     (depth,), (size,) = numbers_in(_DEPTH, quake), numbers_in(_MAGNITUDE, quake)
     return Record(
         record_id=record_id,

@@ -142,8 +142,8 @@ def _record(
     )
 
 
-def _utc(stated: str) -> str:
+def _utc(text: str) -> str:
     """Convert a time of Taiwan to UTC (ISO 8601); empty if it is not a time."""
-    match = re.fullmatch(r"(\d+/\d+/\d+-\d+:\d+:\d+)(\.\d{1,6})?", stated, re.ASCII)
+    match = re.fullmatch(r"(\d+/\d+/\d+-\d+:\d+:\d+)(\.\d{1,6})?", text, re.ASCII)
     form = "%Y/%m/%d-%H:%M:%S"
     return parse_utc(match[1], form, match[2] or "", hours_ahead=8) if match else ""

@@ -196,9 +196,9 @@ def _is_uncorrected(header: KeyedHeader) -> bool:
     return header.get("BASELINE_CORRECTION") != "BASELINE REMOVED"
 
 
-def _start_time(stated: str) -> str:
+def _start_time(text: str) -> str:
     """Return the start time (ISO 8601, UTC) with the stated decimals; empty if unstated."""
-    day, _, time = stated.partition(".")
+    day, _, time = text.partition(".")
     fraction = f".{time}" if re.fullmatch(r"\d{1,6}", time, re.ASCII) else ""
     return parse_utc(day, "%Y%m%d_%H%M%S", fraction)
 

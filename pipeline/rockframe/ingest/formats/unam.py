@@ -176,12 +176,12 @@ def _component(name: str) -> str:
     return name.partition(";")[0]
 
 
-def _day(stated: str) -> str:
+def _day(text: str) -> str:
     """Return a date as `2010-04-04`, also of `04 de ABRIL del 2010`."""
-    words = re.fullmatch(r"(\d{1,2}) DE ([A-Z]+) DEL? (\d{4})", stated.upper())
+    words = re.fullmatch(r"(\d{1,2}) DE ([A-Z]+) DEL? (\d{4})", text.upper())
     if words and words[2] in _MONTHS:
         return f"{words[3]}-{_MONTHS.index(words[2]) + 1:02d}-{int(words[1]):02d}"
-    return stated.replace("/", "-")
+    return text.replace("/", "-")
 
 
 def _values(header: KeyedHeader, key: str) -> list[str]:

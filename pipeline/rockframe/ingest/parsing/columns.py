@@ -285,18 +285,18 @@ def read_headers(
     return _read_names(path, names, headers, line)
 
 
-def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -> Columns:
-    directions = sum(column.quantity == "direction" for column in found)
+def _read_names(path: Path, names: list[str], columns: list[_Column], line: int) -> Columns:
+    directions = sum(column.quantity == "direction" for column in columns)
     meant = {
         k: column
-        for k, column in enumerate(found)
+        for k, column in enumerate(columns)
         if column.quantity in {"acceleration", "direction"} or (column.vertical and directions > 1)
     }
-    for name, column in zip(names, found, strict=True):
+    for name, column in zip(names, columns, strict=True):
         if column.quantity in {"velocity", "displacement"} and not meant:
             message = f"column {name!r} is a {column.quantity}, not an acceleration."
             raise OtherQuantityError(path, message, line)
-    times = [k for k, column in enumerate(found) if column.quantity == "time"]
+    times = [k for k, column in enumerate(columns) if column.quantity == "time"]
     shown, components = ",".join(names), [column.component for column in meant.values()]
     if len(meant) > 1 and ("" in components or len({*components}) < len(components)):
         message = f"columns {shown!r}: {len(meant)} accelerations of the same direction or of none."
@@ -304,8 +304,8 @@ def _read_names(path: Path, names: list[str], found: list[_Column], line: int) -
     if not meant or len(times) > 1 or len(meant) + len(times) < len(names):
         raise InputError(path, f"columns {shown!r}. {_MUST} {_CHOOSE}", line=line)
     for k in times:
-        if found[k].units not in _TIME_UNITS:
-            raise InputError(path, f"time in units of {found[k].units!r}. Must be seconds.", line)
+        if columns[k].units not in _TIME_UNITS:
+            raise InputError(path, f"time in units of {columns[k].units!r}. Must be seconds.", line)
     units = _units(path, list(meant.values()), line)
     return Columns(times[0] if times else None, dict(zip(meant, components, strict=True)), units)
 

@@ -428,14 +428,14 @@ class KeyedHeader:
         self.required(key)
         return self.number(key)
 
-    def require_count(self, key: str, found: int, what: str) -> None:
+    def require_count(self, key: str, count: int, what: str) -> None:
         """Reject a header that does not state the number of samples in the file."""
         text = self.get(key)
         if not (re.fullmatch(r"\d{1,9}", text, re.ASCII) and int(text) >= 2):
             raise self.invalid(key, "a whole number of 2 or more")
-        if int(text) != found:
-            message = f"{key} {text} in the header, {found} {what} in the file."
-            settle(self.path, message, {"samples": found}, self.lines[key])
+        if int(text) != count:
+            message = f"{key} {text} in the header, {count} {what} in the file."
+            settle(self.path, message, {"samples": count}, self.lines[key])
 
     def invalid(self, key: str, must: str) -> InputError:
         """Return the error for an invalid value."""
@@ -480,7 +480,7 @@ def parse_number(path: Path, token: str, line: int, quantity: str) -> float:
     return float(printed)
 
 
-def require_sample_count(path: Path, token: str, line: int, found: int) -> int:
+def require_sample_count(path: Path, token: str, line: int, count: int) -> int:
     """Return the number of samples that a header states; another number in the file is an error.
 
     Examples
@@ -489,13 +489,13 @@ def require_sample_count(path: Path, token: str, line: int, found: int) -> int:
     Traceback (most recent call last):
     rockframe.errors.InputError: a.dat:3: 12 samples stated, 11 in the file. Both must be the sa...
     """
-    message = f"{token.strip()[:20]} samples stated, {found} in the file."
+    message = f"{token.strip()[:20]} samples stated, {count} in the file."
     must = "Both must be the same, 2 or more."
-    if not re.fullmatch(r"\s*\d{1,9}\s*", token, re.ASCII) or found < 2:
+    if not re.fullmatch(r"\s*\d{1,9}\s*", token, re.ASCII) or count < 2:
         raise InputError(path, f"{message} {must}", line=line)
-    if int(token) != found:
-        return settle(path, message, {"samples": found}, line, must)
-    return found
+    if int(token) != count:
+        return settle(path, message, {"samples": count}, line, must)
+    return count
 
 
 def keyed_header(path: Path, lines: Sequence[str], separator: str = ":") -> KeyedHeader:

@@ -291,7 +291,7 @@ def require_peak(
     path: Path,
     samples: Float,
     time_step: float,
-    stated: StatedPeak,
+    header_peak: StatedPeak,
     resolution: float,
 ) -> float:
     """Return the ratio of actual to stated peak; reject a file in which they differ.
@@ -331,22 +331,24 @@ def require_peak(
     """
     sizes = np.abs(samples)
     where = int(sizes.argmax())
-    value, largest = stated.value.value, float(sizes[where])
-    slack = stated.value.unit + resolution + _SINGLE * largest
+    value, largest = header_peak.value.value, float(sizes[where])
+    slack = header_peak.value.unit + resolution + _SINGLE * largest
     peaks = np.flatnonzero(sizes >= largest - slack)
     right = np.flatnonzero(np.abs(samples[peaks] - value) <= slack)
-    signed = stated.signed or value < 0.0
+    signed = header_peak.signed or value < 0.0
     if not signed and not right.size:
         right = np.flatnonzero(np.abs(sizes[peaks] - abs(value)) <= slack)
     if not right.size:
-        peak_words = f"{samples[where]:.10g} {stated.units} in the file"
-        message = f"peak {value:.10g} {stated.units} stated, but {peak_words}."
+        peak_words = f"{samples[where]:.10g} {header_peak.units} in the file"
+        message = f"peak {value:.10g} {header_peak.units} stated, but {peak_words}."
         ratio = float(samples[where]) / value if value else math.nan
-        return settle(path, message, {"values": ratio if signed else abs(ratio)}, stated.line)
-    late = np.abs(peaks * time_step - stated.time.value) if stated.time else np.zeros(1)
-    if stated.time and late.min() > time_step * (1.0 + _SINGLE) + stated.time.unit:
-        message = f"peak stated at {stated.time.value:.10g} s, but at {where * time_step:.10g} s"
-        settle(path, f"{message} in the file.", {"values": None}, stated.line)
+        return settle(path, message, {"values": ratio if signed else abs(ratio)}, header_peak.line)
+    late = np.abs(peaks * time_step - header_peak.time.value) if header_peak.time else np.zeros(1)
+    if header_peak.time and late.min() > time_step * (1.0 + _SINGLE) + header_peak.time.unit:
+        message = (
+            f"peak stated at {header_peak.time.value:.10g} s, but at {where * time_step:.10g} s"
+        )
+        settle(path, f"{message} in the file.", {"values": None}, header_peak.line)
     agreeing = samples[peaks[right]]
     ratio = float(agreeing[np.abs(agreeing).argmax()]) / value if value else math.nan
     return ratio if signed else abs(ratio)
@@ -354,7 +356,7 @@ def require_peak(
 
 def require_printed_peak(
     path: Path,
-    stated: str,
+    printed: str,
     samples: Float,
     units: str,
     line: int,
@@ -368,7 +370,7 @@ def require_printed_peak(
 
     Parameters
     ----------
-    stated : str
+    printed : str
         Peak as printed in the header.
     samples : array, shape (samples,)
         Acceleration in the units of the stated peak.
@@ -390,12 +392,12 @@ def require_printed_peak(
     Traceback (most recent call last):
     rockframe.errors.InputError: a.ASC:38: peak 0.31 cm/s2 stated, but -0.4 cm/s2 in the file. S...
     """
-    for token, quantity in ((stated, "peak acceleration"), (time or "0", "time of the peak")):
+    for token, quantity in ((printed, "peak acceleration"), (time or "0", "time of the peak")):
         if not is_number(token):
             raise bad_number(path, token.encode("latin-1", "replace"), line, quantity)
     late = Printed.of(time) if time else None
     peak = StatedPeak(
-        value=Printed.of(stated),
+        value=Printed.of(printed),
         time=late and Printed(late.value - first, late.unit),
         units=units,
         line=line,

@@ -257,13 +257,13 @@ DISTANCES: Final = {
 }
 
 
-def ensemble_cells(found: EnsembleResponse) -> Row:
+def ensemble_cells(response: EnsembleResponse) -> Row:
     """Return the columns of the shares and bands of an ensemble."""
-    shares = {name: getattr(found, name) for name in SHARES}
+    shares = {name: getattr(response, name) for name in SHARES}
     bands = {
         column: value
         for quantity in BANDED
-        for column, value in zip(quantity.band_columns, found.bands[quantity.name], strict=True)
+        for column, value in zip(quantity.band_columns, response.bands[quantity.name], strict=True)
     }
     return shares | bands
 

@@ -45,7 +45,7 @@ def sensitivity_rows(response: xr.Dataset, record: str | None = None) -> Iterato
         yield {**row, "by_chance": chance, "matters_most": matters_most(correlations, chance)}
 
 
-def matters_most(found: Mapping[str, float], chance: float) -> str:
+def matters_most(correlations: Mapping[str, float], chance: float) -> str:
     """Return the spread with the largest rank correlation, if that is larger than by chance.
 
     Examples
@@ -55,7 +55,7 @@ def matters_most(found: Mapping[str, float], chance: float) -> str:
     >>> matters_most({"height": 0.1, "corner": math.nan}, 0.25)
     ''
     """
-    beyond = {name: abs(item) for name, item in found.items() if abs(item) > chance}
+    beyond = {name: abs(item) for name, item in correlations.items() if abs(item) > chance}
     return max(beyond, key=lambda name: beyond[name], default="")
 
 

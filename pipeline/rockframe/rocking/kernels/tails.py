@@ -343,9 +343,9 @@ def tied_tail(  # noqa: C901  one loop
 
 
 @compiled
-def _same_stretches(one: States, other: States) -> bool:
+def _same_stretches(first: States, other: States) -> bool:
     """Return True if the plastic stretches of both ties are equal, to round-off."""
-    return abs(one[0][1] - other[0][1]) <= _SETTLED and abs(one[1][1] - other[1][1]) <= _SETTLED
+    return abs(first[0][1] - other[0][1]) <= _SETTLED and abs(first[1][1] - other[1][1]) <= _SETTLED
 
 
 @compiled

@@ -247,7 +247,7 @@ def read_header(path: Path, lines: Sequence[bytes], top: int, volume: Volume) ->
     return Header(path, header, top + 1, volume, matches)
 
 
-def require_channels(path: Path, stated_in: str, found: int, line: int) -> None:
+def require_channels(path: Path, stated_in: str, count: int, line: int) -> None:
     """Reject a file that holds several but not all of the channels in its header.
 
     A single channel is accepted, because archives are often split into one file per channel.
@@ -264,6 +264,6 @@ def require_channels(path: Path, stated_in: str, found: int, line: int) -> None:
     rockframe.errors.InputError: CCC.V1:5: 3 channels in the header, 2 in the file. Expected...
     """
     match = CHANNELS.search(stated_in)
-    if match and 1 != found != int(match["count"]):
-        message = f"{match['count']} channels in the header, {found} in the file."
+    if match and 1 != count != int(match["count"]):
+        message = f"{match['count']} channels in the header, {count} in the file."
         raise InputError(path, f"{message} Expected all of them, or one channel per file.", line)
