@@ -170,3 +170,13 @@ def test_the_pulse_that_is_used_must_be_looked_for() -> None:
 def test_a_negative_number_of_runners_up_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"runners_up -1. Must be zero or positive"):
         PulseOptions(runners_up=-1)
+
+
+@pytest.mark.parametrize("chosen", [tuple(WAVELETS), ("mavroeidis_papageorgiou",)])
+def test_more_half_cycles_are_no_error_of_wavelets_without_them(chosen: tuple[str, ...]) -> None:
+    """The pulse in the velocity and runners-up are searched with some of the wavelets alone."""
+    planted = Pulse(wavelet="mavroeidis_papageorgiou", a_p=1.0, T_p=0.5, time=3.0, half_cycles=5.0)
+    options = PulseOptions(wavelet=chosen, most_half_cycles=6.0, surrogates=0)
+    pulses = find_pulses(planted.acceleration(0.01 * np.arange(600)), 0.01, options)
+    matched = pulses.matches["mavroeidis_papageorgiou"].pulse
+    assert matched.half_cycles == pytest.approx(5.0, rel=1e-3)

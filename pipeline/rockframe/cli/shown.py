@@ -305,7 +305,7 @@ def _searchable(request: FigureRequest) -> tuple[list[tuple[Record, PulseOptions
 
 
 def _rickers(record: Record, options: PulseOptions) -> dict[str, PulseMatch]:
-    alone = options.replaced(wavelet=tuple(RICKERS))
+    alone = options.of_wavelets(*RICKERS)
     return match_pulses(record.acceleration, record.time_step, alone)
 
 

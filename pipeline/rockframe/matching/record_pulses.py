@@ -388,7 +388,7 @@ def _runners_up(
 ) -> tuple[RunnerUp, ...]:
     """Search the residual repeatedly, at most until nothing is left of it."""
     time = time_step * np.arange(acceleration.size)
-    alone = options.replaced(wavelet=(best.pulse.wavelet,), pulse_wavelet=None)
+    alone = options.of_wavelets(best.pulse.wavelet)
     rest, runners, match = acceleration, list[RunnerUp](), best
     whole = float(acceleration @ acceleration)
     for _ in range(options.runners_up):
@@ -458,7 +458,7 @@ def velocity_pulse(acceleration: Float, time_step: float, options: PulseOptions)
     >>> round(velocity_pulse(record, 0.01, PulseOptions()).indicator, 6)
     1.0
     """
-    chosen = options.replaced(wavelet=tuple(RICKERS), pulse_wavelet=None, weighting="velocity")
+    chosen = options.of_wavelets(*RICKERS).replaced(weighting="velocity")
     matches = match_pulses(acceleration, time_step, chosen)
     pulse = matches[best_ricker(matches)].pulse
     whole = integrate_velocity(acceleration, time_step)

@@ -95,3 +95,10 @@ class PulseOptions(Options):
         rungs = math.ceil((self.most_half_cycles - 1.0) / _HALF_CYCLE_STEP) + 1
         step = (self.most_half_cycles - 1.0) / max(rungs - 1, 1)
         return (*(1.0 + k * step for k in range(rungs - 1)), self.most_half_cycles)
+
+    def of_wavelets(self, *wavelets: str) -> PulseOptions:
+        """Return the options of a search for some wavelets, without what has no effect on them."""
+        values: dict[str, object] = {"wavelet": wavelets, "pulse_wavelet": None}
+        if "mavroeidis_papageorgiou" not in wavelets:
+            values["most_half_cycles"] = type(self).model_fields["most_half_cycles"].default
+        return self.replaced(**values)
