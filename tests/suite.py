@@ -124,7 +124,6 @@ KERNELS = ("rocking/kernels/", "oscillators/kernel.py", "wobbling/kernel.py", "u
 #: Lines of other files above 600, and why.
 LONG_FILES = {
     "frame.py": "one class, with the equations of the paper as its properties",
-    "matching/search.py": "the search on the grid, and its refinement from the same arrays",
     "provenance.py": "hashes, and whole files and folders, which take their names from them",
     "report/page.py": "the page's data, in the order of the page",
     "results/response.py": "writing and reading of one file",

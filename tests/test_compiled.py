@@ -23,9 +23,12 @@ import rockframe.compiled as compilation
 from rockframe import GroundAcceleration, Pulse, PulseOptions, RockingFrame, find_pulses, respond
 from rockframe.cli.main import main
 from rockframe.compiled import _allow_wide_vectors, _Lock, compiled
+from rockframe.matching import loops as matching
+from rockframe.matching.loops import crests
 from rockframe.oscillators import kernel as oscillators
 from rockframe.rocking.kernels import kernel, lanes
 from rockframe.signals.processing import BandPass, correct
+from rockframe.wavelets import loops as wavelets
 
 
 def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
@@ -36,6 +39,7 @@ def test_names_of_cached_files_hold_the_hash_of_every_source() -> None:
         (kernel.integrate, kernels),
         (lanes.integrate_lanes, kernels),
         (oscillators.integrate, [Path(oscillators.__file__)]),
+        (crests, [Path(matching.__file__), Path(wavelets.__file__)]),
     ):
         digest = hashlib.sha256(b"".join(path.read_bytes() for path in (own, *sources)))
         assert digest.hexdigest()[:12] in cast("Any", function).py_func.__qualname__
@@ -206,7 +210,7 @@ def test_arrays_have_one_memory_layout(monkeypatch: pytest.MonkeyPatch) -> None:
     respond(bent, GroundAcceleration.from_samples(samples, 0.02))
     correct(samples, 0.02, BandPass(0.5, 20.0))
     find_pulses(samples, 0.02, PulseOptions(surrogates=0))
-    assert called >= {"integrate", "through_sections", "fill", "crest_times"}
+    assert called >= {"integrate", "through_sections", "fill", "crests"}
 
 
 @pytest.mark.parametrize(

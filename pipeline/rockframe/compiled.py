@@ -20,10 +20,11 @@ from rockframe.errors import RockframeWarning
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: Files whose compiled functions call each other. Those of `unequal.kernels` also call them; a file
-#: elsewhere calls only its own.
+#: Files whose compiled functions call each other. Those of `unequal.kernels` also call them, and
+#: `matching.loops` calls `wavelets.loops`; a file elsewhere calls only its own.
 _KERNELS: Final = sorted((Path(__file__).parent / "rocking" / "kernels").glob("*.py"))
 _UNEQUAL: Final = sorted((Path(__file__).parent / "unequal" / "kernels").glob("*.py"))
+_MATCHING: Final = [Path(__file__).parent / name / "loops.py" for name in ("matching", "wavelets")]
 #: Held while a function is made.
 _MAKING: Final = RLock()
 #: Functions to call before the first compilation of this process.
@@ -47,8 +48,14 @@ def _fingerprint(source: Path) -> str:
     in other files.
     """
     digest = hashlib.sha256()
-    called = _KERNELS if source in _KERNELS else [source]
-    for path in (Path(__file__), *([*_KERNELS, *_UNEQUAL] if source in _UNEQUAL else called)):
+    called = [source]
+    if source in _KERNELS:
+        called = _KERNELS
+    elif source in _UNEQUAL:
+        called = [*_KERNELS, *_UNEQUAL]
+    elif source == _MATCHING[0]:
+        called = _MATCHING
+    for path in (Path(__file__), *called):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

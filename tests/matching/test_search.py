@@ -8,14 +8,8 @@ import pytest
 from rockframe.matching.loops import tops
 from rockframe.matching.match import match_pulses
 from rockframe.matching.record_pulses import PulseVerdict, likeness
-from rockframe.matching.search import (
-    _LONGEST_MOVE,
-    _uphill,
-    crest,
-    ladder,
-    search,
-    summits,
-)
+from rockframe.matching.refine import _LONGEST_MOVE, crest, uphill
+from rockframe.matching.search import ladder, search, summits
 from rockframe.matching.signal import (
     Weighting,
     cut_around,
@@ -210,5 +204,15 @@ def test_a_cut_holds_its_own_pulse_and_none_that_leaves_it() -> None:
 def test_a_step_leads_uphill_and_is_limited(sign: float, bend: float) -> None:
     """Newton's method steps by slope over curvature, and downhill where the curve is hollow."""
     for slope in (0.01, 10.0):
-        step = _uphill(np.array([sign * slope]), np.array([[bend]]))
-        assert step.tolist() == [sign * min(slope / 0.5, _LONGEST_MOVE)]
+        assert uphill([sign * slope], (bend, 0.0, 0.0)) == [sign * min(slope / 0.5, _LONGEST_MOVE)]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, 2.0])
+def test_a_step_of_two_variables_leads_to_the_top_or_away_from_a_hollow(angle: float) -> None:
+    """In axes turned by an angle; curvatures of 3 and 5, the second downward or upward."""
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    slope = turn @ [0.03, -0.04]
+    for second in (-5.0, 5.0):
+        bend = turn @ np.diag([-3.0, second]) @ turn.T
+        step = uphill(slope.tolist(), (bend[0, 0], bend[0, 1], bend[1, 1]))
+        np.testing.assert_allclose(turn.T @ step, [0.01, -0.008], atol=1e-15)

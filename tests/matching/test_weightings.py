@@ -9,7 +9,7 @@ import pytest
 
 from rockframe.errors import ParameterError
 from rockframe.matching.match import match_pulse, match_pulses
-from rockframe.matching.search import crest
+from rockframe.matching.refine import crest
 from rockframe.matching.signal import Weighting, integrate_velocity, prepared
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import RICKERS, WAVELETS

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
+from rockframe.wavelets.loops import FRESH, fill_lines, window_energies
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -17,10 +18,8 @@ SingleComplex = NDArray[np.complex64]
 
 #: Number of terms of the Taylor series over time.
 _TERMS: Final = 6
-#: Number of lines after which sine and cosine are computed directly, not by rotation of the last.
-_FRESH: Final = 32
 _MOST_SHIFTS: Final = 30
-_MOST_MOVES: Final = 8
+_MOST_STEPS: Final = 8
 
 
 @compiled
@@ -157,56 +156,64 @@ def strong_blocks(
 
 
 @compiled
-def crest_times(
-    spectra: Complex,
-    signal: Complex,
-    lines: Float,
+def crests(
+    spectrum: Complex,
+    numbers: Float,
+    gaussians: Float,
     energies: Float,
-    times: Float,
-    ends: Float,
-    near: float,
-    found: Float,
+    points: Float,
+    time: float,
+    tops: Float,
 ) -> None:
-    """Find the times near given ones at which a record matches a wavelet best.
+    """Find the maxima over time at several points, each near one time.
 
-    The inner products of the record and both parts of the wavelet are Taylor series in the time.
+    The inner products of the record and the parts of the wavelet are Taylor series in the time.
 
     Parameters
     ----------
-    spectra : array, shape (points, parts, bins)
-        Spectra of the parts.
-    signal : array, shape (bins or more,)
-        Spectrum of the signal.
-    lines : array, shape (points,)
-        Interval between the frequencies of the spectra, in units of 1 / T_p.
-    energies : array, shape (points, parts)
-        Energies of the parts.
-    times : array, shape (points,)
-        Start times, over T_p.
-    ends : array, shape (points, 2)
-        Least and largest time, over T_p.
-    near : float
-        Distance over T_p within which the series is accurate.
-    found : array, shape (points, 1 + parts)
-        Filled with the time over T_p, and the inner products over T_p.
+    spectrum : array, shape (lines,)
+        Lines of the signal's spectrum that are summed.
+    numbers : array, shape (6,)
+        Duration with and without the zeros, and start of the signal [s]; distance over T_p within
+        which a series over time is accurate; power of T_p in the weighting of squares; and 1 if
+        velocities are compared, otherwise 0.
+    gaussians : array, shape (parts, 3)
+        Spectra of the wavelet's parts as in `fill_lines`, or empty.
+    energies : array, shape (parts,)
+        Energies of the parts, replaced by those of each point if `gaussians` is empty.
+    points : array, shape (points, variables)
+        ln T_p and, where the wavelet has it, the number of half cycles.
+    time : float
+        Time near which the maxima are [s].
+    tops : array, shape (points, 4 + parts)
+        Filled with period, time, weighted square, explained energy and factors.
     """
-    parts = energies.shape[1]
+    whole, duration, start, near = numbers[0], numbers[1], numbers[2], numbers[3]
+    parts, of_velocity = energies.size, numbers[5] > 0.0
+    spectra = np.empty((parts, spectrum.size), dtype=np.complex128)
     series = np.empty((parts, _TERMS))
-    for p in range(lines.size):
-        tau, shift = times[p], 0.0
+    for p in range(points.shape[0]):
+        period, gamma = math.exp(points[p, 0]), points[p, points.shape[1] - 1]
+        line, tau, shift = period / whole, (time - start) / period, 0.0
+        if gaussians.size == 0:
+            window_energies(gamma, of_velocity, energies)
+        fill_lines(line, gamma, gaussians, of_velocity, spectra)
         for _ in range(_MOST_SHIFTS):
-            _expand(spectra[p], signal, lines[p], tau, series)
-            low, high = max(ends[p, 0] - tau, -near), min(ends[p, 1] - tau, near)
-            shift = _top_near(series, energies[p], low, high)
+            _expand(spectra, spectrum, line, tau, series)
+            shift = _top_near(
+                series, energies, max(-tau, -near), min(duration / period - tau, near)
+            )
             tau += shift
             if abs(shift) < near:
                 break
-        found[p, 0] = tau
+        tops[p, 0], tops[p, 1], tops[p, 3] = period, start + tau * period, 0.0
         for part in range(parts):
             product = 0.0
             for n in range(_TERMS - 1, -1, -1):
                 product = product * shift + series[part, n]
-            found[p, 1 + part] = product
+            tops[p, 4 + part] = product / (period * energies[part])
+            tops[p, 3] += product * tops[p, 4 + part]
+        tops[p, 2] = tops[p, 3] * period ** numbers[4]
 
 
 @compiled
@@ -217,7 +224,7 @@ def _expand(spectra: Complex, signal: Complex, line: float, tau: float, series: 
     turn = complex(math.cos(angle), math.sin(angle))
     at = complex(1.0, 0.0)
     for k in range(spectra.shape[1]):
-        if k % _FRESH == 0:
+        if k % FRESH == 0:
             at = complex(math.cos(angle * k), math.sin(angle * k))
         turned = signal[k] * at
         for part in range(spectra.shape[0]):
@@ -242,7 +249,7 @@ def _top_near(series: Float, energies: Float, low: float, high: float) -> float:
             for m in range(_TERMS - n):
                 total[n + m] += series[part, n] * series[part, m] / energies[part]
     x = 0.0
-    for _ in range(_MOST_MOVES):
+    for _ in range(_MOST_STEPS):
         rise, curve = 0.0, 0.0
         for n in range(_TERMS - 1, 0, -1):
             curve = curve * x + (n - 1) * n * total[n] if n > 1 else curve

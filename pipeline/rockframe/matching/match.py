@@ -12,7 +12,8 @@ import pywt
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.matching.search import Heights, Refined, crest, ladder, refine, search, summits
+from rockframe.matching.refine import Refined, crest, refine
+from rockframe.matching.search import Heights, ladder, search, summits
 from rockframe.matching.signal import Signal, Weighting, period_range, prepared, require_record
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import (

@@ -56,9 +56,14 @@ class Weighting(StrEnum):
         """Power q of 1 / period."""
         return _EXPONENTS[self]
 
+    @property
+    def power_of_square(self) -> float:
+        """Power of the period that converts squares with the weighting ``energy`` to this one."""
+        return 1.0 - 2.0 * self.exponent
+
     def of_square(self, period: Float) -> Float:
         """Return the factor that converts squares with the weighting ``energy`` to this one."""
-        return np.asarray(period) ** (1.0 - 2.0 * self.exponent)
+        return np.asarray(period) ** self.power_of_square
 
     @property
     def of_velocity(self) -> bool:
@@ -243,25 +248,17 @@ def part_energies(wavelet: str, half_cycles: float | None, of_velocity: bool) ->
 
 
 def part_spectra(
-    wavelet: str,
-    half_cycles: float | Float | None,
-    line: float | Float,
-    count: int,
-    of_velocity: bool,
+    wavelet: str, half_cycles: float | None, line: float, count: int, of_velocity: bool
 ) -> Complex:
-    """Return the spectra of a wavelet's parts, or of their velocities.
+    """Return the spectra of a wavelet's parts, or of their velocities, shape (parts, count).
 
-    The parts are along the axis before the last, frequency times T_p along the last axis: `count`
-    values from 0, `line` apart. If `line` has shape (points,), points are along the first axis.
+    The `count` values of frequency times T_p start at 0 and are `line` apart.
     """
     spectra = WAVELETS[wavelet].spectra(line, count, half_cycles)
     if of_velocity:
-        nu = np.multiply.outer(line, np.arange(1, count, dtype=np.float64))[..., None, :]
-        spectra[..., 1:] /= 2j * math.pi * nu
-        if isinstance(half_cycles, np.ndarray):
-            spectra[..., 0] = [_displacements(wavelet, number) for number in half_cycles.tolist()]
-        else:
-            spectra[..., 0] = _displacements(wavelet, half_cycles)
+        nu = line * np.arange(1, count, dtype=np.float64)
+        spectra[:, 1:] /= 2j * math.pi * nu
+        spectra[:, 0] = _displacements(wavelet, half_cycles)
     return spectra
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.wavelets.loops import fill
+from rockframe.wavelets.loops import fill, window_energy
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -38,6 +38,9 @@ class MotherWavelet:
         |tau| beyond which the acceleration is below 1e-16.
     finite : bool
         True if the pulse ends at its reach with a kink; False if it decays smoothly.
+    gaussian : tuple of float
+        Height, power and rate of a spectrum height nu^power exp(-rate nu^2), times i if the power
+        is odd; empty if the spectrum is another.
     """
 
     name: str
@@ -48,6 +51,7 @@ class MotherWavelet:
     energy: float
     reach: float
     finite: bool = False
+    gaussian: tuple[float, ...] = ()
 
     @property
     def extent(self) -> int | float:
@@ -76,6 +80,7 @@ def combined(parts: Sequence[MotherWavelet], weights: Sequence[float]) -> Mother
         functions = [getattr(part, quantity) for part in parts]
         return lambda x: sum(w * f(x) for w, f in zip(weights, functions, strict=True))
 
+    gaussian = parts[0].gaussian if len(parts) == 1 else ()
     return MotherWavelet(
         name=parts[0].name,
         acceleration=total("acceleration"),
@@ -85,7 +90,15 @@ def combined(parts: Sequence[MotherWavelet], weights: Sequence[float]) -> Mother
         energy=sum(w**2 * part.energy for w, part in zip(weights, parts, strict=True)),
         reach=max(part.reach for part in parts),
         finite=parts[0].finite,
+        gaussian=(weights[0] * gaussian[0], *gaussian[1:]) if gaussian else (),
     )
+
+
+def _gaussian(nu: Float, gaussian: tuple[float, ...]) -> Complex:
+    """Return a spectrum height nu^power exp(-rate nu^2), times i if the power is odd."""
+    height, power, rate = gaussian
+    turn = 1j if power % 2 else 1.0
+    return np.asarray(turn * (height * nu**power * np.exp(-rate * nu**2)), dtype=np.complex128)
 
 
 #: Normalises eq (45) to a maximum of 1: sqrt(18 - 6 sqrt 6) exp((sqrt 6 - 3) / 2) = 1.3801.
@@ -108,8 +121,7 @@ def _symmetric_displacement(tau: Float) -> Float:
     return -np.exp(-((math.pi * tau) ** 2)) / (2.0 * math.pi**2)
 
 
-def _symmetric_spectrum(nu: Float) -> Complex:
-    return np.asarray(2.0 / math.sqrt(math.pi) * nu**2 * np.exp(-(nu**2)), dtype=np.complex128)
+_SYMMETRIC_GAUSSIAN: Final = (2.0 / math.sqrt(math.pi), 2.0, 1.0)
 
 
 def _antisymmetric_acceleration(tau: Float) -> Float:
@@ -128,10 +140,11 @@ def _antisymmetric_displacement(tau: Float) -> Float:
     return x * np.exp(-0.5 * x**2) / (BETA * _ANTISYMMETRIC_RATE**2)
 
 
-def _antisymmetric_spectrum(nu: Float) -> Complex:
-    height = math.sqrt(2.0 * math.pi) / (BETA * _ANTISYMMETRIC_RATE**4)
-    size = height * (2.0 * math.pi * nu) ** 3 * np.exp(-1.5 * nu**2)
-    return np.asarray(1j * size, dtype=np.complex128)
+_ANTISYMMETRIC_GAUSSIAN: Final = (
+    math.sqrt(2.0 * math.pi) / (BETA * _ANTISYMMETRIC_RATE**4) * (2.0 * math.pi) ** 3,
+    3.0,
+    1.5,
+)
 
 
 SYMMETRIC_RICKER: Final = MotherWavelet(
@@ -139,18 +152,20 @@ SYMMETRIC_RICKER: Final = MotherWavelet(
     acceleration=_symmetric_acceleration,
     velocity=_symmetric_velocity,
     displacement=_symmetric_displacement,
-    spectrum=_symmetric_spectrum,
+    spectrum=lambda nu: _gaussian(nu, _SYMMETRIC_GAUSSIAN),
     energy=3.0 * math.sqrt(2.0) / (8.0 * math.sqrt(math.pi)),
     reach=2.1,
+    gaussian=_SYMMETRIC_GAUSSIAN,
 )
 ANTISYMMETRIC_RICKER: Final = MotherWavelet(
     name="antisymmetric_ricker",
     acceleration=_antisymmetric_acceleration,
     velocity=_antisymmetric_velocity,
     displacement=_antisymmetric_displacement,
-    spectrum=_antisymmetric_spectrum,
+    spectrum=lambda nu: _gaussian(nu, _ANTISYMMETRIC_GAUSSIAN),
     energy=15.0 * math.sqrt(3.0) / (16.0 * math.sqrt(math.pi) * BETA**2),
     reach=2.7,
+    gaussian=_ANTISYMMETRIC_GAUSSIAN,
 )
 
 
@@ -256,32 +271,23 @@ def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
     half_cycles : float
         Number of half cycles, gamma [1].
     """
-    both = _spectra(nu, half_cycles, np.exp(1j * math.pi * half_cycles * nu))
-    return both[..., 0, :], both[..., 1, :]
+    turned = np.exp(1j * math.pi * half_cycles * nu)
+    both = np.empty((2, nu.size), dtype=np.complex128)
+    fill(nu, half_cycles, turned, both)
+    return both[0], both[1]
 
 
-def spectra_of_lines(line: float | Float, count: int, half_cycles: float | Float) -> Complex:
-    """Return `spectra` at `count` frequencies from 0, `line` apart, along the axis before last."""
-    nu = np.multiply.outer(line, np.arange(count, dtype=np.float64))
-    return _spectra(nu, half_cycles, phase_ramp(math.pi * half_cycles * line, count))
-
-
-def _spectra(nu: Float, gamma: float | Float, turned: Complex) -> Complex:
-    """Return the spectra along the axis before last; `turned` is exp(i pi gamma nu)."""
-    *points, count = nu.shape
-    spectra_of_both = np.empty((*points, 2, count), dtype=np.complex128)
-    numbers = np.full(points, gamma, dtype=np.float64).ravel()
-    rows = (numbers.size, count)
-    phases = np.ascontiguousarray(turned.reshape(rows))
-    fill(nu.reshape(rows), numbers, phases, spectra_of_both.reshape(-1, 2, count))
-    return spectra_of_both
+def spectra_of_lines(line: float, count: int, half_cycles: float) -> Complex:
+    """Return `spectra`, shape (2, count), at `count` frequencies from 0, `line` apart."""
+    both = np.empty((2, count), dtype=np.complex128)
+    turned = phase_ramp(math.pi * half_cycles * line, count)
+    fill(line * np.arange(count, dtype=np.float64), half_cycles, turned, both)
+    return both
 
 
 def energy(gamma: float, phi: float) -> float:
     """Return the integral of the squared acceleration of a phase [1]; `gamma` half cycles."""
-    # energy E(gamma, phi) in closed form, of psi with v' = -(pi / gamma) psi
-    share = math.sin(_TURN * gamma) * math.cos(2.0 * phi) / (8.0 * math.pi * (4.0 * gamma**2 - 1.0))
-    return (math.pi / gamma) ** 2 * (0.25 * gamma * (1.0 + 3.0 * gamma**2) - share)
+    return window_energy(gamma, math.cos(2.0 * phi))
 
 
 def _of_phase(gamma: float, phi: float) -> MotherWavelet:
@@ -384,25 +390,22 @@ class Family:
     parts: Callable[[float | None], tuple[MotherWavelet, ...]]
     has_half_cycles: bool = False
 
-    def spectra(
-        self, line: float | Float, count: int, half_cycles: float | Float | None
-    ) -> Complex:
-        """Return the Fourier integrals of the parts, along the axis before the frequencies.
+    def spectra(self, line: float, count: int, half_cycles: float | None) -> Complex:
+        """Return the Fourier integrals of the parts, shape (parts, count).
 
         Parameters
         ----------
-        line : float, or array of shape (points,)
+        line : float
             Step of the frequency times T_p [1].
         count : int
             Number of frequencies, starting at 0.
-        half_cycles : float, array of shape (points,), or None
+        half_cycles : float or None
             Number of half cycles [1].
         """
         if self.has_half_cycles and half_cycles is not None:
             return spectra_of_lines(line, count, half_cycles)
-        nu = np.multiply.outer(line, np.arange(count, dtype=np.float64))
-        spectra = [part.spectrum(nu)[..., None, :] for part in self.parts(None)]
-        return spectra[0] if len(spectra) == 1 else np.concatenate(spectra, axis=-2)
+        nu = line * np.arange(count, dtype=np.float64)
+        return np.stack([part.spectrum(nu) for part in self.parts(None)])
 
     @property
     def free_phase(self) -> bool:
