@@ -116,6 +116,14 @@ def test_summits_at_the_end_are_as_high_as_at_the_start(wavelet: str, centre: fl
         np.testing.assert_allclose(highest, highest[0], rtol=0.06)
 
 
+def top_of(products: np.ndarray, steps: range, beyond: float, kind: int) -> float:
+    """Return the largest square of one signal, at one period of a wavelet with these parts."""
+    highest, parts = np.empty((3, 2, 1, 1)), products[None, None, None]
+    times, rows, factors = (steps.start, steps.stop, beyond), np.array([1]), np.array([2.0])
+    tops(parts, times, np.array([kind]), factors, rows, (1, 0), highest)
+    return float(highest[1, 1, 0, 0]) / 2.0
+
+
 @pytest.mark.parametrize("kind", [0, 1, 2])
 @pytest.mark.parametrize("top", [-0.6, 0.0, 0.3, 0.7, 3.4, 6.6, 7.2, 7.4, 7.9, 9.0])
 def test_the_largest_square_of_a_parabola_is_exact(kind: int, top: float) -> None:
@@ -125,33 +133,29 @@ def test_the_largest_square_of_a_parabola_is_exact(kind: int, top: float) -> Non
     def curve(step: np.ndarray | float) -> np.ndarray:
         return np.asarray(1.0 - ((step - top) / 16.0) ** 2)
 
-    products = np.full((1, 1, 2, 16), 7.0, dtype=np.float32)  # larger outside the range
+    products = np.full((2, 16), 7.0, dtype=np.float32)  # larger outside the range
     steps = np.arange(9.0)
     values = np.sqrt(0.5 * curve(steps)) if kind == 2 else -curve(steps)
-    products[0, 0, :, start : start + 9] = 0.0
-    products[0, 0, slice(None) if kind == 2 else kind, start : start + 9] = values
-    found = np.empty((1, 1, 1))
-    tops(products, start, start + 8, beyond, np.array([kind]), found)
+    products[:, start : start + 9] = 0.0
+    products[slice(None) if kind == 2 else kind, start : start + 9] = values
     largest = float(curve(min(max(top, 0.0), 7.0 + beyond)))
-    assert found[0, 0, 0] == pytest.approx(largest if kind == 2 else largest**2, rel=1e-6)
+    assert top_of(products, range(start, start + 8), beyond, kind) == pytest.approx(
+        largest if kind == 2 else largest**2, rel=1e-6
+    )
 
 
 def test_an_end_above_all_steps_counts() -> None:
     """The last step is below another one, and the end of the range is above both."""
-    products = np.zeros((1, 1, 1, 8), dtype=np.float32)
-    products[0, 0, 0, :5] = [0.5, 1.0, 0.5, 0.8, 1.6]
-    found = np.empty((1, 1, 1))
-    tops(products, 0, 4, 0.5, np.array([0]), found)
+    products = np.zeros((1, 8), dtype=np.float32)
+    products[0, :5] = [0.5, 1.0, 0.5, 0.8, 1.6]
     on_parabola = 0.8 + 0.25 * (1.6 - 0.5) + 0.125 * (0.5 - 1.6 + 1.6)
-    assert found[0, 0, 0] == pytest.approx(on_parabola**2, rel=1e-6)
+    assert top_of(products, range(4), 0.5, 0) == pytest.approx(on_parabola**2, rel=1e-6)
 
 
 def test_a_start_from_which_a_hollow_curve_falls_counts() -> None:
-    products = np.zeros((1, 1, 1, 8), dtype=np.float32)
-    products[0, 0, 0, :4] = [1.0, 0.4, 0.1, 0.1]
-    found = np.empty((1, 1, 1))
-    tops(products, 0, 3, 0.5, np.array([0]), found)
-    assert found[0, 0, 0] == 1.0
+    products = np.zeros((1, 8), dtype=np.float32)
+    products[0, :4] = [1.0, 0.4, 0.1, 0.1]
+    assert top_of(products, range(3), 0.5, 0) == 1.0
 
 
 def test_the_unit_of_a_record_does_not_change_its_verdict() -> None:

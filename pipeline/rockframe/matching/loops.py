@@ -24,73 +24,99 @@ _MOST_STEPS: Final = 8
 
 @compiled
 def match_lines(
-    spectrum: SingleComplex, shape: SingleComplex, lines: NDArray[np.intp], table: SingleComplex
+    spectrum: Complex, shape: SingleComplex, scales: Float, bins: int, table: SingleComplex
 ) -> None:
     """Multiply the spectra of signals and of a wavelet's parts.
 
     Parameters
     ----------
-    spectrum : array, shape (signals, bins)
+    spectrum : array, shape (signals, bins or more)
         Spectra of the signals.
     shape : array, shape (parts, tabulated lines)
         Conjugate spectra of the parts.
-    lines : array, shape (periods, bins)
-        Tabulated line of each bin.
+    scales : array, shape (periods,)
+        Distance of two bins, in tabulated lines.
+    bins : int
+        Number of bins.
     table : array, shape (signals, periods, parts, bins or more)
         Filled with the products, and with 0 beyond the bins.
     """
-    bins = spectrum.shape[1]
-    for j in range(lines.shape[0]):
+    row = np.empty(bins, dtype=np.complex64)
+    lines = np.empty(bins, dtype=np.intp)
+    singles = np.empty((spectrum.shape[0], bins), dtype=np.complex64)
+    for i in range(spectrum.shape[0]):
+        for k in range(bins):
+            singles[i, k] = spectrum[i, k]
+    for j in range(scales.size):
+        for k in range(bins):
+            lines[k] = int(np.rint(scales[j] * k))
         for part in range(shape.shape[0]):
-            row = shape[part][lines[j]]
+            for k in range(bins):
+                row[k] = shape[part, lines[k]]
             for i in range(spectrum.shape[0]):
                 for k in range(bins):
-                    table[i, j, part, k] = spectrum[i, k] * row[k]
+                    table[i, j, part, k] = singles[i, k] * row[k]
                 table[i, j, part, bins:] = 0.0
 
 
 @compiled
 def tops(
-    products: Single, start: int, stop: int, beyond: float, kinds: NDArray[np.intp], found: Float
+    products: Single,
+    times: tuple[int, int, float],
+    kinds: NDArray[np.intp],
+    factors: Float,
+    rows: NDArray[np.intp],
+    first: tuple[int, int],
+    highest: Float,
 ) -> None:
     """Find the largest squares over time, between its steps on parabolas through three of them.
 
     Parameters
     ----------
-    products : array, shape (signals, periods, parts, times)
+    products : array, shape (signals, periods, numbers, parts, times)
         Inner products.
-    start, stop : int
-        First step of time that is searched, and the one after the last.
-    beyond : float
-        Distance from the last step to the end of the range, in steps, below 1.
+    times : tuple of int, int and float
+        First step of time that is searched, and the one after the last; and the distance from the
+        last step to the end of the range, in steps, below 1.
     kinds : array, shape (kinds,)
         For each result: 0 or 1 for the square of this part, or 2 for the sum of both squares.
-    found : array, shape (signals, periods, kinds)
+    factors : array, shape (periods,)
+        Factors of the squares.
+    rows : array, shape (signals,)
+        Row of `highest` of each signal.
+    first : tuple of int
+        First period and first number in `highest`.
+    highest : array, shape (rows, periods or more, numbers or more, kinds)
         Filled with the largest squares.
     """
+    start, stop, beyond = times
     within = stop - start
     power = np.empty(within + 1, dtype=np.float32)
     bits = power.view(np.int32)  # integers have the same order, and their maximum is vectorised
     for i in range(products.shape[0]):
-        for j in range(products.shape[1]):
+        for j in range(products.shape[1] * products.shape[2]):
+            period, number = j // products.shape[2], j % products.shape[2]
+            parts = products[i, period, number]
             for n in range(kinds.size):
-                row = products[i, j, kinds[n] % 2, start : stop + 1]
+                row = parts[kinds[n] % 2, start : stop + 1]
                 for k in range(within + 1):
                     power[k] = row[k] * row[k]
                 if kinds[n] == 2:
-                    other = products[i, j, 1, start : stop + 1]
+                    other = parts[1, start : stop + 1]
                     for k in range(within + 1):
                         power[k] += other[k] * other[k]
-                highest, top = bits[0], 0
+                most, top = bits[0], 0
                 for k in range(within):
-                    highest = max(highest, bits[k])
-                while bits[top] < highest:
+                    most = max(most, bits[k])
+                while bits[top] < most:
                     top += 1
-                found[i, j, n] = power[top]
+                square = float(power[top])
                 if within > 1:  # a parabola fits the product of one part better than its square
                     heights = power if kinds[n] == 2 else row
-                    between = _square_between(heights, top, within - 1, beyond, kinds[n])
-                    found[i, j, n] = max(found[i, j, n], between)
+                    square = max(
+                        square, _square_between(heights, top, within - 1, beyond, kinds[n])
+                    )
+                highest[rows[i], first[0] + period, first[1] + number, n] = square * factors[period]
 
 
 @inlined
@@ -117,14 +143,9 @@ def _largest_square(three: Single, least: float, most: float, kind: int) -> floa
 
 @compiled
 def strong_blocks(
-    samples: Single | Float,
-    within: int,
-    block: int,
-    half: int,
-    floor: Float,
-    ends: NDArray[np.intp],
-) -> None:
-    """Find the range of samples in which signals have enough energy.
+    samples: Single, within: int, block: int, half: int, floor: Float, ends: NDArray[np.intp]
+) -> tuple[int, int]:
+    """Find the signals that have enough energy somewhere, and where.
 
     Parameters
     ----------
@@ -135,24 +156,61 @@ def strong_blocks(
         a block includes that of these neighbours.
     floor : array, shape (signals,)
         Least energy of a block, as a sum of squares.
-    ends : array, shape (signals, 2)
-        Filled with the first sample of the range and the one after its last; 0 and 0 if no block
-        has enough energy.
+    ends : array, shape (signals, 3)
+        Rows are filled, one for each signal with enough energy: its index, its first sample with
+        enough energy, and the one after its last.
+
+    Returns
+    -------
+    count, longest : int
+        Number of signals with enough energy, and the largest distance of their ends.
     """
-    count = -(-within // block)
-    growth = np.zeros(count + 1)
+    blocks = -(-within // block)
+    growth = np.zeros(blocks + 1)
+    count, longest = 0, 0
     for i in range(samples.shape[0]):
-        for m in range(count):
+        for m in range(blocks):
             growth[m + 1] = growth[m]
             for k in range(m * block, min((m + 1) * block, within)):
                 growth[m + 1] += float(samples[i, k]) ** 2
-        first, last = count, 0
-        for m in range(count):
-            low, high = max(m - half, 0), min(m + half + 1, count)
+        first, last = blocks, 0
+        for m in range(blocks):
+            low, high = max(m - half, 0), min(m + half + 1, blocks)
             if growth[high] - growth[low] >= floor[i]:
                 first, last = min(first, low), high
-        ends[i, 0] = first * block if last else 0
-        ends[i, 1] = min(last * block, within)
+        if last:
+            ends[count, 0], ends[count, 1] = i, first * block
+            ends[count, 2] = min(last * block, within)
+            longest = max(longest, ends[count, 2] - ends[count, 1])
+            count += 1
+    return count, longest
+
+
+@compiled
+def cut_samples(
+    samples: Single, ends: NDArray[np.intp], last: int, beside: int, size: int, cuts: Single
+) -> None:
+    """Copy a stretch of each signal, cyclically.
+
+    Parameters
+    ----------
+    samples : array, shape (signals, samples)
+        Samples, zeros beyond the record included.
+    ends : array, shape (cuts, 3)
+        Index of each signal and its first sample, as `strong_blocks` fills them in.
+    last : int
+        Largest first sample.
+    beside : int
+        Number of samples before the first one that are copied too.
+    size : int
+        Number of samples to copy.
+    cuts : array, shape (cuts, size or more)
+        Filled with the samples.
+    """
+    for i in range(cuts.shape[0]):
+        at = min(ends[i, 1], last) - beside
+        for k in range(size):
+            cuts[i, k] = samples[ends[i, 0], (at + k) % samples.shape[1]]
 
 
 @compiled

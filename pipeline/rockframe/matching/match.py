@@ -20,6 +20,8 @@ from rockframe.wavelets.family import (
     ANTISYMMETRIC_RICKER,
     RICKERS,
     SYMMETRIC_RICKER,
+    WAVELETS,
+    combined,
     phase_and_amplitude,
 )
 from rockframe.wavelets.pulse import Pulse
@@ -213,13 +215,16 @@ def _candidates(
     """Return period, time and half cycles of the candidates: maxima close to the largest."""
     weighted = heights.power[0] * signal.weighting.of_square(heights.periods)[:, None]
     rows, columns = weighted.shape
-    padded = np.full((rows + 2, columns + 2), _NEARLY * weighted.max())
+    least = _NEARLY * weighted.max()
+    padded = np.full((rows + 2, columns + 2), least)
     padded[1:-1, 1:-1] = weighted
-    down = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
-    around = np.maximum(np.maximum(down[:, :-2], down[:, 1:-1]), down[:, 2:])
-    peaks = np.argwhere(weighted >= np.maximum(around, _NEARLY * weighted.max()))
+    peaks = [
+        (i, j)
+        for i, j in np.argwhere(weighted >= least).tolist()
+        if weighted[i, j] >= padded[i : i + 3, j : j + 3].max()
+    ]
     candidates = []
-    for i, j in peaks.tolist():
+    for i, j in peaks:
         period, number = float(heights.periods[i]), heights.half_cycles[j]
         factor = float(signal.weighting.of_square(heights.periods[i]))
         for square, time in summits(signal, wavelet, period, number, _NEARLY):
@@ -236,12 +241,14 @@ def _candidates(
 
 def _outside(pulse: Pulse, duration: float) -> float:
     """Return the share of a pulse's energy before or after a record."""
-    mother = pulse.mother
-    reach = pulse.T_p * mother.reach
+    parts = WAVELETS[pulse.wavelet].parts(pulse.half_cycles)
+    weights = [1.0] if len(parts) == 1 else [math.cos(pulse.phase), math.sin(pulse.phase)]
+    shape = combined(parts, weights)
+    reach = pulse.T_p * shape.reach
     if reach <= pulse.time <= duration - reach:
         return 0.0
-    tau = np.linspace(-mother.reach, mother.reach, 801)
-    square = mother.acceleration(tau) ** 2
+    tau = np.linspace(-shape.reach, shape.reach, 801)
+    square = shape.acceleration(tau) ** 2
     time = pulse.time + pulse.T_p * tau
     return float(square[(time < 0.0) | (time > duration)].sum() / square.sum())
 

@@ -103,46 +103,43 @@ def search(
     """
     weight = signal.weighting.of_square(periods)
     signals = np.atleast_2d(signal.samples).shape[0]
-    spectra = {}
-    for span in _spans(wavelets):
-        numbers, served = _numbers(span, half_cycles), _served(span, wavelets)
-        parts = [part for number in numbers for part in WAVELETS[span].parts(number)]
-        far = np.max([(part.core, part.reach) for part in parts], axis=0)
-        heights = np.zeros((signals, periods.size, len(numbers), len(served)))
-        spectra[span] = (numbers, served, far, heights)
+    spans = _spans(tuple(wavelets), tuple(half_cycles))
+    heights = [
+        np.zeros((signals, periods.size, len(span.numbers), span.kinds.size)) for span in spans
+    ]
     # long periods first: they take little time, and limit the times to search at shorter ones
     for rungs in _octaves(periods)[::-1]:
         chosen = periods[rungs]
-        least = math.ceil(fineness * signal.period / float(chosen[0]))
-        band, (_, within, beyond) = _band(signal, least), _resampled(signal, least)
-        for span, (numbers, served, far, heights) in spectra.items():
-            best = (heights * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
-            floor = nearly * best / weight[rungs].max()
-            part, rows, times = strong_stretch(band, within, far * chosen[-1], floor)
-            kinds = np.array([*served.values()])
+        band, within, beyond = _band(signal, math.ceil(fineness * signal.period / chosen[0]))
+        share = nearly / weight[rungs].max()
+        for span, filled in zip(spans, heights, strict=True):
+            floor = share * (filled * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
+            part, rows, times = strong_stretch(band, within, span.far * chosen[-1], floor)
             each = max(1, _TOGETHER // (2 * max(1, rows.size) * chosen.size * part.padded))
-            for k in range(0, len(numbers) if rows.size else 0, each):
-                some = tuple(numbers[k : k + each])
-                crests = largest(part, times, beyond, chosen, span, some, kinds)
-                heights[rows, rungs, k : k + each] = crests
+            for k in range(0, len(span.numbers) if rows.size else 0, each):
+                some = (span.name, span.numbers[k : k + each])
+                place = (rungs.start, k)
+                largest(part, (times, beyond), chosen, some, span.kinds, rows, place, filled)
     all_heights = {
-        name: Heights(periods, tuple(numbers), heights[..., i])
-        for numbers, served, _, heights in spectra.values()
-        for i, name in enumerate(served)
+        name: Heights(periods, span.numbers, filled[..., i])
+        for span, filled in zip(spans, heights, strict=True)
+        for i, name in enumerate(span.served)
     }
     return {name: all_heights[name] for name in wavelets}
 
 
-def _band(signal: Signal, least: int) -> Signal:
+def _band(signal: Signal, least: int) -> tuple[Signal, int, float]:
     """Return a signal resampled to at least `least` samples, without high frequencies.
 
-    Its samples include the zeros after the record, where it still rings.
+    Its samples include the zeros after the record, where it still rings. The number of samples
+    within the record and the distance from the last of them to its end follow, as in `_resampled`.
     """
-    count, _, _ = _resampled(signal, least)
+    count, within, beyond = _resampled(signal, least)
     step = signal.period / count
     spectrum = np.atleast_2d(signal.spectrum)[:, : count // 2]
-    samples = scipy.fft.irfft(spectrum.astype(np.complex64), count) / np.float32(step)
-    return Signal(samples, step, signal.weighting, count, spectrum)
+    samples = scipy.fft.irfft(spectrum.astype(np.complex64), count)
+    samples /= np.float32(step)
+    return Signal(samples, step, signal.weighting, count, spectrum), within, beyond
 
 
 def _resampled(signal: Signal, least: int) -> tuple[int, int, float]:
@@ -158,60 +155,54 @@ def _resampled(signal: Signal, least: int) -> tuple[int, int, float]:
 
 def _octaves(periods: Float) -> list[slice]:
     """Return slices of ascending periods, divided at each doubling of the first."""
-    starts = np.searchsorted(np.floor(np.log2(periods / periods[0]) + 1e-9), np.arange(64))
-    ends = sorted({*starts.tolist(), periods.size})
-    return [slice(*pair) for pair in itertools.pairwise(ends)]
+    octaves = np.floor(np.log2(periods / periods[0]) + 1e-9)
+    starts = np.flatnonzero(np.diff(octaves, prepend=-1.0)).tolist()
+    return [slice(*pair) for pair in itertools.pairwise([*starts, periods.size])]
 
 
 def largest(
     signal: Signal,
-    times: range,
-    beyond: float,
+    times: tuple[range, float],
     periods: Float,
-    span: str,
-    half_cycles: tuple[float | None, ...],
+    wavelets: tuple[str, tuple[float | None, ...]],
     kinds: NDArray[np.intp],
-) -> Float:
-    """Return the largest squared coefficients over time, with the weighting ``energy``.
+    rows: NDArray[np.intp],
+    place: tuple[int, int],
+    highest: Float,
+) -> None:
+    """Fill in the largest squared coefficients over time, with the weighting ``energy``.
 
     Parameters
     ----------
     signal : Signal
         The records.
-    times : range
-        Indices of the samples at whose times to search.
-    beyond : float
-        Steps after the last of these samples that are searched too, less than one.
+    times : tuple of range and float
+        Indices of the samples at whose times to search, and steps after the last of these samples
+        that are searched too, less than one.
     periods : array, shape (periods,)
         T_p, ascending [s].
-    span : str
-        Name of the wavelet whose parts are used.
-    half_cycles : tuple of float, or of None
-        Numbers of half cycles.
+    wavelets : tuple
+        Name of the wavelet whose parts are used, and numbers of half cycles, or None.
     kinds : array, shape (kinds,)
         For each requested result: the part, 0 or 1; or 2 for both parts.
-
-    Returns
-    -------
-    array, shape (signals, periods, half_cycles, kinds)
-        Squares.
+    rows : array, shape (signals,)
+        Row of `highest` of each record.
+    place : tuple of int
+        First period and first number of half cycles in `highest`.
+    highest : array, shape (rows, periods or more, half_cycles or more, kinds)
+        Filled with the squares.
     """
-    shape = _shape(span, half_cycles, signal.weighting.of_velocity)
-    highest = math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1]))
-    bins = min(signal.padded // 2, highest)
-    lines = np.outer(periods * (_FINENESS / signal.period), np.arange(bins))
-    lines = np.rint(lines, out=lines).astype(np.intp)
-    spectrum = signal.spectrum[:, :bins].astype(np.complex64)
-    sizes = (spectrum.shape[0], periods.size)
-    table = np.empty((*sizes, shape.shape[0], signal.padded // 2 + 1), dtype=np.complex64)
-    match_lines(spectrum, shape, lines, table)
+    shape = _shape(*wavelets, signal.weighting.of_velocity)
+    count, lines = len(wavelets[1]), signal.padded // 2
+    bins = min(lines, math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1])))
+    sizes = (len(signal.spectrum), periods.size)
+    table = np.empty((*sizes, len(shape), lines + 1), dtype=np.complex64)
+    match_lines(signal.spectrum, shape, periods * (_FINENESS / signal.period), bins, table)
     products = scipy.fft.irfft(table, signal.padded, overwrite_x=True)
-    count = len(half_cycles)
-    of_tops = np.empty((sizes[0], periods.size * count, kinds.size))
-    split = (sizes[0], periods.size * count, shape.shape[0] // count, signal.padded)
-    tops(products.reshape(split), times.start, times.stop, beyond, kinds, of_tops)
-    squares = of_tops.reshape(*sizes, count, kinds.size)
-    return squares * (periods[:, None, None] / signal.time_step**2)
+    products = products.reshape(*sizes, count, len(shape) // count, signal.padded)
+    factors = periods / signal.time_step**2
+    steps = (times[0].start, times[0].stop, times[1])
+    tops(products, steps, kinds, factors, rows, place, highest)
 
 
 def summits(
@@ -250,27 +241,31 @@ def summits(
     # a parabola fits the product of one part better than its square
     alone = len(products) == 1
     heights = products[0] if alone else (products**2).sum(axis=0)
-    sizes = np.zeros(within + 2)  # of times within the record, between two zeros
-    sizes[1:-1] = np.abs(heights[:within])
-    tops = np.flatnonzero((sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] >= sizes[2:]))
-    # up to half a step from a time, but from the first to the end of the record; and that end
-    least, most = np.where(tops == 0, -1.0, -0.5), np.where(tops == within - 1, beyond, 0.5)
-    tops, least, most = (
-        np.append(tops, within - 1),
-        np.append(least, beyond),
-        np.append(most, beyond),
-    )
-    middle = np.maximum(tops, 1)
-    before, here, after = heights[middle - 1], heights[middle], heights[middle + 1]
-    slope, bend = 0.5 * (after - before), before - 2.0 * here + after
-    hollow = bend * here >= 0.0
-    shift = np.where(hollow, tops - middle, -slope / np.where(hollow, 1.0, bend))
-    shift = np.clip(shift, least, most)
-    values = here + shift * (slope + 0.5 * shift * bend)
-    squares = values**2 if alone else values
-    times = (middle + shift) * signal.period / count
-    chosen = np.flatnonzero(squares >= nearly * squares.max())
-    return [(float(squares[k]), float(times[k])) for k in chosen]
+    tops, step = [], signal.period / count
+    for top in [*_local_maxima(np.abs(heights[:within]), nearly), None]:
+        # up to half a step from a time, but from the first to the end of the record; and that end
+        last = top == within - 1 or top is None
+        least = beyond if top is None else -1.0 if top == 0 else -0.5
+        middle = max(within - 1 if top is None else top, 1)
+        before, here, after = heights[middle - 1 : middle + 2].tolist()
+        slope, bend = 0.5 * (after - before), before - 2.0 * here + after
+        shift = -slope / bend if bend * here < 0.0 else float((top or 0) - middle)
+        shift = min(max(shift, least), beyond if last else 0.5)
+        value = here + shift * (slope + 0.5 * shift * bend)
+        tops.append((value**2 if alone else value, (middle + shift) * step))
+    least_square = nearly * max(square for square, _ in tops)
+    return [(square, time) for square, time in tops if square >= least_square]
+
+
+def _local_maxima(sizes: Float, nearly: float) -> list[int]:
+    """Return the indices of the local maxima that may be nearly the highest between samples.
+
+    Of a parabola through a sample and two lower ones the top is at most half as high again. At the
+    start, the parabola is around the second sample.
+    """
+    high = np.flatnonzero(sizes[1:] >= nearly / 1.5 * sizes.max()) + 1
+    padded = [0.0, *sizes.tolist(), 0.0]
+    return [k for k in (0, *high.tolist()) if padded[k] < padded[k + 1] >= padded[k + 2]]
 
 
 @lru_cache(maxsize=64)
@@ -284,21 +279,45 @@ def _shape(span: str, half_cycles: tuple[float | None, ...], of_velocity: bool) 
     return np.concatenate(spectra).astype(np.complex64)
 
 
-def _spans(wavelets: Sequence[str]) -> list[str]:
+@dataclass(frozen=True, eq=False)
+class _Span:
+    """A wavelet whose parts serve some of the requested wavelets.
+
+    Parameters
+    ----------
+    name : str
+        Name of the wavelet.
+    numbers : tuple of float, or of None
+        Numbers of half cycles.
+    served : tuple of str
+        Names of the requested wavelets.
+    kinds : array, shape (served,)
+        The part of which each of these consists, 0 or 1; or 2 for both parts.
+    far : array, shape (2,)
+        Largest core and reach of the parts, over T_p.
+    """
+
+    name: str
+    numbers: tuple[float | None, ...]
+    served: tuple[str, ...]
+    kinds: NDArray[np.intp]
+    far: Float
+
+
+@lru_cache(maxsize=64)
+def _spans(wavelets: tuple[str, ...], half_cycles: tuple[float, ...]) -> list[_Span]:
     """Return wavelets that have all parts needed; the parts of the Rickers serve three wavelets."""
     rickers = [name for name in wavelets if name in RICKERS or name == _ANY_PHASE]
-    others = [name for name in wavelets if name not in rickers]
-    if len(rickers) == 1:
-        return rickers + others
-    return ([_ANY_PHASE] if rickers else []) + others
-
-
-def _served(span: str, wavelets: Sequence[str]) -> dict[str, int]:
-    """Return for each wavelet the part of `span` that it consists of, or 2 for both parts."""
-    if span != _ANY_PHASE:
-        return {span: 0 if span in RICKERS else 2}
-    return {name: kind for kind, name in enumerate((*RICKERS, span)) if name in wavelets}
-
-
-def _numbers(wavelet: str, half_cycles: Sequence[float]) -> list[float | None]:
-    return [*half_cycles] if WAVELETS[wavelet].has_half_cycles else [None]
+    names = [name for name in wavelets if name not in rickers]
+    names = rickers + names if len(rickers) == 1 else ([_ANY_PHASE] if rickers else []) + names
+    spans = []
+    for name in names:
+        served = {name: 0 if name in RICKERS else 2}
+        if name == _ANY_PHASE:
+            served = {one: k for k, one in enumerate((*RICKERS, name)) if one in wavelets}
+        numbers = half_cycles if WAVELETS[name].has_half_cycles else (None,)
+        parts = [part for number in numbers for part in WAVELETS[name].parts(number)]
+        far = np.max([(part.core, part.reach) for part in parts], axis=0)
+        kinds = np.array([*served.values()])
+        spans.append(_Span(name, numbers, tuple(served), kinds, far))
+    return spans

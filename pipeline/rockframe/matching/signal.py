@@ -14,7 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.matching.loops import strong_blocks
+from rockframe.matching.loops import cut_samples, strong_blocks
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS, energy
 
@@ -333,7 +333,7 @@ def strong_stretch(
     Parameters
     ----------
     signal : Signal
-        The records, at the times of the search and, cyclically, beyond.
+        The records, in single precision, at the times of the search and, cyclically, beyond.
     within : int
         Number of samples at the times of the search.
     far : array, shape (2,)
@@ -346,23 +346,22 @@ def strong_stretch(
         return signal, np.arange(floor.size), range(within)
     half = math.ceil(far[0] / signal.time_step) + 1
     block = max(1, half // 4)
-    ends = np.empty((floor.size, 2), dtype=np.intp)
+    ends = np.empty((floor.size, 3), dtype=np.intp)
     least = _SAFE * floor / signal.time_step
-    strong_blocks(signal.samples, within, block, -(-half // block), least, ends)
-    rows = np.flatnonzero(ends[:, 1])
-    if rows.size == 0:
-        return signal, rows, range(0)
-    longest = int((ends[rows, 1] - ends[rows, 0]).max())
-    first = np.minimum(ends[rows, 0], within - longest)
+    samples = signal.samples.astype(np.float32, copy=False)
+    count, longest = strong_blocks(samples, within, block, -(-half // block), least, ends)
+    ends = ends[:count]
+    if count == 0:
+        return signal, ends[:, 0], range(0)
     times = range(_RINGING, _RINGING + longest)
     size = times.stop + _RINGING
-    padded = 2 * scipy.fft.next_fast_len(
-        -(-(size + math.ceil(far[1] / signal.time_step)) // 2), real=True
-    )
-    places = (first[:, None] + np.arange(-_RINGING, size - _RINGING)) % signal.padded
-    samples = signal.samples[rows[:, None], places]
-    cut = padded_signal(samples, signal.time_step, signal.weighting, padded)
-    return cut, rows, times
+    reach = math.ceil(far[1] / signal.time_step)
+    padded = 2 * scipy.fft.next_fast_len(-(-(size + reach) // 2), real=True)
+    cuts = np.zeros((count, padded), dtype=np.float32)
+    cut_samples(samples, ends, within - longest, _RINGING, size, cuts)
+    spectrum = scipy.fft.rfft(cuts) * signal.time_step
+    cut = Signal(cuts[:, :size], signal.time_step, signal.weighting, padded, spectrum)
+    return cut, ends[:, 0], times
 
 
 def cut_around(
