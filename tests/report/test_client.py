@@ -68,9 +68,10 @@ def test_the_page_counts_the_motions_of_its_answers_and_tables(bundled_run: Path
     assert {*limit.split(", ")} == {*counted} - both
 
 
-def test_return_periods_are_of_one_plane_and_may_not_be_determined(
+def test_return_periods_may_not_be_determined_or_be_of_one_plane(
     bundled_run: Path, tmp_path: Path
 ) -> None:
+    """Without motions in both directions, the page says that return periods have none."""
     hazard, output = tmp_path / "hazard.csv", tmp_path / "screen.nc"
     hazard.write_text("pga_g,annual_rate\n0.05,0.05\n0.3,0.002\n3,0.000002\n", encoding="utf-8")
     words = ["--structure", "bridge-bent", "--scales", "1", "2", "--margins", "none"]
@@ -79,6 +80,10 @@ def test_return_periods_are_of_one_plane_and_may_not_be_determined(
     page = client_page(read_run(bundled_run), Letterhead(), 64, read_screening(output))
     assert re.search(r">10 years</th>.*?<td class=\"number\">–", page, re.DOTALL)
     assert "A dash: these motions, or the hazard curve, do not determine the demand." in page
+    assert "Return periods are" not in page
+    words.append("--no-both-directions")
+    assert main(["screen", str(bundled_run / "records.nc"), *words]) == 0
+    page = client_page(read_run(bundled_run), Letterhead(), 64, read_screening(output))
     assert "Return periods are of motions in one plane" in page
     assert "Return periods are" not in client_page(read_run(bundled_run), Letterhead(), 64)
 

@@ -29,8 +29,9 @@ def everything(folder: Path, rotation: str) -> Plan:
         lines.append(bare if is_key or bare.startswith("[") else line)
     text = "\n".join(lines).replace('structures = "structures.toml"\n', "")
     text = re.sub(rf"(?m)^(?!{rotation})(azimuth|strike)_degree = .*\n", "", text)
-    beside = "azimuths_degree" if rotation == "azimuth" else "pulse_(period_s|length_m|like)"
-    text = re.sub(rf"(?m)^{beside} = .*\n", "", text)  # these exclude each other
+    in_plane = "pulse_(period_s|length_m|like)|both_directions"
+    beside = "azimuths_degree" if rotation == "azimuth" else in_plane
+    text = re.sub(rf"(?m)^({beside}) = .*\n", "", text)  # these exclude each other
     joined = "sequence" if rotation == "azimuth" else "selection"
     text = re.sub(rf"(?m)^{joined} = .*\n", "", text)  # and these
     other = "radius_m|friction|effective_period_s|design_displacement_m|moment_capacity_nm"

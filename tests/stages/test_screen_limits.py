@@ -32,7 +32,8 @@ from rockframe.signals.measures import (
     spectral_acceleration,
 )
 from rockframe.signals.processing import integrate
-from rockframe.stages.screen import _reached, screen_stage
+from rockframe.stages.screen import screen_stage
+from rockframe.stages.screen_batches import ScreeningRun
 from rockframe.structures.screening import quantities_of
 from rockframe.units import GRAVITY
 
@@ -343,8 +344,13 @@ def test_structures_share_the_memory_of_their_shares() -> None:
     frames = [RockingFrame(height=9.6, width=1.6), RockingFrame(height=6.0, width=0.8)]
     request = SimpleNamespace(structures=frames)
     limits = [OVERTURNING, LimitState("peak_u", 0.2)]
-    run = SimpleNamespace(limits=limits, request=request, shares=lambda n: arrays[n].copy())
-    first, second = _reached(cast("Any", run))
+    run = SimpleNamespace(
+        limits=limits,
+        request=request,
+        shares=lambda n: arrays[n].copy(),
+        has=lambda *_: True,
+    )
+    first, second = ScreeningRun.reached_by_each(cast("Any", run), [np.arange(3)] * 2)
     for one, other, array in zip(first, second, arrays, strict=True):
         assert one is not None
         assert other is not None

@@ -19,6 +19,7 @@ from rockframe.results.screen_tables import (
     fragility_curve,
     kind_row,
     members_of,
+    motions_that_count,
     responses_in_words,
     result_in_words,
     title_of_states,
@@ -201,7 +202,7 @@ def _caption(
         f"{_left_out(screening)}"
         f"Probability that {structure} {in_verb_of(kind, overturns)}, "
         f"{fragility_curve(screening)} in the intensity, of maximum likelihood, from "
-        f"{screening.sizes['record']} motions of {recordings} "
+        f"{' or '.join(map(str, motions_that_count(screening)))} motions of {recordings} "
         f"recordings at {scales.size} scales from {scales[0]:g} to {scales[-1]:g}, {each}; shaded, "
         "90 % confidence with all scales and components of a recording as one observation, or what "
         "is left open where there is no curve; dots, observed shares in classes of equal numbers; "

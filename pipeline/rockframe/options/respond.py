@@ -243,6 +243,10 @@ class ScreenOptions(Options):
         Numbers | None, Field(examples=[{"from": 0.0, "to": 170.0, "count": 18}])
     ] = None
     """Rotate each pair of horizontals toward these azimuths [degree]."""
+    both_directions: bool = True
+    """Also respond to both horizontal components of a station together, where structures have round
+    columns and both are recorded. For these structures only such motions count in ranks,
+    fragilities, rates and designs. Their PGA, PGV and spectral accelerations are RotD50."""
     vertical: bool = False
     """Include the vertical component recorded at the same station."""
     histories: Kept = "none"
@@ -329,6 +333,11 @@ class ScreenOptions(Options):
             if azimuths:
                 message = f"{name} and azimuths_degree both stated. State only one of them"
                 raise rule(message)
+        if azimuths and not self.both_directions:
+            message = (
+                "both_directions false has no effect with azimuths_degree: all motions are in "
+            )
+            raise rule(message + "one plane. State only one of them")
         for degrees in self.azimuths_degree or ():
             warn_beyond_turn(degrees)
         return self

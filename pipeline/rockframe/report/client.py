@@ -139,6 +139,9 @@ def client_page(
         envelope_legend=ENVELOPE_LEGEND,
         per_column=bool(envelope),
         **_at_return_periods(screening, names),
+        rates_in_plane=screening is not None
+        and "annual_rate" in screening
+        and "components" not in screening,
         left_out=_left_out(run),
         friction=_largest_friction(run.rows),
         vertical=vertical,

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockframe.components import BothDirections
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.quantities import QUANTILES, QUANTITIES
@@ -87,8 +88,31 @@ class Components(NamedTuple):
     records: tuple[str, ...] = ()
     remark: str = ""
 
+    @classmethod
+    def of(cls, both: BothDirections) -> Self:
+        """Return those of a motion in both directions."""
+        return cls((both.first.record_id, both.second.record_id), both.remark)
+
 
 NO_COMPONENTS: Final = Components()
+
+
+def component_values(components: Sequence[Components]) -> dict[str, list[str]]:
+    """Return the variables of the components of motions, if some are in both directions.
+
+    Examples
+    --------
+    >>> component_values([NO_COMPONENTS, Components(("a", "b"))])["components"]
+    ['', 'a b']
+    >>> component_values([NO_COMPONENTS])
+    {}
+    """
+    if not any(each.records for each in components):
+        return {}
+    return {
+        "components": [" ".join(each.records) for each in components],
+        "components_remark": [each.remark for each in components],
+    }
 
 
 def write_responses(

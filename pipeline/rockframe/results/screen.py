@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import InputError, ParameterError
 from rockframe.provenance import key_of, whole_file
-from rockframe.quantities import OF_SCENARIO
+from rockframe.quantities import OF_SCENARIO, QUANTITIES
 from rockframe.results.reading import opened, positions
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import SCREEN_NC
@@ -35,12 +35,16 @@ from rockframe.results.writing import (
     put,
     slices,
 )
+from rockframe.risk import Fragility, HazardCurve, overturning_rate
+from rockframe.rocking import Design
 from rockframe.structures.contract import StructureResponse
 
 Float = NDArray[np.float64]
 Scenario = Mapping[str, NDArray[Any]]
 #: Positions of record, structure and scale, and the response of that scenario with its nodes.
 KeptHistory = tuple[tuple[int, int, int], StructureResponse]
+#: For each structure and limit state, the fragility over each measure.
+Fits = Sequence[Sequence[Mapping[str, Fragility]]]
 
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
@@ -127,6 +131,44 @@ def write_screening(
     }
     attributes = {"rockframe_kind": SCREEN, "left_out": json.dumps(dict(left_out), sort_keys=True)}
     return dataset.assign(constants).assign_attrs(attributes).set_coords("record_id")
+
+
+def rate_values(curve: HazardCurve, fits: Fits) -> dict[str, Any]:
+    """Return the hazard curve, and the rate at which each structure reaches each limit state."""
+    rates = [[overturning_rate(curve, fit[curve.measure]) for fit in each] for each in fits]
+    return {
+        "hazard_measure": curve.measure,
+        "hazard_intensity": curve.intensity,
+        "hazard_rate": curve.rate,
+        "hazard_site": curve.site,
+        "hazard_note": curve.note,
+        **SCREEN_NC.filled("rate", rates),
+    }
+
+
+def design_values(design: Design, shares: Float, largest: Float) -> dict[str, Any]:
+    """Return the scan of a design; shares and 84 % quantiles of shape (structures, steps)."""
+    results = [design.result(*row) for row in zip(shares, largest, strict=True)]
+    return {
+        "design_dimension": design.dimension,
+        "design_quantity": design.quantity,
+        "design_limit": design.limit,
+        "design_required_share": design.share,
+        "design_value": design.values,
+        "design_share": shares,
+        "design_statistic": design.statistic,
+        "design_quantile_84": largest,
+        **SCREEN_NC.filled("found", results),
+    }
+
+
+def design_units(design: Design) -> dict[str, str]:
+    """Return the units of the variables of a design that allow two units."""
+    two = (variable for variable in SCREEN_NC.variables if variable.also_units == "1")
+    ratio = design.dimension == "mass_ratio"
+    of_quantity = QUANTITIES[design.quantity].units
+    limit = dict.fromkeys(("design_limit", "design_quantile_84"), of_quantity)
+    return {one.name: one.also_units if ratio else one.units for one in two} | limit
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -79,8 +79,8 @@ _OF_CURVE: Final = (*_INTENSITIES[:3], *_RATIOS[:4])
 def screen_rows(screening: xr.Dataset) -> Rows:
     """Yield a row for each motion and structure, at the scale nearest to 1; units in the names.
 
-    Motions are ordered by mean rank, the most severe first. `screening` is that of
-    `read_screening`.
+    Motions are ordered by mean rank, the most severe first, and those that count for no structure
+    last. `screening` is that of `read_screening`.
     """
     if "scale" in screening["verdict"].dims:
         reference = float(screening["reference_scale"])
@@ -89,7 +89,7 @@ def screen_rows(screening: xr.Dataset) -> Rows:
     columns = _OF_PAIR | _of_members(screening)
     columns |= {name: name for name in _MARGINS if name in screening} | _OF_MOTION | _OF_FRAME
     columns |= {quantity.column: name for name, quantity in FURTHER.items() if name in screening}
-    columns |= {"kind": "kind"} if "kind" in screening else {}
+    columns |= {name: name for name in ("kind", "components") if name in screening}
     for end in ("", "rotd50", "rotd100"):
         variable = "spectral_acceleration" + (end and f"_{end}")
         periods = screening["spectral_period"].values if variable in screening else ()
@@ -135,10 +135,35 @@ def responses_in_words(screening: xr.Dataset) -> str:
     >>> responses_in_words(xr.Dataset({"members": 1}, {"record": ["a", "b"]}))
     '2 motions'
     """
-    motions, members = screening.sizes["record"], members_of(screening)
+    counts, members = motions_that_count(screening), members_of(screening)
+    motions = f"{_listed(counts)} motions"
     if members == 1:
-        return f"{motions} motions"
-    return f"{motions * members} responses ({motions} motions, {members} members each)"
+        return motions
+    responses = _listed(members * count for count in counts)
+    return f"{responses} responses ({motions}, {members} members each)"
+
+
+def motions_that_count(screening: xr.Dataset) -> list[int]:
+    """Return the different numbers of motions that count for the structures.
+
+    For structures of round columns, these are the motions in both directions.
+
+    Examples
+    --------
+    >>> outcomes = (("structure", "scale", "outcome"), [[[3, 0, 0]], [[4, 1, 1]], [[2, 0, 1]]])
+    >>> motions_that_count(xr.Dataset({"verdict_count": outcomes}))
+    [3, 6]
+    """
+    if "verdict_count" not in screening:
+        return [screening.sizes["record"]]
+    of_each = screening["verdict_count"].sum("outcome")
+    if "scale" in of_each.dims:
+        of_each = of_each.isel(scale=0)
+    return sorted({*of_each.values.ravel().tolist()})
+
+
+def _listed(numbers: Iterable[int]) -> str:
+    return " or ".join(map(str, numbers))
 
 
 def site_note(screening: xr.Dataset) -> str:

@@ -304,3 +304,20 @@ def demand_ranks(peaks: ArrayLike, shares: ArrayLike | None = None) -> Float:
         _, place, counts = np.unique(pair, axis=0, return_inverse=True, return_counts=True)
         rank[:] = (np.cumsum(counts) - 0.5 * (counts - 1.0))[place.ravel()]
     return ranks
+
+
+def mean_ranks(ranks: Float) -> Float:
+    """Return the mean rank of each motion over the structures for which it counts; NaN for none.
+
+    Parameters
+    ----------
+    ranks : array, shape (motions, structures)
+        Ranks; NaN where a motion does not count.
+
+    Examples
+    --------
+    >>> mean_ranks(np.array([[1.0, 2.0], [2.0, np.nan], [np.nan, np.nan]])).tolist()
+    [1.5, 2.0, nan]
+    """
+    counts = np.isfinite(ranks).sum(axis=1)
+    return np.where(counts > 0, np.nansum(ranks, axis=1) / np.maximum(counts, 1), np.nan)

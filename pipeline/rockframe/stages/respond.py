@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
-from rockframe.components import vertical_beside
+from rockframe.components import BothDirections, vertical_beside
 from rockframe.engines.engine import Engine, map_tasks, on_threads
 from rockframe.errors import ParameterError, RockframeWarning, require_known
 from rockframe.options.respond import RespondOptions
@@ -233,47 +233,51 @@ def _warn_of_motion(response: xr.Dataset) -> None:
             warnings.warn(words, RockframeWarning, stacklevel=3)
 
 
-class _Pair(NamedTuple):
+class Pair(NamedTuple):
     """A motion of which both horizontals are recorded: its name, and all its records."""
 
     name: str
     records: tuple[str, ...]
 
 
-def pairs_of(file: RecordsFile) -> dict[str, _Pair]:
+def pairs_of(file: RecordsFile) -> dict[str, Pair]:
     """Return the motions with two horizontals, by the later of these in the file."""
-    pairs: dict[str, _Pair] = {}
+    pairs: dict[str, Pair] = {}
     level = {*horizontal(file)}
     sequences = {*file.sequences}
     for records in file.motions:
         across = [name for name in records if name in level]
         if len(across) == 2 and not sequences.intersection(across):
-            pairs[across[1]] = _Pair(file.name_of_pair(across[0]), tuple(records))
+            pairs[across[1]] = Pair(file.name_of_pair(across[0]), tuple(records))
     return pairs
 
 
-def _with_pairs(names: Sequence[str], pairs: Mapping[str, _Pair]) -> list[str]:
+def _with_pairs(names: Sequence[str], pairs: Mapping[str, Pair]) -> list[str]:
     """Return the names of the records, and after both components of a motion its own."""
     further = {name: [pairs[name].name] if name in pairs else [] for name in names}
     return [*chain(*([name, *further[name]] for name in names))]
 
 
-def _in_both(file: RecordsFile, pair: _Pair, options: RespondOptions) -> _Motion:
-    """Read the motion of a station in both directions.
+def in_both(file: RecordsFile, pair: Pair, *, vertical: bool) -> BothDirections:
+    """Read both components of a station.
 
     Raises
     ------
     ParameterError
-        If its components cannot be combined, or the vertical one is requested and missing.
+        If they cannot be combined, or the vertical one is requested and missing.
     """
+    both = file.in_both(pair.records)
+    if vertical and both.vertical is None:
+        raise ParameterError(WITHOUT_VERTICAL)
+    return both
+
+
+def _motion_in_both(file: RecordsFile, pair: Pair, options: RespondOptions) -> _Motion:
     from rockframe.wobbling import PairAcceleration  # not needed for motions in one plane
 
-    both = file.in_both(pair.records)
-    if options.vertical and both.vertical is None:
-        raise ParameterError(WITHOUT_VERTICAL)
+    both = in_both(file, pair, vertical=options.vertical)
     motion = PairAcceleration.from_pair(both, vertical=options.vertical)
-    records = (both.first.record_id, both.second.record_id)
-    components = Components(records, both.remark)
+    components = Components.of(both)
     return _Motion(pair.name, 2 * motion.x.size, motion, components=components)
 
 
@@ -282,7 +286,7 @@ def _motions(
     names: Sequence[str],
     options: RespondOptions,
     left_out: dict[str, str],
-    pairs: Mapping[str, _Pair] = MappingProxyType({}),
+    pairs: Mapping[str, Pair] = MappingProxyType({}),
 ) -> Iterator[_Motion]:
     """Read one record at a time, with its vertical record if requested; after the second horizontal
     of a station, both.
@@ -300,7 +304,7 @@ def _motions(
             yield _Motion(name, samples, motion, sources.uncertain(record), record)
         if name in pairs:
             try:
-                yield _in_both(file, pairs[name], options)
+                yield _motion_in_both(file, pairs[name], options)
             except ParameterError as error:
                 left_out[pairs[name].name] = str(error)
 

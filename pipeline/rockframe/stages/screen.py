@@ -16,13 +16,22 @@ from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
-from rockframe.quantities import QUANTILES, QUANTITIES
+from rockframe.quantities import QUANTILES
 from rockframe.record import SiteType
 from rockframe.results.pulses import RecordMetadata, read_metadata
 from rockframe.results.records import open_records
-from rockframe.results.response import structure_values
+from rockframe.results.response import component_values, structure_values
 from rockframe.results.schema.response import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
-from rockframe.results.screen import Batches, pooled_fits, read_screening, write_screening
+from rockframe.results.screen import (
+    Batches,
+    Fits,
+    design_units,
+    design_values,
+    pooled_fits,
+    rate_values,
+    read_screening,
+    write_screening,
+)
 from rockframe.results.screen_tables import (
     refuse_strange_tables,
     screen_table_paths,
@@ -42,12 +51,12 @@ from rockframe.risk import (
     demand_ranks,
     fit_fragility,
     hazard_file,
+    mean_ranks,
     mean_shares,
     measure_of,
     observed_shares,
     over_azimuths,
     over_azimuths_of,
-    overturning_rate,
     period_of,
     pooled_intensities,
     read_hazard,
@@ -55,7 +64,7 @@ from rockframe.risk import (
 )
 from rockframe.risk.distribution import Band
 from rockframe.risk.fragility import Curve
-from rockframe.rocking import Design, quantiles
+from rockframe.rocking import quantiles
 from rockframe.rocking.verdict import COMPUTED
 from rockframe.stages.common import (
     NamedFigure,
@@ -66,17 +75,11 @@ from rockframe.stages.common import (
     silent,
     unseen,
 )
-from rockframe.stages.screen_batches import ScreeningRequest, ScreeningRun, is_free
+from rockframe.stages.screen_batches import Reached, ScreeningRequest, ScreeningRun, is_free
 from rockframe.stages.screen_motions import Motions
-from rockframe.structures.screening import has_quantity
 from rockframe.study.structures import SHIPPED_STRUCTURES, StructureTable
 
 Float = NDArray[np.float64]
-#: For each structure and limit state, the shares of members that reach it, for the motions and
-#: scales; None if the structure has no such restraint.
-Reached = list[list[Float | None]]
-#: For each structure and limit state, the fragility over each measure.
-Fits = Sequence[Sequence[Mapping[str, Fragility]]]
 
 #: Levels of |theta| / slenderness of the peak distributions.
 LEVELS: Final = np.linspace(0.0, 1.5, 151)
@@ -86,6 +89,8 @@ _POINTS: Final = 101
 _CLASSES: Final = 8
 #: Factor by which the curves extend beyond the intensities tried.
 _BEYOND: Final = 1.25
+#: Distribution of peaks of a structure that lacks the quantity.
+_UNKNOWN: Final = Band(*np.full((3, LEVELS.size), np.nan))
 
 
 def statistics(
@@ -110,11 +115,12 @@ def statistics(
     spectra = [name for name in numbers if period_of(name)]
     further = [name for name in numbers if name in FURTHER]
     intensities = {name: numbers[name] for name in (*MEASURES, *further, *spectra)}
-    reached = _reached(run)
+    counting = run.counting()
+    reached = run.reached_by_each(counting)
     form = request.options.fragility_curve
     fits = [
-        [_fits(intensities, request.scales, fell, clusters, form) for fell in each]
-        for each in reached
+        [_fits(_at(intensities, some), request.scales, fell, clusters[some], form) for fell in each]
+        for each, some in zip(reached, counting, strict=True)
     ]
     values = {
         "record_id": [motion.name for motion in motions],
@@ -122,63 +128,83 @@ def statistics(
         "station": [texts["station"][motion.row] for motion in motions],
         "site_type": [SiteType.named(texts["site"][motion.row]) for motion in motions],
         "cluster": clusters,
+        **component_values([motion.components for motion in motions]),
         **{name: numbers[name] for name in numbers if name not in spectra},
         "limit_state": [limit.name for limit in run.limits],
-        **_demand_values(run, clusters),
+        **_demand_values(run, clusters, counting),
         "fragility_curve": form,
         **_fragility_values(fits, _grid(intensities, request.scales)),
         **_preferences(run, intensities, clusters, fits),
-        **_observed_values(reached, intensities, request.scales),
+        **_observed_values(reached, [_at(intensities, some) for some in counting], request.scales),
         **(_pooled_values(run, reached, numbers, clusters) if request.options.pooled else {}),
         **_optional_values(run, {name: numbers[name] for name in spectra}, clusters),
-        **(_rates(hazard, fits) | run.demands_at(hazard, intensities) if hazard else {}),
+        **(rate_values(hazard, fits) | run.demands_at(hazard, intensities) if hazard else {}),
         **structure_values(SCREEN_NC, request.structures),
         "scale": request.scales,
     }
-    return values, _design_units(request.design) if request.design else {}
+    return values, design_units(request.design) if request.design else {}
 
 
-def _reached(run: ScreeningRun) -> Reached:
-    """Return the shares that reach each limit, by structure: parts of one array for each limit."""
-    shares = [run.shares(number) for number, _ in enumerate(run.limits)]
-    return [
-        [
-            of_limit[:, k] if has_quantity(structure, limit.quantity) else None
-            for of_limit, limit in zip(shares, run.limits, strict=True)
-        ]
-        for k, structure in enumerate(run.request.structures)
-    ]
+def _at(arrays: Mapping[str, Float], some: NDArray[np.intp]) -> dict[str, Float]:
+    """Return arrays along motions at the places of some."""
+    return {name: values[some] for name, values in arrays.items()}
 
 
-def _demand_values(run: ScreeningRun, clusters: NDArray[np.int64]) -> dict[str, Any]:
-    """Return ranks, distributions of peaks, counts of outcomes, and results over all motions."""
+def _demand_values(
+    run: ScreeningRun, clusters: NDArray[np.int64], counting: Sequence[NDArray[np.intp]]
+) -> dict[str, Any]:
+    """Return ranks, distributions of peaks, counts of outcomes, and results over all motions that
+    count.
+    """
     seed, at, fell = run.request.options.seed, run.request.reference, run.shares(0)
-    rotations = run.kept["peak_rotation_ratio"].swapaxes(0, 1)
-    at_most = (shares_at_most(peaks, LEVELS) for peaks in rotations)
-    bands = [
-        Band(*np.full((3, LEVELS.size), np.nan)) if np.isnan(peaks).any() else band
-        for band, peaks in zip(
-            mean_shares(at_most, clusters=clusters, seed=seed), rotations, strict=True
-        )
-    ]
-    overall = mean_shares([*fell.swapaxes(0, 1)], clusters=clusters, seed=seed)
-    ranks = demand_ranks(run.demand, fell[:, :, at])
+    bands, overall = [_UNKNOWN] * len(counting), [_UNKNOWN] * len(counting)
+    ranks = np.full(run.demand.shape, np.nan)
+    for some, places in _alike(counting):
+        rotations = [run.kept["peak_rotation_ratio"][some, k] for k in places]
+        at_most = (shares_at_most(peaks, LEVELS) for peaks in rotations)
+        each = mean_shares(at_most, clusters=clusters[some], seed=seed)
+        for k, peaks, band in zip(places, rotations, each, strict=True):
+            bands[k] = _UNKNOWN if np.isnan(peaks).any() else band
+        each = mean_shares([fell[some, k] for k in places], clusters=clusters[some], seed=seed)
+        for k, band in zip(places, each, strict=True):
+            overall[k] = band
+        here = np.ix_(some, np.array(places))
+        ranks[here] = demand_ranks(run.demand[here], fell[:, :, at][here])
+    counts = np.array(
+        [
+            [(run.verdicts[some, k] == verdict).sum(axis=0) for verdict in COMPUTED]
+            for k, some in enumerate(counting)
+        ]
+    ).swapaxes(1, 2)
     return {
         "reference_scale": float(run.request.scales[at]),
         "demand_rank": ranks,
-        "mean_rank": ranks.mean(axis=1),
+        "mean_rank": mean_ranks(ranks),
         "level": LEVELS,
         **SCREEN_NC.filled("band", bands),
-        "verdict_count": np.stack([(run.verdicts == k).sum(axis=0) for k in COMPUTED], axis=-1),
+        "verdict_count": counts,
         "outcome": OUTCOMES,
         "members": run.members,
         "quantile": [*QUANTILES],
         **SCREEN_NC.filled("overall", overall),
         **{
-            f"overall_{name}_band": quantiles(peaks.swapaxes(0, 1).reshape(peaks.shape[1], -1))
+            f"overall_{name}_band": np.array(
+                [quantiles(peaks[some, k].ravel()) for k, some in enumerate(counting)]
+            )
             for name, peaks in run.kept.items()
         },
     }
+
+
+def _alike(
+    counting: Sequence[NDArray[np.intp]],
+) -> Iterator[tuple[NDArray[np.intp], list[int]]]:
+    """Yield places of motions, with the places of the structures for which exactly these count."""
+    groups: dict[bytes, list[int]] = {}
+    for k, some in enumerate(counting):
+        groups.setdefault(some.tobytes(), []).append(k)
+    for places in groups.values():
+        yield counting[places[0]], places
 
 
 def _optional_values(
@@ -192,7 +218,7 @@ def _optional_values(
             variable = "spectral_acceleration" + (end and f"_{end}")
             values[variable] = np.array([*some.values()]).T
             values["spectral_period"] = [period_of(name) for name in some]
-    if len(run.motions[0].records) > 1:  # a rotated pair
+    if run.request.options.azimuths_degree:
         firsts = np.unique(clusters, return_index=True)[1]
         values["recording"] = [run.motions[int(i)].name for i in firsts]
         percentiles = over_azimuths(run.ratio, clusters)
@@ -201,7 +227,7 @@ def _optional_values(
     if run.request.design is not None:
         shape = (len(run.request.structures), -1)
         share, largest = (values.reshape(shape) for values in run.candidates(run.request.design))
-        values |= _design_values(run.request.design, share, largest)
+        values |= design_values(run.request.design, share, largest)
     return values
 
 
@@ -275,22 +301,24 @@ def _preferences(
 
     `fits` are those from all motions.
     """
-    both, scales = compared_motions(intensities), run.request.scales
-    some = {name: values[both] for name, values in intensities.items()}
-    form = run.request.options.fragility_curve
-    overturned = [  # nothing is fitted again
-        fits[k][0] if both.all() else _fits(some, scales, fell[both], clusters[both], form)
-        for k, fell in enumerate(run.shares(0).swapaxes(0, 1))
-    ]
+    scales, form, fell = run.request.scales, run.request.options.fragility_curve, run.shares(0)
+    overturned = []
+    for k, counts in enumerate(run.counting()):
+        some = counts[compared_motions(_at(intensities, counts))]
+        overturned.append(  # nothing is fitted again
+            fits[k][0]
+            if some.size == counts.size
+            else _fits(_at(intensities, some), scales, fell[some, k], clusters[some], form)
+        )
     better = [better_measure(of_measures) for of_measures in overturned]
     names = {"better_measure": "measure", "better_measure_reason": "reason"}
     return {key: [getattr(each, name) for each in better] for key, name in names.items()}
 
 
 def _observed_values(
-    reached: Reached, intensities: Mapping[str, Float], scales: Float
+    reached: Reached, intensities: Sequence[Mapping[str, Float]], scales: Float
 ) -> dict[str, Any]:
-    """Return the shares that reach each limit state in classes of intensity."""
+    """Return the shares that reach each limit state in classes of intensity, for each structure."""
     unknown = (np.full(_CLASSES, np.nan),) * 2
     both = np.array(
         [
@@ -299,11 +327,11 @@ def _observed_values(
                     unknown
                     if fell is None
                     else observed_shares(values, _powers(scales, name), fell, _CLASSES)
-                    for name, values in intensities.items()
+                    for name, values in measured.items()
                 ]
                 for fell in each
             ]
-            for each in reached
+            for each, measured in zip(reached, intensities, strict=True)
         ]
     )
     return {"bin_intensity": both[:, 0, :, 0], "bin_share": both[:, :, :, 1]}
@@ -322,8 +350,15 @@ def _pooled_values(
     request, limits = run.request, [k for k, limit in enumerate(run.limits) if _is_pooled(limit)]
     free = [k for k, structure in enumerate(request.structures) if is_free(structure)]
     frames = [structure for structure in request.structures if is_free(structure)]
-    intensities = pooled_intensities(frames, numbers["pga"], numbers["pgv"])
-    together = np.tile(clusters, len(free))
+    counting = run.counting()
+    together = np.concatenate([clusters[counting[k]] for k in free])
+    of_each = [
+        pooled_intensities([frame], numbers["pga"][counting[k]], numbers["pgv"][counting[k]])
+        for k, frame in zip(free, frames, strict=True)
+    ]
+    intensities = {
+        name: np.concatenate([measured[name] for measured in of_each]) for name in of_each[0]
+    }
     # Without restraints, a frame has the share of each of these limit states.
     shares: list[Float | None] = [
         np.concatenate([one for one in (reached[k][limit] for k in free) if one is not None])
@@ -334,7 +369,7 @@ def _pooled_values(
     better = better_measure(fits[0])
     of_one_structure = {
         **_fragility_values([fits], _grid(intensities, request.scales)),
-        **_observed_values([shares], intensities, request.scales),
+        **_observed_values([shares], [intensities], request.scales),
     }
     # These do not vary with the structure.
     alone = ("measure", "measure_units", "fragility_intensity")
@@ -353,43 +388,6 @@ def _pooled_values(
 def _is_pooled(limit: LimitState) -> bool:
     """Return True for overturning and limits of theta/alpha, which do not depend on the size."""
     return limit.quantity in ("", "peak_rotation_ratio")
-
-
-def _rates(curve: HazardCurve, fits: Fits) -> dict[str, Any]:
-    rates = [[overturning_rate(curve, fit[curve.measure]) for fit in each] for each in fits]
-    return {
-        "hazard_measure": curve.measure,
-        "hazard_intensity": curve.intensity,
-        "hazard_rate": curve.rate,
-        "hazard_site": curve.site,
-        "hazard_note": curve.note,
-        **SCREEN_NC.filled("rate", rates),
-    }
-
-
-def _design_values(design: Design, shares: Float, largest: Float) -> dict[str, Any]:
-    """Return the scan of a design; shares and 84 % quantiles of shape (structures, steps)."""
-    results = [design.result(*row) for row in zip(shares, largest, strict=True)]
-    return {
-        "design_dimension": design.dimension,
-        "design_quantity": design.quantity,
-        "design_limit": design.limit,
-        "design_required_share": design.share,
-        "design_value": design.values,
-        "design_share": shares,
-        "design_statistic": design.statistic,
-        "design_quantile_84": largest,
-        **SCREEN_NC.filled("found", results),
-    }
-
-
-def _design_units(design: Design) -> dict[str, str]:
-    """Return the units of the variables of a design that allow two units."""
-    two = (variable for variable in SCREEN_NC.variables if variable.also_units == "1")
-    ratio = design.dimension == "mass_ratio"
-    of_quantity = QUANTITIES[design.quantity].units
-    limit = dict.fromkeys(("design_limit", "design_quantile_84"), of_quantity)
-    return {one.name: one.also_units if ratio else one.units for one in two} | limit
 
 
 @dataclass(frozen=True)
@@ -485,7 +483,10 @@ def screen_stage(
     hazard = _hazard(options, pulses_path)
     metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
-        chosen = Motions(file, metadata, options, filters or Filters(), *_wanted(options, hazard))
+        chosen = Motions(
+            *(file, metadata, options, filters or Filters(), *_wanted(options, hazard)),
+            pairs=request.pairs,
+        )
         origin = _origin(records_path, chosen, options)
         batches = Batches(output, origin | request.scenarios())
         run = ScreeningRun(chosen, request, batches, engine, progress)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from itertools import repeat
+from itertools import chain, repeat
 from typing import TYPE_CHECKING, Any, Final, Self, TypeGuard
 
 import numpy as np
@@ -16,13 +16,21 @@ from rockframe.options.respond import ScreenOptions
 from rockframe.quantities import LIMITED, OF_SCENARIO, QUANTILES
 from rockframe.results.screen import Batches, KeptHistory
 from rockframe.risk import OVERTURNING, HazardCurve, LimitState, demands_at, measure_of
-from rockframe.rocking import Design, Histories, Verdict, as_ground, chosen_ensemble, quantiles
+from rockframe.rocking import Design, Histories, Verdict, chosen_ensemble, quantiles
 from rockframe.stages.common import Progress
 from rockframe.stages.screen_motions import Motion, Motions
-from rockframe.structures.contract import PEAKS, Structure, kind_of, require_possible
+from rockframe.structures.contract import (
+    PEAKS,
+    Structure,
+    computed_in_both_directions,
+    kind_of,
+    require_possible,
+    why_not_both,
+)
 from rockframe.structures.screening import (
     Scenario,
     ScreeningTask,
+    ground_of,
     has_quantity,
     margins_of,
     member_peaks_of,
@@ -39,10 +47,15 @@ Float = NDArray[np.float64]
 
 
 Arrays = dict[str, NDArray[Any]]
+#: For each structure and limit state, the shares of members that reach it, for the motions that
+#: count and the scales; None if the structure has no such quantity.
+Reached = list[list[Float | None]]
 _Named = tuple[str, Callable[[], ScreeningTask]]
 
 #: Peaks of which the values of all members at the reference scale are kept.
 _KEPT: Final = ("peak_rotation_ratio", "peak_u")
+#: Quantities that motions in both directions do not have: columns that roll hit nothing.
+LACKING_IN_BOTH: Final = ("peak_impact_velocity",)
 #: Quantities of restraints, each with the key that it needs and the owner of the key.
 _RESTRAINED: Final = (
     ("peak_tendon_ratio", "yield_stress_pa", "tendons"),
@@ -113,8 +126,17 @@ class ScreeningRequest:
             others = {k: v for k, v in options.design if k != "range"}
             design = Design(lowest=lowest, highest=highest, **others)
         candidates = () if design is None else _candidates(design, structures)
+        if options.both_directions and design is not None:
+            _require_alike(design, structures, candidates)
         require_possible((*structures, *candidates), options.scenario_ensemble())
         return cls(options, structures, design, candidates, np.array(options.scales))
+
+    @property
+    def pairs(self) -> bool:
+        """Whether motions in both directions are computed, if the records have them."""
+        options = self.options
+        wanted = options.both_directions and not options.azimuths_degree
+        return wanted and computed_in_both_directions(self.structures)
 
     @property
     def histories(self) -> Histories:
@@ -160,6 +182,26 @@ def _candidates(design: Design, structures: Sequence[Structure]) -> tuple[Struct
         for structure in structures
         for value in design.values.tolist()
     )
+
+
+def _require_alike(
+    design: Design, structures: Sequence[Structure], candidates: Sequence[Structure]
+) -> None:
+    """Require that the motions that count for a structure can count for its candidates."""
+    for number, candidate in enumerate(candidates):
+        structure = structures[number // design.values.size]
+        if why_not_both(structure):
+            continue
+        if design.quantity in LACKING_IN_BOTH:
+            reason = f"has no {design.quantity} in both directions"
+        elif reason := why_not_both(candidate):
+            reason = f"with another {design.dimension} is {reason}"
+        else:
+            continue
+        raise ParameterError(
+            f"structure {structure.name!r} {reason}. State both_directions = false for a design in "
+            "one plane."
+        )
 
 
 def _as_json(structure: Structure) -> dict[str, Any]:
@@ -214,6 +256,24 @@ class ScreeningRun:
         drift = quantiles(self.kept["peak_u"])[..., 1]
         return np.where(np.isnan(self.ratio), drift, self.ratio)
 
+    def has(self, structure: Structure, quantity: str, motion: int) -> bool:
+        """Return True if limits of a quantity apply to a structure under a motion by its place."""
+        lacking = self.motions[motion].in_both and quantity in LACKING_IN_BOTH
+        return has_quantity(structure, quantity) and not lacking
+
+    def counting(self) -> list[NDArray[np.intp]]:
+        """Return the places of the motions that count for each structure; call after `rows`.
+
+        They are those in both directions, if it is computed under any; else those in one plane.
+        """
+        in_both = np.array([motion.in_both for motion in self.motions])
+        places = []
+        for k in range(len(self.request.structures)):
+            computed = self.verdicts[:, k, 0] != Verdict.NOT_COMPUTED
+            both = np.flatnonzero(computed & in_both)
+            places.append(both if both.size else np.flatnonzero(computed & ~in_both))
+        return places
+
     def sizes(self) -> dict[str, int]:
         """Return the dimensions of the variables of scenarios."""
         sizes = dict(zip(("record", "structure", "scale"), self.verdicts.shape, strict=True))
@@ -225,6 +285,25 @@ class ScreeningRun:
         share: Float = self.reached[limit] / self.members
         return share
 
+    def reached_by_each(self, counting: Sequence[NDArray[np.intp]]) -> Reached:
+        """Return the shares that reach each limit under the motions that count, by structure.
+
+        Where all motions count, they are parts of one array for each limit.
+        """
+        shares = [self.shares(number) for number, _ in enumerate(self.limits)]
+        whole = slice(None)
+        return [
+            [
+                of_limit[whole if some.size == len(of_limit) else some, k]
+                if self.has(structure, limit.quantity, int(some[0]))
+                else None
+                for of_limit, limit in zip(shares, self.limits, strict=True)
+            ]
+            for k, (structure, some) in enumerate(
+                zip(self.request.structures, counting, strict=True)
+            )
+        ]
+
     def rows(self) -> Iterator[Arrays]:
         """Yield the scenarios motion by motion, and fill the attributes."""
         structures = self.request.structures
@@ -234,7 +313,7 @@ class ScreeningRun:
             row = quantities_of(structures, *peaks)
             self.verdicts[i] = row["verdict"]
             mask = self.request.histories.mask(row["verdict"], row["peak_rotation_ratio"])
-            self._selected.append(np.argwhere(mask))
+            self._selected.append(np.argwhere(mask & (row["verdict"] != Verdict.NOT_COMPUTED)))
             if ensemble is None or of_members is None:
                 self._keep_nominal(i, row)
                 yield row
@@ -259,7 +338,7 @@ class ScreeningRun:
         for name, kept in self.kept.items():
             kept[i] = _standing(arrays, name)[:, self.request.reference, None]
         for name, demands in self._demands.items():
-            has = [k for k, structure in enumerate(structures) if has_quantity(structure, name)]
+            has = [k for k, structure in enumerate(structures) if self.has(structure, name, i)]
             demands[i, has] = _standing(arrays, name)[has][..., None]
 
     def _keep(self, i: int, k: int, arrays: Arrays) -> None:
@@ -270,19 +349,21 @@ class ScreeningRun:
         for name, kept in self.kept.items():
             kept[i, k] = _standing(arrays, name)[:, self.request.reference]
         for name, demands in self._demands.items():
-            if has_quantity(self.request.structures[k], name):
+            if self.has(self.request.structures[k], name, i):
                 demands[i, k] = _standing(arrays, name).T
 
     def _shares_and_bands(self, i: int, k: int, arrays: Arrays) -> Arrays:
         """Return the variables of an ensemble, shape (scales, limits) or (scales, quantiles)."""
         structure = self.request.structures[k]
-        has = [has_quantity(structure, limit.quantity) for limit in self.limits]
+        has = [self.has(structure, limit.quantity, i) for limit in self.limits]
         share = self.reached[:, i, k].T / self.members
         bands = {
             quantity.band: quantiles(_standing(arrays, quantity.name).T) for quantity in OF_SCENARIO
         }
         uplifted = (arrays["verdict"] != Verdict.NO_UPLIFT).mean(axis=0)
         reached = np.where(has, share, np.nan)
+        if arrays["verdict"][0, 0] == Verdict.NOT_COMPUTED:
+            uplifted, reached = np.full_like(uplifted, np.nan), np.full_like(reached, np.nan)
         return {"share_reached": reached, "share_uplifted": uplifted, **bands}
 
     def histories(self) -> Iterator[KeptHistory]:
@@ -303,8 +384,8 @@ class ScreeningRun:
         for motion, selected in zip(self.motions, self._selected, strict=True):
             if not len(selected):
                 continue
-            ground = as_ground(self._chosen.read(motion))
-            together = max(1, _NODES // ground.coefficients.shape[0])
+            ground = ground_of(self._chosen.read(motion))
+            together = max(1, _NODES // ground.time.size)
             for start in range(0, len(selected), together):
                 yield tuple(
                     Scenario(ground, structures[k], float(scales[s]))
@@ -333,18 +414,16 @@ class ScreeningRun:
         if not periods:
             return {}
         clusters = np.array([motion.cluster for motion in self.motions])
-        measured = (
-            intensities[curve.measure],
-            self.request.scales ** measure_of(curve.measure).power,
-        )
+        measured, scales = intensities[curve.measure], self.request.scales
+        factors, counting = scales ** measure_of(curve.measure).power, self.counting()
         values: dict[str, Any] = {"return_period_years": [*periods]}
         for name, of_frames in self._demands.items():
             demands = [
                 demands_at(
-                    *(curve, periods, of_frames[:, k], measured, clusters),
-                    options.fragility_curve,
+                    *(curve, periods, of_frames[some, k], (measured[some], factors)),
+                    *(clusters[some], options.fragility_curve),
                 )
-                for k in range(len(self.request.structures))
+                for k, some in enumerate(counting)
             ]
             for end in demands[0]:
                 variable = f"{name}_at_return_period" + ("" if end == "value" else f"_{end}")
@@ -359,12 +438,15 @@ class ScreeningRun:
         share, quantile : array, shape (candidates,)
             Share below the limit [1], and 84 % quantile of the quantity, infinite if it overturns.
         """
-        shares, largest = [], []
+        shares, largest = list[float](), list[float]()
+        # of a structure, one value of the dimension after the other
+        counting = chain.from_iterable(repeat(some, design.steps) for some in self.counting())
         for candidates, held in self._of_groups():
-            share, quantile = self._of_candidates(design, candidates, held)
-            shares.append(share)
-            largest.append(quantile)
-        return np.concatenate(shares), np.concatenate(largest)
+            for reached, demand in zip(*self._of_candidates(design, candidates, held), strict=True):
+                some = next(counting)
+                shares.append(float((~reached[some]).mean()))
+                largest.append(float(quantiles(demand[some].ravel())[2]))
+        return np.array(shares), np.array(largest)
 
     def _of_groups(self) -> Iterator[tuple[tuple[Structure, ...], Arrays]]:
         """Yield each group of candidates with its peaks, (motions, candidates, scale, ...)."""
@@ -379,7 +461,8 @@ class ScreeningRun:
 
     def _of_candidates(
         self, design: Design, candidates: Sequence[Structure], held: Arrays
-    ) -> tuple[Float, Float]:
+    ) -> tuple[NDArray[np.bool_], Float]:
+        """Return which responses reach the limit, and their demand, (candidates, motions, ...)."""
         ensemble = self.request.options.scenario_ensemble()
         family = candidates
         if ensemble is not None:
@@ -391,10 +474,10 @@ class ScreeningRun:
         columns = {name: values.reshape(len(self.motions), -1).T for name, values in held.items()}
         quantities = quantities_of(family, *(columns[name] for name in PEAKS))
         fell = quantities["verdict"] == Verdict.OVERTURNS
-        shape = (len(candidates), -1)
-        reached = LimitState(design.quantity, design.limit).reached(quantities, fell).reshape(shape)
-        demand = _standing(quantities, design.quantity).reshape(shape)
-        return (~reached).mean(axis=1), quantiles(demand)[:, 2]
+        shape = (len(candidates), -1, len(self.motions))
+        reached = LimitState(design.quantity, design.limit).reached(quantities, fell)
+        demand = _standing(quantities, design.quantity)
+        return tuple(values.reshape(shape).swapaxes(1, 2) for values in (reached, demand))  # type: ignore[return-value]
 
     def _peaks(self, kind: str) -> Iterator[tuple[NDArray[Any], ...]]:
         """Yield the `PEAKS` of each motion, each of shape (structures, scales, ...)."""

@@ -8,12 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.components import (
+    BothDirections,
     HorizontalPair,
     Sweep,
     pair_horizontals,
@@ -25,14 +26,15 @@ from rockframe.components import (
 from rockframe.engines.engine import on_threads
 from rockframe.errors import ParameterError
 from rockframe.options.ingest import Filters
-from rockframe.options.respond import ScreenOptions
+from rockframe.options.respond import Ensemble, ScreenOptions
 from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 from rockframe.results.pulses import RecordMetadata
 from rockframe.results.records import RecordsFile
+from rockframe.results.response import NO_COMPONENTS, Components
 from rockframe.results.versions import Uncertain, VersionSources
 from rockframe.risk import spectral
-from rockframe.rocking import GroundAcceleration, refuse_flight, require_motion
+from rockframe.rocking import GroundAcceleration, draws, refuse_flight, require_motion
 from rockframe.signals.measures import (
     arias_intensity,
     cumulative_absolute_velocity,
@@ -41,7 +43,10 @@ from rockframe.signals.measures import (
 )
 from rockframe.signals.processing import integrate, peak
 from rockframe.stages.common import filtered_by, filtered_by_pulse, horizontal
-from rockframe.stages.respond import with_vertical
+from rockframe.stages.respond import Pair, in_both, pairs_of, with_vertical
+
+if TYPE_CHECKING:
+    from rockframe.wobbling import PairAcceleration
 
 Float = NDArray[np.float64]
 
@@ -70,11 +75,14 @@ class Motion:
     cluster : int
         Motions with the same number are azimuths of one pair, or components of one recording.
     records : tuple of str
-        The record, or the two rotated ones.
+        The record, the two rotated ones, or all records of a motion in both directions.
     azimuth : float
         Direction of the motion [degree].
     numbers : mapping of str to float
-        Metadata, as in `RecordMetadata.numbers`, and further measures of intensity [SI].
+        Metadata, as in `RecordMetadata.numbers`, and further measures of intensity [SI]. Those of
+        motions in both directions are RotD50, or the geometric mean of both components.
+    components : Components
+        Both components of a motion in both directions.
     """
 
     name: str
@@ -83,10 +91,19 @@ class Motion:
     records: tuple[str, ...]
     azimuth: float
     numbers: Mapping[str, float]
+    components: Components = NO_COMPONENTS
+
+    @property
+    def in_both(self) -> bool:
+        """Whether the motion is in both directions."""
+        return bool(self.components.records)
 
 
 class Motions:
     """The motions of a file that pass the filters and can be scaled, read on demand.
+
+    A motion in both directions is among them, if `pairs` is true, after its components, if one of
+    these is.
 
     Raises
     ------
@@ -102,6 +119,8 @@ class Motions:
         filters: Filters,
         periods: Sequence[float] = (),
         measures: Sequence[str] = (),
+        *,
+        pairs: bool = False,
     ) -> None:
         self._file = file
         self._metadata = metadata
@@ -113,11 +132,14 @@ class Motions:
         self._of_pairs: dict[str, dict[str, float]] = {}
         self._beside: dict[str, Record] = {}
         self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
+        self._pairs = pairs_of(file) if pairs else {}
         self.rejections: list[InputOutcome] = []
         self.left_out: dict[str, str] = {}
         self.motions: list[Motion] = []
+        self._chosen: set[str] = set()
         self._choose()
-        ensemble, names = options.scenario_ensemble(), [motion.name for motion in self.motions]
+        ensemble = options.scenario_ensemble()
+        names = [motion.name for motion in self.motions if not motion.in_both]
         versions = None if ensemble is None or options.azimuths_degree else ensemble
         self._sources = None if versions is None else VersionSources.of(file, versions, names)
 
@@ -133,19 +155,18 @@ class Motions:
         for motion in motions:
             like = None if azimuths else self._metadata.pulse_like[motion.row]
             site = self._metadata.texts["site"][motion.row]
-            reason = self._filtered_by(motion.numbers, like, site)
+            reason = "" if motion.in_both else self._filtered_by(motion.numbers, like, site)
             if reason:
                 self.left_out[motion.name] = reason
                 continue
             try:
                 if self._vertical:
-                    refuse_flight(self._ground_motion(motion), scale)
-                if self._vertical and ensemble is not None:
-                    require_motion(ensemble, self._ground_motion(motion), scale)
+                    self._require_possible(motion, scale, ensemble)
             except ParameterError as error:
                 self.rejections.append(InputOutcome(motion.name, str(error)))
                 continue
             self.motions.append(self._with_measures(motion))
+            self._chosen.add(motion.name)
         if not self.motions:
             raise ParameterError(self._why_none())
         for name in self._rotd(None):
@@ -155,8 +176,23 @@ class Motions:
                     "with their azimuths."
                 )
 
+    def _require_possible(self, motion: Motion, scale: float, ensemble: Ensemble | None) -> None:
+        """Raise a `ParameterError` if the ground falls faster than gravity at a scale."""
+        if motion.in_both:
+            from rockframe.wobbling.response import require_no_flight
+
+            spread = 1.0 if ensemble is None else float(draws(ensemble)[:, 3].max())
+            require_no_flight(self._pair_acceleration(motion), scale * spread)
+            return
+        ground = self._ground_motion(motion)
+        refuse_flight(ground, scale)
+        if ensemble is not None:
+            require_motion(ensemble, ground, scale)
+
     def _with_measures(self, motion: Motion) -> Motion:
         """Return the motion with its spectral accelerations and further measures."""
+        if motion.in_both:
+            return self._with_measures_of_both(motion)
         measures: dict[str, float] = {}
         of_component = [name for name in self._measures if name in _OF_COMPONENT]
         if self._periods or of_component:
@@ -169,6 +205,21 @@ class Motions:
         if len(of_component) < len(self._measures):
             measures |= self._of_pair(motion)
         return replace(motion, numbers={**motion.numbers, **measures})
+
+    def _with_measures_of_both(self, motion: Motion) -> Motion:
+        both = self._file.in_both(motion.records)
+        pair = at_right_angles(both)
+        measures = {
+            spectral(period).name: _sweep(pair, "sa", period).percentile(50.0)
+            for period in self._periods
+        }
+        for name in filter(_OF_COMPONENT.__contains__, self._measures):
+            of_each = [
+                _OF_COMPONENT[name](record.acceleration, record.time_step)
+                for record in (both.first, both.second)
+            ]
+            measures[name] = math.sqrt(of_each[0] * of_each[1])
+        return replace(motion, numbers={**motion.numbers, **measures, **self._rotd(pair)})
 
     def _of_pair(self, motion: Motion) -> dict[str, float]:
         """Return the measures of both horizontals of a motion; NaN without a partner."""
@@ -213,7 +264,7 @@ class Motions:
                 return f"{name} {printed}. Must be from {bounds[0]:g} to {bounds[1]:g}"
         return filtered_by_pulse(self._options.pulse_like, pulse_like)
 
-    def read(self, motion: Motion) -> Record | GroundAcceleration:
+    def read(self, motion: Motion) -> Record | GroundAcceleration | PairAcceleration:
         """Read a motion.
 
         Raises
@@ -221,12 +272,22 @@ class Motions:
         InputError
             If a record of the motion is corrupted.
         """
+        if motion.in_both:
+            return self._pair_acceleration(motion)
         return self._ground_motion(motion) if self._vertical else self._component(motion)
+
+    def _pair_acceleration(self, motion: Motion) -> PairAcceleration:
+        from rockframe.wobbling import PairAcceleration  # not needed for motions in one plane
+
+        both = self._file.in_both(motion.records)
+        return PairAcceleration.from_pair(both, vertical=self._vertical)
 
     def uncertain(self, motion: Motion) -> Uncertain | None:
         """Return what versions of a motion for the members are made of; None if it has only one."""
         sources = self._sources
-        return None if sources is None else sources.uncertain(self._file.read(motion.name))
+        if sources is None or motion.in_both:
+            return None
+        return sources.uncertain(self._file.read(motion.name))
 
     def _ground_motion(self, motion: Motion) -> GroundAcceleration:
         record = self._component(motion)
@@ -262,13 +323,33 @@ class Motions:
         return together
 
     def _recorded(self, rows: Mapping[str, int], names: Sequence[str]) -> Iterator[Motion]:
-        """Yield each horizontal record; the components of one recording form a cluster."""
+        """Yield each horizontal record, and after the second component of a station both; they form
+        a cluster.
+        """
         clusters: dict[tuple[str, ...], int] = {}
         for name in names:
             row = rows[name]
             cluster = clusters.setdefault(self._metadata.recordings[row], len(clusters))
             numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
             yield Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
+            if name in self._pairs:
+                yield from self._in_both(self._pairs[name], rows, cluster)
+
+    def _in_both(self, pair: Pair, rows: Mapping[str, int], cluster: int) -> Iterator[Motion]:
+        """Yield a motion in both directions, which has no pulse, if a component is chosen."""
+        if not self._chosen.intersection(pair.records):
+            return
+        try:
+            both = in_both(self._file, pair, vertical=self._vertical)
+        except ParameterError as error:
+            self.rejections.append(InputOutcome(pair.name, str(error)))
+            return
+        row, level = rows[both.first.record_id], at_right_angles(both)
+        numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
+        numbers |= dict.fromkeys(("a_p", "T_p", "L_p", "azimuth"), math.nan)
+        numbers |= {name: _sweep(level, name, 0.0).percentile(50.0) for name in ("pga", "pgv")}
+        components = Components.of(both)
+        yield Motion(pair.name, row, cluster, pair.records, math.nan, numbers, components)
 
     def _turned(self, rows: Mapping[str, int], azimuths: Sequence[float]) -> Iterator[Motion]:
         """Yield each pair of horizontals toward each azimuth; these motions have no pulse."""
@@ -298,6 +379,12 @@ class Motions:
         reasons = {r.file: r.reason for r in self.rejections} | self.left_out
         name, reason = next(iter(reasons.items()))
         return f"no record is left to screen; {name!r}: {reason.rstrip('.')}."
+
+
+def at_right_angles(both: BothDirections) -> HorizontalPair:
+    """Return both components as a pair of stated azimuths, which its RotD do not depend on."""
+    first, second = replace(both.first, azimuth=0.0), replace(both.second, azimuth=90.0)
+    return HorizontalPair(first, second)
 
 
 def _sweep(pair: HorizontalPair, quantity: str, period: float) -> Sweep:

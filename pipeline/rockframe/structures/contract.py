@@ -37,7 +37,8 @@ The rules of a kind:
     ensemble alone; `ensembles` are their responses. Names of spreads are options of the ensemble.
 12. `peaks` and `member_peaks` are for many scenarios, without histories: two numbers of each, from
     which `quantities_of` computes the quantities that the kind has, for structures and members
-    alike. They agree with the responses of `history`.
+    alike. They agree with the responses of `history`. All motions of a call are in one plane, or
+    all in both directions.
 13. `resized` keeps the proportions that the dimension leaves free, and raises a `ParameterError` if
     the structure has no such dimension.
 14. A kind may have the method ``nominal(structures, motions, pulses)``: nominal responses to many
@@ -259,13 +260,13 @@ class StructureKind(Protocol):
     ) -> Sequence[Sequence[EnsembleResponse]]:
         """Return the response of the ensemble of each structure to each motion."""
 
-    def history(self, structure: Any, motion: GroundAcceleration) -> StructureResponse:
+    def history(self, structure: Any, motion: Motion) -> StructureResponse:
         """Return the bare response to a motion, with its histories."""
 
     def peaks(
         self,
         structures: Sequence[Any],
-        motions: Sequence[Record | GroundAcceleration],
+        motions: Sequence[Motion],
         scales: Sequence[float],
     ) -> dict[str, NDArray[Any]]:
         """Return ``verdict``, ``peak`` and ``speed``, shape (motions, structures, scales).
@@ -277,7 +278,7 @@ class StructureKind(Protocol):
     def member_peaks(
         self,
         structures: Sequence[Any],
-        motions: Sequence[Record | GroundAcceleration],
+        motions: Sequence[Motion],
         scales: Sequence[float],
         ensemble: Ensemble,
         versions: Sequence[Versions | None],
@@ -298,7 +299,7 @@ class StructureKind(Protocol):
     def margins(
         self,
         structures: Sequence[Any],
-        motions: Sequence[Record | GroundAcceleration],
+        motions: Sequence[Motion],
         ensemble: Ensemble | None,
     ) -> Sequence[Sequence[Margin]]:
         """Return the margin of each structure under each motion."""
@@ -423,10 +424,22 @@ def computed_in_both_directions(structures: Sequence[Structure]) -> bool:
     >>> computed_in_both_directions([RockingFrame(height=9.6, width=1.6)])
     False
     """
+    return not all(map(why_not_both, structures))
+
+
+def why_not_both(structure: Structure) -> str:
+    """Return why a structure is not computed for both directions of a motion; "" if it is.
+
+    Examples
+    --------
+    >>> from rockframe import RockingFrame
+    >>> why_not_both(RockingFrame(height=9.6, width=1.6))
+    'not computed for both directions: columns not circular'
+    """
     from rockframe.wobbling import PairAcceleration  # not needed for motions in one plane
 
     still = PairAcceleration(np.zeros(2), np.zeros(2), 1.0)
-    return any(not kind_of(structure).why_not(structure, still) for structure in structures)
+    return kind_of(structure).why_not(structure, still)
 
 
 def respond_each(structures: Sequence[Structure], shaking: Shaking) -> list[StructureResponse]:
@@ -514,7 +527,7 @@ def ensembles_of_each(
     ensembles: list[list[EnsembleResponse | None]] = [[None] * len(structures) for _ in motions]
     for kind, places in places_of_kinds(structures):
         some = [structures[place] for place in places]
-        for those, which in _alike(kind, some, motions):
+        for those, which in alike(kind, some, motions):
             answers = kind.ensembles(
                 [some[k] for k in which],
                 [motions[i] for i in those],
@@ -557,7 +570,7 @@ def _by_kind(
     return [responses[place] for place in range(len(structures))]
 
 
-def _alike(
+def alike(
     kind: StructureKind, structures: Sequence[Structure], motions: Sequence[Motion]
 ) -> Iterator[tuple[list[int], list[int]]]:
     """Yield places of motions, with the places of the structures that the kind computes under all

@@ -162,32 +162,44 @@ class RockingKind:
             of_motions |= zip(both, rows, strict=True)
         return [of_motions[i] for i in range(len(motions))]
 
-    def history(self, structure: RockingFrame, motion: GroundAcceleration) -> Response:
+    def history(self, structure: RockingFrame, motion: Motion) -> StructureResponse:
         """Return the bare response to a motion."""
-        return respond(structure, motion)
+        if isinstance(motion, Record | Pulse | GroundAcceleration):
+            return respond(structure, as_ground(motion))
+        from rockframe.structures.wobbling import history_both
+
+        return history_both(structure, motion)
 
     def peaks(
         self,
         structures: Sequence[RockingFrame],
-        motions: Sequence[Record | GroundAcceleration],
+        motions: Sequence[Motion],
         scales: Sequence[float],
     ) -> dict[str, NDArray[Any]]:
         """Return verdicts, peak rotations [rad] and speeds of impacts [m s-1] of scenarios."""
-        outcomes = respond_many(motions, structures, scales)
+        if not in_one_plane(motions[0]):
+            from rockframe.structures.wobbling import peaks_both
+
+            return peaks_both(structures, motions, scales)  # type: ignore[arg-type]
+        outcomes = respond_many(motions, structures, scales)  # type: ignore[arg-type]
         return {name: getattr(outcomes, attribute) for name, attribute in _PEAKS.items()}
 
     def member_peaks(
         self,
         structures: Sequence[RockingFrame],
-        motions: Sequence[Record | GroundAcceleration],
+        motions: Sequence[Motion],
         scales: Sequence[float],
         ensemble: Ensemble,
         versions: Sequence[Versions | None],
     ) -> dict[str, NDArray[Any]]:
         """Return the same of the members of each frame."""
+        if not in_one_plane(motions[0]):
+            from rockframe.structures.wobbling import member_peaks_both
+
+            return member_peaks_both(structures, motions, scales, ensemble)  # type: ignore[arg-type]
         factors, count = scales_of(scales), ensemble.members
         family = [member for frame in structures for member in members(ensemble, frame)]
-        grounds, of_member = shaken(motions, ensemble, versions)
+        grounds, of_member = shaken(motions, ensemble, versions)  # type: ignore[arg-type]
         shape = (len(motions), len(structures), factors.size, count)
         motion, frame, scale, member = (axis.ravel() for axis in np.indices(shape))
         outcomes = respond_scenarios(
@@ -218,11 +230,15 @@ class RockingKind:
     def margins(
         self,
         structures: Sequence[RockingFrame],
-        motions: Sequence[Record | GroundAcceleration],
+        motions: Sequence[Motion],
         ensemble: Ensemble | None,
     ) -> list[list[Margin]]:
         """Return the margin of each frame under each motion."""
-        return margins(motions, structures, ensemble=ensemble)
+        if not in_one_plane(motions[0]):
+            from rockframe.structures.wobbling import margins_both
+
+            return margins_both(structures, motions, ensemble)  # type: ignore[arg-type]
+        return margins(motions, structures, ensemble=ensemble)  # type: ignore[arg-type]
 
     def resized(self, structure: RockingFrame, dimension: str, value: float) -> RockingFrame:
         """Return a frame of another height, width or mass ratio: see `DIMENSIONS`."""

@@ -2,28 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.options.respond import Ensemble
 from rockframe.quantities import LIMITED, OF_SCENARIO
-from rockframe.record import Record
-from rockframe.rocking import GroundAcceleration, Margin, Versions, as_ground
+from rockframe.rocking import Margin, Verdict, Versions, as_ground
 from rockframe.rocking.margins.members import MakesVersions
 from rockframe.structures.contract import (
     PEAKS,
+    Motion,
     Structure,
     StructureKind,
     StructureResponse,
+    alike,
+    in_one_plane,
     kind_of,
     places_of_kinds,
 )
 
+if TYPE_CHECKING:
+    from rockframe.rocking import GroundAcceleration
+    from rockframe.wobbling import PairAcceleration
+
 Arrays: TypeAlias = dict[str, NDArray[Any]]
+Entry = TypeVar("Entry")
 
 
 @dataclass(frozen=True)
@@ -32,7 +41,7 @@ class ScreeningTask:
 
     Parameters
     ----------
-    motions : tuple of Record or GroundAcceleration
+    motions : tuple of Record, GroundAcceleration or PairAcceleration
         The motions.
     structures : tuple of Structure
         The structures, of one or several kinds.
@@ -45,7 +54,7 @@ class ScreeningTask:
         `member_peaks_of`; None for motions with one version. Empty if all have only one.
     """
 
-    motions: tuple[Record | GroundAcceleration, ...]
+    motions: tuple[Motion, ...]
     structures: tuple[Structure, ...]
     scales: tuple[float, ...] = (1.0,)
     ensemble: Ensemble | None = None
@@ -56,7 +65,7 @@ class ScreeningTask:
 class Scenario:
     """One structure under one motion at one scale [1]."""
 
-    motion: Record | GroundAcceleration
+    motion: Motion
     structure: Structure
     scale: float
 
@@ -74,14 +83,21 @@ def responses_of(scenarios: tuple[Scenario, ...]) -> list[StructureResponse]:
     """
     return [
         kind_of(scenario.structure).history(
-            scenario.structure, as_ground(scenario.motion).scaled(scenario.scale)
+            scenario.structure, ground_of(scenario.motion).scaled(scenario.scale)
         )
         for scenario in scenarios
     ]
 
 
+def ground_of(motion: Motion) -> GroundAcceleration | PairAcceleration:
+    """Return the ground acceleration of a motion, in one plane or in both directions."""
+    return as_ground(motion) if in_one_plane(motion) else motion  # type: ignore[arg-type, return-value]
+
+
 def peaks_of(task: ScreeningTask) -> Arrays:
     """Return the verdict and peaks of each combination of motion, structure and scale.
+
+    The verdict of a structure that is not computed under a motion says so; its peaks are NaN.
 
     Returns
     -------
@@ -97,7 +113,7 @@ def peaks_of(task: ScreeningTask) -> Arrays:
     [[[0, 1]]]
     """
     return _together(
-        task.structures, lambda kind, some: kind.peaks(some, task.motions, task.scales)
+        task, lambda kind, some, those: kind.peaks(some, _of(task.motions, those), task.scales)
     )
 
 
@@ -123,12 +139,14 @@ def member_peaks_of(task: ScreeningTask) -> Arrays:
     ensemble = task.ensemble or Ensemble()
     made_of = task.uncertain or (None,) * len(task.motions)
     versions: list[Versions | None] = [
-        None if one is None else one.versions(ensemble, motion)
+        None if one is None else one.versions(ensemble, motion)  # type: ignore[arg-type]
         for one, motion in zip(made_of, task.motions, strict=True)
     ]
     return _together(
-        task.structures,
-        lambda kind, some: kind.member_peaks(some, task.motions, task.scales, ensemble, versions),
+        task,
+        lambda kind, some, those: kind.member_peaks(
+            some, _of(task.motions, those), task.scales, ensemble, _of(versions, those)
+        ),
     )
 
 
@@ -149,43 +167,68 @@ def margins_of(task: ScreeningTask) -> Arrays:
     >>> margins_of(task)["safe_islands"].tolist()
     [[0]]
     """
-    rows: list[list[Margin]] = [[] for _ in task.motions]
-    order: list[int] = []
-    for kind, places in places_of_kinds(task.structures):
-        some = [task.structures[place] for place in places]
-        order += places
-        for row, margins in zip(rows, kind.margins(some, task.motions, task.ensemble), strict=True):
-            row += margins
-    ordered = [[row[order.index(place)] for place in range(len(order))] for row in rows]
+    found: list[list[Margin | None]] = [[None] * len(task.structures) for _ in task.motions]
+    for kind, some, those, places in _groups(task):
+        rows = kind.margins(some, _of(task.motions, those), task.ensemble)
+        for i, row in zip(those, rows, strict=True):
+            for k, margin in zip(places, row, strict=True):
+                found[i][k] = margin
+
+    def values(name: str, unknown: float) -> NDArray[Any]:
+        """Return an attribute of all margins; the stated value where none was computed."""
+        read = attrgetter(name)
+        return np.array([[unknown if m is None else read(m) for m in row] for row in found])
+
     robust = {
-        f"robust_{measure}_{share}": np.array(
-            [[getattr(margin.robust, f"{prefix}{share}") for margin in row] for row in ordered]
-        )
+        f"robust_{measure}_{share}": values(f"robust.{prefix}{share}", math.nan)
         for share in (() if task.ensemble is None else (10, 25, 50))
         for measure, prefix in (("scale", "s"), ("error", "error"))
     }
     return robust | {
-        "critical_scale": np.array([[margin.critical_scale for margin in row] for row in rows]),
-        "safe_islands": np.array(
-            [[margin.safe_islands for margin in row] for row in rows], dtype=np.int32
-        ),
+        "critical_scale": values("critical_scale", math.nan),
+        "safe_islands": values("safe_islands", 0).astype(np.int32),
     }
 
 
+def _groups(
+    task: ScreeningTask,
+) -> Iterator[tuple[StructureKind, list[Structure], list[int], list[int]]]:
+    """Yield each kind with structures and places of motions that it computes together.
+
+    The motions of a group are all in one plane, or all in both directions; the last item has the
+    places of its structures.
+    """
+    plane = [in_one_plane(motion) for motion in task.motions]
+    for kind, places in places_of_kinds(task.structures):
+        structures = [task.structures[place] for place in places]
+        for computed, which in alike(kind, structures, task.motions):
+            for flat in (True, False):
+                if those := [i for i in computed if plane[i] is flat]:
+                    some = [structures[k] for k in which]
+                    yield kind, some, those, [places[k] for k in which]
+
+
+def _of(entries: Sequence[Entry], places: Sequence[int]) -> list[Entry]:
+    return [entries[place] for place in places]
+
+
 def _together(
-    structures: Sequence[Structure],
-    compute: Callable[[StructureKind, Sequence[Structure]], Arrays],
+    task: ScreeningTask,
+    compute: Callable[[StructureKind, Sequence[Structure], list[int]], Arrays],
 ) -> Arrays:
-    """Return the peaks of structures of several kinds in their order."""
+    """Return the peaks of all structures and motions in their order; see `peaks_of`."""
     joined: Arrays = {}
-    for kind, places in places_of_kinds(structures):
-        part = compute(kind, [structures[place] for place in places])
-        if len(places) == len(structures):
+    shape = len(task.motions), len(task.structures)
+    unknown = {"verdict": Verdict.NOT_COMPUTED}
+    for kind, some, those, places in _groups(task):
+        part = compute(kind, some, those)
+        if (len(those), len(places)) == shape:
             return part
         for name in PEAKS:
-            motions, _, *others = part[name].shape
-            whole = np.empty((motions, len(structures), *others), dtype=part[name].dtype)
-            joined.setdefault(name, whole)[:, places] = part[name]
+            whole = np.full(
+                (*shape, *part[name].shape[2:]), unknown.get(name, np.nan), part[name].dtype
+            )
+            joined.setdefault(name, whole)[np.ix_(those, places)] = part[name]
     return joined
 
 

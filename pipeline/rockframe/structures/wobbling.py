@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
@@ -16,18 +19,23 @@ from rockframe.rocking import (
     Margin,
     RobustMargin,
     chosen_ensemble,
+    draws,
 )
 from rockframe.rocking.margins.first_overturning import LARGEST_SCALE
 from rockframe.structures.contract import Shaking
 from rockframe.wobbling import (
     PairAcceleration,
     WobblingResponse,
+    kernel,
     wobble,
     wobbling_ensemble,
     wobbling_margins,
 )
+from rockframe.wobbling.ensemble import CONTACT_SHORTENING, family_of
 from rockframe.wobbling.reactions import wobbling_contact, wobbling_forces
-from rockframe.wobbling.response import why_in_one_plane
+from rockframe.wobbling.response import constants, integrated, rolling, why_in_one_plane
+
+Float = NDArray[np.float64]
 
 #: The first overturning of the structure as given is not searched: its scale is one of chance.
 _NOT_SEARCHED: Final = FirstOverturning(*(math.nan,) * 4, (), math.nan, 0)
@@ -70,3 +78,58 @@ def ensembles_both(
 ) -> list[list[EnsembleResponse]]:
     """Return the response of the ensemble of each frame to each motion."""
     return [[wobbling_ensemble(frame, motion, ensemble) for frame in frames] for motion in motions]
+
+
+def history_both(frame: RockingFrame, motion: PairAcceleration) -> WobblingResponse:
+    """Return the bare response of a frame to a motion."""
+    return replace(wobble(frame, motion), frame=frame)
+
+
+def peaks_both(
+    frames: Sequence[RockingFrame], motions: Sequence[PairAcceleration], scales: Sequence[float]
+) -> dict[str, NDArray[Any]]:
+    """Return verdicts and peaks [rad] of scenarios, shape (motions, frames, scales).
+
+    Speeds of impacts are NaN: columns that roll do not hit the ground.
+    """
+    members = [
+        constants(rolling(frame), scale=float(scale)) for frame in frames for scale in scales
+    ]
+    answers = [integrated(motion, members) for motion in motions]
+    return _scenarios(answers, (len(motions), len(frames), len(scales)))
+
+
+def member_peaks_both(
+    frames: Sequence[RockingFrame],
+    motions: Sequence[PairAcceleration],
+    scales: Sequence[float],
+    ensemble: Ensemble,
+) -> dict[str, NDArray[Any]]:
+    """Return the same of members, shape (motions, frames, scales, members)."""
+    count, amplitude = ensemble.members, draws(ensemble)[:, 3]
+    scale, member = (axis.ravel() for axis in np.indices((len(scales), count)))
+    factors = np.array(scales)[scale] * amplitude[member]
+    families = [family_of(frame, ensemble, CONTACT_SHORTENING) for frame in frames]
+    members = np.concatenate([family.at(member, factors) for family in families])
+    answers = [integrated(motion, members) for motion in motions]
+    return _scenarios(answers, (len(motions), len(frames), len(scales), count))
+
+
+def _scenarios(
+    answers: Sequence[tuple[NDArray[np.int8], Float]], shape: tuple[int, ...]
+) -> dict[str, NDArray[Any]]:
+    peaks = np.array([summaries[:, kernel.PEAK] for _, summaries in answers]).reshape(shape)
+    verdicts = np.array([verdict for verdict, _ in answers]).reshape(shape)
+    return {"verdict": verdicts, "peak": peaks, "speed": np.full(shape, np.nan)}
+
+
+def margins_both(
+    frames: Sequence[RockingFrame],
+    motions: Sequence[PairAcceleration],
+    ensemble: Ensemble | None,
+) -> list[list[Margin]]:
+    """Return the robust margin of each frame under each motion; without an ensemble, none."""
+    if ensemble is None:
+        return [[Margin(_NOT_SEARCHED, LARGEST_SCALE, None)] * len(frames) for _ in motions]
+    rows = wobbling_margins(motions, frames, ensemble)
+    return [[Margin(_NOT_SEARCHED, LARGEST_SCALE, robust) for robust in row] for row in rows]

@@ -163,13 +163,14 @@ def _show_shares(screening: xr.Dataset) -> None:
     scales = screening["scale"].values
     nearest = console.nearest_to_one(scales.tolist(), _SHOWN)
     shown = sorted(nearest)
-    motions, nominal = screening.sizes["record"], _nominal(screening)
+    nominal = _nominal(screening)
+    motions = screening["verdict_count"].sum("outcome").isel(scale=0).values
     shares = screening["overall_share_overturned"].values
     rows = [
         [
             str(structure),
             *(
-                f"{shares[k, s] * motions:.0f}/{motions}"
+                f"{shares[k, s] * motions[k]:.0f}/{motions[k]}"
                 if nominal
                 else f"{100 * shares[k, s]:.0f}"
                 for s in shown

@@ -135,10 +135,14 @@ def of_quantity(quantity: Quantity, along: str, source: str = "", comment: str =
     comments = "; ".join(filter(None, (quantity.comment, comment)))
     return Variable(quantity.name, along, float, quantity.units, quantity.long_name, source, comment=comments)
 
-#: Both horizontal components as one motion, whose response is in all other variables along `record`.
-OF_BOTH: Final = optional("both directions",
+#: Records of both horizontal components of a motion in both directions.
+_COMPONENTS: Final = (
     Variable("components", "record", str, "1", "records of both horizontal components, if the motion is in both directions", comment="two identifiers with a space between them; empty if the motion is that of one record, in one plane"),
     Variable("components_remark", "record", str, "1", "how the components differ from two records of stated azimuths at right angles", comment="empty if they do not"),
+)
+#: Such motions, whose response is in all other variables along `record`.
+OF_BOTH: Final = optional("both directions",
+    *_COMPONENTS,
     Variable("phi", "structure obs", float, "rad", "direction of the tilt, from the first component towards the second", valid="any", comment="under both components; there theta is the tilt, and u the length of the vector of u_x and u_y. NaN while the columns stand upright, and in one plane", attrs={"coordinates": "time"}),
     Variable("u_x", "structure obs", float, "m", "displacement of the beam along the first component", valid="any", comment="as phi", attrs={"coordinates": "time"}),
     Variable("u_y", "structure obs", float, "m", "displacement of the beam along the second component", valid="any", comment="as phi", attrs={"coordinates": "time"}),
@@ -433,6 +437,8 @@ ROCKING_SPECTRUM_NC: Final = FileKind(
 # fmt: on
 
 
+#: Which motions count.
+_COUNTING: Final = "of motions in both directions alone for structures that are computed under them"
 #: Outcomes with counts.
 OUTCOMES: Final = tuple(outcome.name.lower() for outcome in COMPUTED)
 
@@ -512,6 +518,7 @@ SCREEN_NC: Final = FileKind(
         *(replace(RECORDS_NC[name], source="") for name in ("event", "station")),
         *optional("site", replace(RECORDS_NC["site_type"], source="")),
         Variable("cluster", "record", np.int32, "1", "number of the recording to which the motion belongs, as a component or an azimuth"),
+        *optional("both directions", *_COMPONENTS),
         *_NUMBERS,
         *_FURTHER,
         *OF_FRAME,
@@ -522,7 +529,7 @@ SCREEN_NC: Final = FileKind(
         Variable("peak_share", "structure level", float, "1", "share of motions and members whose peak is at most the level", "band.share"),
         Variable("peak_share_low", "structure level", float, "1", "lower bound of peak_share, 90 % confidence", "band.low"),
         Variable("peak_share_high", "structure level", float, "1", "upper bound of peak_share, 90 % confidence", "band.high"),
-        Variable("verdict_count", "structure scale outcome", np.int64, "1", "number of motions of each outcome"),
+        Variable("verdict_count", "structure scale outcome", np.int64, "1", "number of motions of each outcome", comment=_COUNTING),
         *optional("overall",
             Variable("members", "", np.int64, "1", "number of members of the ensemble that respond in each scenario", comment="1: only the stated structure responds, and all results are nominal"),
             Variable("quantile", "quantile", float, "1", "quantile of the members, or of motions and members", valid="finite"),
