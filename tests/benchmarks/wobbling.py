@@ -48,7 +48,7 @@ from rockframe import (
 from rockframe.rocking import draws, ensemble_responses, members, quantiles
 from rockframe.rocking.margins.robust import IN_ONE_PLANE
 from rockframe.wobbling import kernel, wobbling_margins
-from rockframe.wobbling.ensemble import CONTACT_SHORTENING, family_of
+from rockframe.wobbling.ensemble import family_of
 from rockframe.wobbling.response import axial_inertia, constants, integrated, wobble
 
 Float = NDArray[np.float64]
@@ -281,7 +281,7 @@ def ratios() -> dict[str, float]:
     if importlib.util.find_spec("mujoco") is None:
         return found
     frame, ensemble, least = frame_of("Apollo column"), Ensemble(members=sized(64, 16)), math.inf
-    family = family_of(frame, ensemble, CONTACT_SHORTENING)
+    family = family_of(frame, ensemble)
     rows = family.at(np.arange(ensemble.members), draws(ensemble)[:, 3])
     for motion in list(stations().values())[: sized(None, 1)]:
         own = processor_time(partial(integrated, motion, rows), repeats=3) / ensemble.members

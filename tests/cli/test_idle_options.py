@@ -28,6 +28,7 @@ VALUES: Final = {
     **{"members": "32", "height": "0.02", "width": "0.02", "impact_loss": "3", "corner": "3"},
     **{"amplitude": "0.02", "orientation_degree": "3", "record": "A", "figures": "drawn"},
     **{"output": "elsewhere", "grid": "20", "catalogue_columns": "station=STA"},
+    "contact_shortening": "3",
 }
 #: Models of the options of commands, and words without which their options are not read, with those
 #: that take the effect of conditions away.

@@ -21,6 +21,7 @@ from rockframe import (
     PairAcceleration,
     ParameterError,
     Record,
+    RockframeWarning,
     RockingFrame,
     ScreenOptions,
     fit_fragility,
@@ -247,3 +248,31 @@ def test_a_design_of_impacts_is_refused_for_columns_that_roll(tmp_path: Path) ->
 def test_azimuths_are_in_one_plane() -> None:
     with pytest.raises(ParameterError, match="has no effect with azimuths_degree"):
         ScreenOptions(azimuths_degree=(0.0,), both_directions=False)
+
+
+def test_a_hazard_curve_of_pulses_is_refused_for_columns_that_roll(tmp_path: Path) -> None:
+    """Motions in both directions have no pulse, so the rate would be unknown."""
+    (tmp_path / "hazard.csv").write_text("L_p_m,annual_rate\n0.1,0.01\n1,0.001\n")
+    (tmp_path / "structures.toml").write_text(STRUCTURES, encoding="utf-8")
+    with pytest.raises(ParameterError, match=r"unknown in both directions\. State both_dir"):
+        screen_stage(
+            stored([EAST, NORTH], tmp_path),
+            tmp_path / "screen.nc",
+            ScreenOptions(hazard=tmp_path / "hazard.csv"),
+            structures_path=tmp_path / "structures.toml",
+            pulses_path=tmp_path / "no-such-file.nc",
+        )
+
+
+def test_a_spread_of_the_contact_changes_shares_of_columns_that_roll_alone(tmp_path: Path) -> None:
+    """Peaks of round columns change, others do not; without round columns, a warning says so."""
+    spread = {"ensemble": Ensemble(contact_shortening=1000.0), "scales": (0.45,)}
+    found = screened(tmp_path, **spread)["peak_u_band"].sel(scale=0.45)
+    usual = screened(tmp_path, scales=(0.45,))["peak_u_band"].sel(scale=0.45)
+    changed = (found != usual) & ~(np.isnan(found) & np.isnan(usual))
+    of_round = changed.sel(structure="round").any("quantile").values
+    assert np.flatnonzero(of_round).tolist() == [2, 5]
+    assert not changed.sel(structure="square").any()
+    square = STRUCTURES[STRUCTURES.index("[[structure]]", 20) :]
+    with pytest.warns(RockframeWarning, match="contact_shortening of the ensemble has no effect"):
+        screened(tmp_path, text=square, **spread)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import xarray as xr
 
-from rockframe.errors import ParameterError, require_known
+from rockframe.errors import ParameterError, RockframeWarning, require_known
 from rockframe.options.ingest import Filters
+from rockframe.options.respond import Ensemble
 from rockframe.results.records import RecordsFile
 from rockframe.units import GRAVITY
 
@@ -252,3 +254,12 @@ def only_frames(structures: Iterable[Structure], what: str) -> list[RockingFrame
             )
         frames.append(structure)
     return frames
+
+
+def warn_of_idle_contact(ensemble: Ensemble, pairs: bool) -> None:
+    """Warn of a stated shortening of the contact if no motion in both directions is computed."""
+    default = Ensemble.model_fields["contact_shortening"].default
+    if ensemble.contact_shortening != default and not pairs:
+        words = "contact_shortening of the ensemble has no effect: no structure has round columns, "
+        words += "or no motion both horizontal components."
+        warnings.warn(words, RockframeWarning, stacklevel=3)

@@ -59,6 +59,7 @@ from rockframe.stages.common import (
     made_structures,
     silent,
     unseen,
+    warn_of_idle_contact,
 )
 from rockframe.structures.contract import (
     Shaking,
@@ -209,6 +210,7 @@ def respond_stage(
             motions=file.most_parts,
         )
     written(dataset)
+    warn_of_idle_contact(options.ensemble, bool(pairs))
     _warn_of_motion(dataset)
     return tuple(InputOutcome(name, left_out[name]) for name in every if name in left_out)
 

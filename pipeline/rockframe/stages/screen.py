@@ -74,6 +74,7 @@ from rockframe.stages.common import (
     made_structures,
     silent,
     unseen,
+    warn_of_idle_contact,
 )
 from rockframe.stages.screen_batches import Reached, ScreeningRequest, ScreeningRun, is_free
 from rockframe.stages.screen_motions import Motions
@@ -480,7 +481,7 @@ def screen_stage(
     structures = tuple(choose_structures(structures_path, options.structure))
     request = ScreeningRequest.of(options, structures)
     _require_pulses(options, pulses_path)
-    hazard = _hazard(options, pulses_path)
+    hazard = _hazard(options, pulses_path, request.pairs)
     metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
         chosen = Motions(
@@ -509,6 +510,7 @@ def screen_stage(
     write_screen_tables(output, table_format=table_format, screening=dataset)
     batches.sweep()
     written(dataset)
+    warn_of_idle_contact(options.ensemble, "components" in dataset)
     rejected = tuple(chosen.rejections)
     return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
 
@@ -566,22 +568,20 @@ def requested_site(options: ScreenOptions) -> Site:
     return Site(options.hazard_site, name, options.hazard_site_within_km)
 
 
-def _hazard(options: ScreenOptions, pulses_path: Path | None) -> HazardCurve | None:
+def _hazard(options: ScreenOptions, pulses_path: Path | None, pairs: bool) -> HazardCurve | None:
     path = options.hazard
     if path is None:
         return None
     curve = read_hazard(path, requested_site(options), options.hazard_curve)
     if curve.measure in ("a_p", "L_p"):
-        if pulses_path is None:
-            raise ParameterError(
-                f"{path}: is a hazard curve of {curve.measure}, which is unknown without "
-                "pulses. State them with --pulses."
-            )
-        if options.azimuths_degree:
-            raise ParameterError(
-                f"{path}: is a hazard curve of {curve.measure}, which is unknown for rotated "
-                "motions. Remove azimuths_degree."
-            )
+        unknown = {
+            "without pulses. State them with --pulses.": pulses_path is None,
+            "for rotated motions. Remove azimuths_degree.": bool(options.azimuths_degree),
+            "in both directions. State both_directions = false.": pairs,
+        }
+        for words in (words for words, holds in unknown.items() if holds):
+            start = f"{path}: is a hazard curve of {curve.measure}, which is unknown"
+            raise ParameterError(f"{start} {words}")
     return curve
 
 

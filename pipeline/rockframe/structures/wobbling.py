@@ -31,7 +31,7 @@ from rockframe.wobbling import (
     wobbling_ensemble,
     wobbling_margins,
 )
-from rockframe.wobbling.ensemble import CONTACT_SHORTENING, family_of
+from rockframe.wobbling.ensemble import family_of
 from rockframe.wobbling.reactions import wobbling_contact, wobbling_forces
 from rockframe.wobbling.response import constants, integrated, rolling, why_in_one_plane
 
@@ -109,7 +109,7 @@ def member_peaks_both(
     count, amplitude = ensemble.members, draws(ensemble)[:, 3]
     scale, member = (axis.ravel() for axis in np.indices((len(scales), count)))
     factors = np.array(scales)[scale] * amplitude[member]
-    families = [family_of(frame, ensemble, CONTACT_SHORTENING) for frame in frames]
+    families = [family_of(frame, ensemble) for frame in frames]
     members = np.concatenate([family.at(member, factors) for family in families])
     answers = [integrated(motion, members) for motion in motions]
     return _scenarios(answers, (len(motions), len(frames), len(scales), count))

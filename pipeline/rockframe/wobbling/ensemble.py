@@ -11,7 +11,6 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
 from rockframe.rocking.assessments import Bands, EnsembleResponse
@@ -29,6 +28,7 @@ from rockframe.rocking.verdict import Verdict
 from rockframe.wobbling import kernel
 from rockframe.wobbling.motion import PairAcceleration, PairMotion, as_pair
 from rockframe.wobbling.response import (
+    SHORTENING,
     constants,
     integrated,
     require_no_flight,
@@ -37,8 +37,6 @@ from rockframe.wobbling.response import (
 
 Float = NDArray[np.float64]
 
-#: Least and largest shortening of the contact under the weight [m].
-CONTACT_SHORTENING: Final = (1e-5, 1e-3)
 #: Steps of members over those of `wobble` [1]. They keep energy to 1e-10 in place of 1e-12, in two
 #: thirds of the time.
 _LENGTH: Final = 2.0
@@ -48,8 +46,6 @@ def wobbling_ensemble(
     frame: RockingFrame,
     motion: PairMotion,
     ensemble: Ensemble | None = None,
-    *,
-    contact_shortening: tuple[float, float] = CONTACT_SHORTENING,
 ) -> EnsembleResponse:
     """Compute the responses of an ensemble of round columns to both directions of a motion.
 
@@ -63,9 +59,6 @@ def wobbling_ensemble(
         Number of members, spreads and seed; the draws of height, width, loss of an impact and
         amplitude are those of the planar ensemble. The corner is not varied, and the orientation
         need not be: turning both components changes no peak.
-    contact_shortening : (float, float)
-        Least and largest shortening of the contact under the weight [m]; its logarithm is drawn
-        uniformly. Default: chosen, because only the order of magnitude is known.
 
     Returns
     -------
@@ -91,7 +84,7 @@ def wobbling_ensemble(
     """
     chosen = ensemble or Ensemble()
     require_members(chosen)
-    family = family_of(frame, chosen, tuple(contact_shortening))
+    family = family_of(frame, chosen)
     ground = as_pair(motion)
     scales = draws(chosen)[:, 3]
     require_no_flight(ground, float(scales.max()))
@@ -99,8 +92,7 @@ def wobbling_ensemble(
     peaks = np.where(verdicts == Verdict.OVERTURNS, math.inf, summaries[:, kernel.PEAK])
     ratios = peaks / family.slenderness
     correlations = rank_correlations(ratios, chosen)
-    drawn = shortenings(chosen, *contact_shortening)
-    correlations["contact_shortening"] = _rank_correlation(ratios, drawn)
+    correlations["contact_shortening"] = _rank_correlation(ratios, shortenings(chosen))
     return EnsembleResponse(
         members=chosen.members,
         uplifted=int((verdicts != Verdict.NO_UPLIFT).sum()),
@@ -153,12 +145,10 @@ class Family:
 
 
 @lru_cache(maxsize=16)
-def family_of(
-    frame: RockingFrame, ensemble: Ensemble, contact_shortening: tuple[float, float]
-) -> Family:
+def family_of(frame: RockingFrame, ensemble: Ensemble) -> Family:
     """Return the members of an ensemble; parameters and errors are those of `wobbling_ensemble`."""
     frames = members(ensemble, rolling(frame))
-    drawn = shortenings(ensemble, *contact_shortening).tolist()
+    drawn = shortenings(ensemble).tolist()
     rows = [
         constants(member, contact_shortening=softness, length=_LENGTH)
         for member, softness in zip(frames, drawn, strict=True)
@@ -167,31 +157,20 @@ def family_of(
 
 
 @lru_cache(maxsize=16)
-def shortenings(ensemble: Ensemble, least: float, most: float) -> Float:
+def shortenings(ensemble: Ensemble) -> Float:
     """Return the shortening of the contact of each member [m].
 
     They are stratified, and the same for all motions and structures.
 
-    Raises
-    ------
-    ParameterError
-        If the limits are not positive and finite, or not in increasing order.
-
     Examples
     --------
-    >>> drawn = shortenings(Ensemble(), 1e-5, 1e-3)
+    >>> drawn = shortenings(Ensemble())
     >>> round(float(np.sqrt(drawn.min() * drawn.max())), 5)
     0.0001
     """
-    if not 0.0 < least <= most < math.inf:
-        raise ParameterError(
-            f"Invalid limits of contact_shortening {least!r} and {most!r} m. Must be positive, and "
-            "in increasing order."
-        )
     rng = np.random.default_rng([ensemble.seed, 3])  # not the draws of the structures
     drawn = hypercube(rng, ensemble.members, 1)[:, 0]
-    middle, factor = math.sqrt(least * most), math.sqrt(most / least)
-    shortened: Float = middle * powers_within(factor, drawn)
+    shortened: Float = SHORTENING * powers_within(ensemble.contact_shortening, drawn)
     shortened.flags.writeable = False  # the cache returns this array again
     return shortened
 

@@ -20,7 +20,7 @@ from rockframe.rocking.margins.robust import FamilySearch, Grid
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
 from rockframe.wobbling import kernel
-from rockframe.wobbling.ensemble import CONTACT_SHORTENING, Family, family_of
+from rockframe.wobbling.ensemble import Family, family_of
 from rockframe.wobbling.motion import PairAcceleration, PairMotion, as_pair
 from rockframe.wobbling.response import integrated, require_no_flight
 
@@ -38,7 +38,6 @@ def wobbling_margins(
     frames: Sequence[RockingFrame],
     ensemble: Ensemble | None = None,
     *,
-    contact_shortening: tuple[float, float] = CONTACT_SHORTENING,
     largest_scale: float = LARGEST_SCALE,
     grid: Grid = IN_BOTH_DIRECTIONS,
 ) -> list[list[RobustMargin]]:
@@ -53,7 +52,7 @@ def wobbling_margins(
         Ground motions, as for `wobble`.
     frames : sequence of RockingFrame
         The frames as stated, as for `wobble`.
-    ensemble, contact_shortening
+    ensemble
         As for `wobbling_ensemble`.
     largest_scale : float
         Largest scale that is searched [1]. The search ends earlier if the ground would fall faster
@@ -86,7 +85,7 @@ def wobbling_margins(
     require_members(chosen)
     if not (math.isfinite(largest_scale) and largest_scale >= 1.0):
         raise ParameterError(f"Invalid largest scale {largest_scale!r}. Must be 1 or more.")
-    families = [family_of(frame, chosen, tuple(contact_shortening)) for frame in frames]
+    families = [family_of(frame, chosen) for frame in frames]
     results = []
     for motion in motions:
         ground = as_pair(motion)
