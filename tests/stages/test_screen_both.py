@@ -266,7 +266,7 @@ def test_a_hazard_curve_of_pulses_is_refused_for_columns_that_roll(tmp_path: Pat
 
 def test_a_spread_of_the_contact_changes_shares_of_columns_that_roll_alone(tmp_path: Path) -> None:
     """Peaks of round columns change, others do not; without round columns, a warning says so."""
-    spread = {"ensemble": Ensemble(contact_shortening=1000.0), "scales": (0.45,)}
+    spread: dict[str, Any] = {"ensemble": Ensemble(contact_shortening=1000.0), "scales": (0.45,)}
     found = screened(tmp_path, **spread)["peak_u_band"].sel(scale=0.45)
     usual = screened(tmp_path, scales=(0.45,))["peak_u_band"].sel(scale=0.45)
     changed = (found != usual) & ~(np.isnan(found) & np.isnan(usual))

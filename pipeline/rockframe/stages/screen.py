@@ -473,7 +473,7 @@ def screen_stage(
     """
     records_path, output = Path(records_path), Path(output)
     options, structures_path = _with_hazard_file(options or ScreenOptions()), Path(structures_path)
-    pulses_path = Path(pulses_path) if pulses_path else None
+    pulses_path, filters = Path(pulses_path) if pulses_path else None, filters or Filters()
     tables = screen_table_paths(output, **_asked(options), table_format=table_format)
     read = [records_path, structures_path, *filter(None, (pulses_path, options.hazard))]
     refuse_overwriting([output, *tables.values()], read, beside=output)
@@ -484,12 +484,9 @@ def screen_stage(
     hazard = _hazard(options, pulses_path, request.pairs)
     metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
-        chosen = Motions(
-            *(file, metadata, options, filters or Filters(), *_wanted(options, hazard)),
-            pairs=request.pairs,
-        )
-        origin = _origin(records_path, chosen, options)
-        batches = Batches(output, origin | request.scenarios())
+        wanted = _wanted(options, hazard)
+        chosen = Motions(file, metadata, options, filters, *wanted, pairs=request.pairs)
+        batches = Batches(output, _origin(records_path, chosen, request))
         run = ScreeningRun(chosen, request, batches, engine, progress)
         dataset = write_screening(
             run.rows(),
@@ -534,14 +531,15 @@ def _with_hazard_file(options: ScreenOptions) -> ScreenOptions:
     return options.replaced(hazard=hazard_file(options.hazard, options.hazard_curve))
 
 
-def _origin(records_path: Path, chosen: Motions, options: ScreenOptions) -> dict[str, Any]:
-    """Return what the motions of a batch are made of; other batches are not taken."""
+def _origin(records_path: Path, chosen: Motions, request: ScreeningRequest) -> dict[str, Any]:
+    """Return what the results of a batch are made of; other batches are not taken."""
     return {
         "records": input_hash(records_path),
         "motions": [motion.name for motion in chosen.motions],
         # The names of rotated motions round their azimuths.
         "azimuths": [motion.azimuth for motion in chosen.motions],
-        "vertical": options.vertical,
+        "vertical": request.options.vertical,
+        **request.scenarios(),
     }
 
 

@@ -133,7 +133,7 @@ class ScreeningRequest:
 
     @property
     def pairs(self) -> bool:
-        """Whether motions in both directions are computed, if the records have them."""
+        """Return True if motions in both directions are computed, where the records have them."""
         options = self.options
         wanted = options.both_directions and not options.azimuths_degree
         return wanted and computed_in_both_directions(self.structures)

@@ -95,7 +95,7 @@ class Motion:
 
     @property
     def in_both(self) -> bool:
-        """Whether the motion is in both directions."""
+        """Return True for a motion in both directions."""
         return bool(self.components.records)
 
 
