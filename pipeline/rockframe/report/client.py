@@ -5,24 +5,29 @@ from __future__ import annotations
 import base64
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from markupsafe import Markup
 
-from rockframe.cells import Cells, number
+from rockframe.cells import DASH, Cells, number
 from rockframe.errors import InputError
 from rockframe.provenance import source_code_hash
-from rockframe.quantities import QUANTITIES
-from rockframe.results.return_periods import demand_rows, demand_table
+from rockframe.quantities import QUANTILES, QUANTITIES
+from rockframe.results.return_periods import demand_rows, demand_words
 from rockframe.results.screen_tables import screen_summary
-from rockframe.results.tables.envelope import ENVELOPE_LEGEND, envelope_columns, force_envelope
-from rockframe.results.tables.notes import direction_notes
+from rockframe.results.tables.envelope import (
+    ENVELOPE_LEGEND,
+    Row,
+    envelope_columns,
+    force_envelope,
+)
+from rockframe.results.tables.notes import alone_note
 from rockframe.results.tables.rows import is_computed, that_count
 from rockframe.results.tables.sentences import answers
-from rockframe.results.tables.summary import left_out_words
+from rockframe.results.tables.summary import OF_STRUCTURE, left_out_words, severity
 from rockframe.web import render_still
 
 if TYPE_CHECKING:
@@ -36,10 +41,15 @@ _FORCES: Final = (
     *("base_joint_vertical_least", "base_key_force", "top_joint_horizontal", "top_key_force"),
     *("peak_tendon_force", "peak_dissipater_force"),
 )
-#: Demands at return periods that the page lists.
-_DEMANDS: Final = ("peak_u", "peak_rotation_ratio", "peak_tendon_ratio", "peak_gap_ratio")
+#: Demands at return periods that the page lists, in words without symbols.
+_DEMANDS: Final = {
+    "peak_u": "drift [cm]",
+    "peak_rotation_ratio": "rotation over slenderness",
+    "peak_tendon_ratio": "tendon force over its yield force",
+    "peak_gap_ratio": "drift over the gap at the abutment",
+}
 #: Largest number of structures and of inputs on the page: more do not fit on two pages.
-_MOST_STRUCTURES, _MOST_INPUTS = 8, 12
+_MOST_STRUCTURES, _MOST_INPUTS = 6, 12
 #: Beginnings of the files of logos, and their media types.
 _LOGOS: Final = (
     (b"\x89PNG\r\n", "image/png"),
@@ -113,12 +123,13 @@ def client_page(
         If the logo cannot be used.
     """
     said = answers(run.rows, members)
-    names = list(said)[:_MOST_STRUCTURES]
+    names = _shown(run, said)
     counted = [row for row in that_count(run.rows) if row["structure"] in names]
-    in_plane = list(dict.fromkeys(row["structure"] for row in counted if not row.get("components")))
-    envelope = _envelope(run, counted)
+    in_both = {row["structure"] for row in counted if row.get("components")}
     study = run.manifest["parameters"].get("study") or run.manifest["parameters"]
+    envelope = _envelope(run, counted)
     vertical = bool((study.get("respond") or {}).get("vertical"))
+    sizes = {row["structure"]: _size(row) for row in run.summary}
     return render_still(
         Path(__file__).parent,
         "client.html",
@@ -126,23 +137,22 @@ def client_page(
         company=letterhead.company,
         logo=letterhead.picture,
         question=letterhead.question or _QUESTION,
-        answers=[(name, Markup(_unbroken(said[name]))) for name in names],  # noqa: S704
+        answers=[(name, Markup(_unbroken(said[name])), sizes.get(name, "")) for name in names],  # noqa: S704
         more=len(said) - len(names),
         members=members,
         motions=motions_that_count(counted),
-        in_plane="" if len(in_plane) == len(names) else ", ".join(in_plane),
-        some_in_plane=bool(in_plane),
-        some_in_both=len(in_plane) < len(names),
-        drifts=[_drift(row) for row in run.summary if row["structure"] in names],
-        envelope_heads=[column.head.rstrip(">") for column in envelope_columns()],
-        envelope=[_cells(envelope_columns(), row) for row in envelope],
+        shaking=_shaking(run.rows),
+        in_both=", ".join(name for name in names if name in in_both),
+        names=names,
+        drifts=_drifts([row for row in run.summary if row["structure"] in names], names),
+        forces=_forces(envelope, names, _short_names(counted)),
+        lacking=_lacking(envelope),
         envelope_legend=ENVELOPE_LEGEND,
-        per_column=bool(envelope),
         **_at_return_periods(screening, names),
         rates_in_plane=screening is not None
         and "annual_rate" in screening
         and "components" not in screening,
-        left_out=_left_out(run),
+        left_out=[*_plane_notes(run.summary, names, in_both), *_left_out(run)],
         friction=_largest_friction(run.rows),
         vertical=vertical,
         inputs=sorted(run.manifest["inputs"].items())[:_MOST_INPUTS],
@@ -152,6 +162,20 @@ def client_page(
         source=str(run.manifest["source_code_hash"]),
         same_source=run.manifest["source_code_hash"] == source_code_hash(),
     )
+
+
+def _shown(run: Run, said: Collection[str]) -> list[str]:
+    """Return the structures that the page shows, in the order of the study: those in most danger,
+    if there are more than fit.
+    """
+    worst: dict[str, Any] = {}
+    for row in filter(is_computed, that_count(run.rows)):
+        name = row["structure"]
+        worst[name] = min(severity(row), worst.get(name, severity(row)))
+    in_danger = sorted(said, key=lambda name: (name not in worst, worst.get(name)))
+    shown = in_danger[:_MOST_STRUCTURES]
+    of_summary = [row["structure"] for row in run.summary]
+    return sorted(shown, key=lambda name: of_summary.index(name) if name in of_summary else -1)
 
 
 def motions_that_count(rows: Iterable[Cells]) -> str:
@@ -188,11 +212,106 @@ def motions_that_count(rows: Iterable[Cells]) -> str:
     return "; ".join(f"{', '.join(names)}: {words}" for words, names in groups.items())
 
 
-def _envelope(run: Run, counted: Iterable[Cells]) -> list[dict[str, Any]]:
+def _size(row: Cells) -> str:
+    """Return the size of a structure in words, or "" if it has not one height and width."""
+    height, width, ratio = (number(row.get(key)) for key in OF_STRUCTURE[:3])
+    if not (math.isfinite(height) and math.isfinite(width)):
+        return ""
+    size = f"{height:g} m high and {width:g} m wide"
+    return f"Columns {size}, beam {ratio:g} times their mass." if ratio > 0.0 else f"Column {size}."
+
+
+def _shaking(rows: Iterable[Cells]) -> str:
+    """Return the records of the page in words: their number, events, magnitudes and PGA."""
+    records = {row["record_id"]: row for row in rows if not row.get("components")}
+    events = sorted({row["event"] for row in records.values() if row.get("event")})
+    said = [f"{len(records)} record{'s' * (len(records) != 1)}"]
+    if events:
+        said[0] += f" of {events[0] if len(events) == 1 else f'{len(events)} events'}"
+    for words, key, form in (("M ", "magnitude", ".1f"), ("PGA ", "pga_g", ".2f")):
+        values = [number(row.get(key)) for row in records.values()]
+        texts = [format(value, form) for value in sorted(values) if math.isfinite(value)]
+        span = " to ".join(dict.fromkeys([*texts[:1], *texts[-1:]]))
+        said += [f"{words}{span}{' g' * (key == 'pga_g')}"] * bool(texts)
+    return ", ".join(said)
+
+
+def _envelope(run: Run, counted: Iterable[Cells]) -> list[Row]:
     """Return the envelope of the forces over the motions that count."""
     pairs = {(row["record_id"], row["structure"]) for row in counted}
     forces = (row for pair, rows in run.forces.items() if pair in pairs for row in rows)
     return force_envelope(row for row in forces if row["force"] in _FORCES)
+
+
+def _by_structure(
+    rows: Iterable[tuple[str, str, tuple[str, str]]], names: Sequence[str]
+) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return lines of a table whose columns are structures, from labels, structures and cells.
+
+    A cell is a text and a smaller text below it.
+    """
+    lines: dict[str, dict[str, tuple[str, str]]] = {}
+    for label, name, cell in rows:
+        lines.setdefault(label, {})[name] = cell
+    return [
+        (label, [cells.get(name, (DASH, "")) for name in names]) for label, cells in lines.items()
+    ]
+
+
+def _short_names(rows: Iterable[Cells]) -> dict[str, str]:
+    """Return the short names of records by identifier, or the long ones if two have the same."""
+    short = {row["record_id"]: row.get("record") or row["record_id"] for row in rows}
+    return short if len({*short.values()}) == len(short) else {name: name for name in short}
+
+
+def _forces(
+    envelope: Iterable[Row], names: Sequence[str], short: Mapping[str, str]
+) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return the envelope: each force of each structure, and the record that governs it."""
+    _, force, value, *_ = envelope_columns()
+    cells = (
+        (
+            str(force.cell(row)),
+            row["structure"],
+            (str(value.cell(row)), short.get(row["record_id"], row["record_id"])),
+        )
+        for row in envelope
+    )
+    return _by_structure(cells, names)
+
+
+def _lacking(envelope: Iterable[Row]) -> list[str]:
+    """Return under how many motions a structure has no force, in words."""
+    most: dict[str, Row] = {}
+    for row in envelope:
+        worse = most.get(row["structure"], row)
+        most[row["structure"]] = max(worse, row, key=lambda each: int(each["overturns"]))
+    words: dict[str, list[str]] = {}
+    for name, row in most.items():
+        if row["overturns"]:
+            said = f"no force under {row['overturns']} of {row['records']} motions"
+            words.setdefault(said, []).append(name)
+    ending = ", where the 84 % quantile overturns."
+    return [f"{', '.join(names)}: {said}{ending}" for said, names in words.items()]
+
+
+def _plane_notes(
+    summary: Sequence[Cells], names: Sequence[str], in_both: Collection[str]
+) -> list[str]:
+    """Return what the answers of structures in one plane leave out."""
+    in_plane = [name for name in names if name not in in_both]
+    reasons: dict[str, list[str]] = {}
+    for row in summary:
+        if row["structure"] in in_plane:
+            reasons.setdefault(str(row.get("not_both") or ""), []).append(row["structure"])
+    notes = [
+        f"{', '.join(structures)}: motion in one plane{f'; {reason}' * bool(reason)}. Round "
+        "columns shaken in both horizontal directions may overturn where they stand in a plane."
+        for reason, structures in (reasons or {"": in_plane}).items()
+        if structures
+    ]
+    alone = alone_note(summary)
+    return [*notes, alone] if alone else notes
 
 
 def _unbroken(said: str) -> str:
@@ -200,39 +319,42 @@ def _unbroken(said: str) -> str:
     return str(Markup.escape(said.replace(" %", "\N{NO-BREAK SPACE}%")))
 
 
-def _drift(row: Mapping[str, str]) -> dict[str, str]:
-    """Return the bands over all records of drift and rotation of a structure, as text."""
-    drift, rotation = QUANTITIES["peak_u"], QUANTITIES["peak_rotation_ratio"]
-    cells = {"structure": row["structure"], "records": row["records"]}
-    for share, name in ((0.16, "low"), (0.5, "median"), (0.84, "high")):
-        cells[name] = drift.outcome(number(row[drift.column(share)]))
-        cells[f"{name}_rotation"] = rotation.outcome(number(row[rotation.column(share)]))
-    return cells
-
-
-def _cells(columns: Iterable[Any], row: Mapping[str, Any]) -> list[str]:
-    return [str(column.cell(row)) for column in columns]
+def _drifts(
+    summary: Iterable[Cells], names: Sequence[str]
+) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return median and band over all motions of drift and rotation of each structure."""
+    cells = []
+    for row in summary:
+        for name in ("peak_u", "peak_rotation_ratio"):
+            quantity = QUANTITIES[name]
+            low, median, high = (
+                quantity.outcome(number(row[quantity.column(share)])) for share in QUANTILES
+            )
+            band = "" if low == high else f"({low} to {high})"
+            cells.append((_DEMANDS[name], row["structure"], (median, band)))
+    return _by_structure(cells, names)
 
 
 def _at_return_periods(screening: xr.Dataset | None, names: Sequence[str]) -> dict[str, Any]:
     """Return how rarely each structure overturns, and its demands at return periods."""
     if screening is None or "annual_rate" not in screening:
-        return {"rates": [], "demand_heads": [], "demands": []}
+        return {"rates": [], "demands": []}
     rates = [
-        (found["structure"], rate["words"], _years(rate["rate_per_year"]), _bounds(rate))
-        for found in screen_summary(screening)
-        for rate in found["rates"]
-        if found["structure"] in names
+        (
+            f"return period of {rate['words']} [years]",
+            summary["structure"],
+            (_years(rate["rate_per_year"]), f"({_bounds(rate)})"),
+        )
+        for summary in screen_summary(screening)
+        for rate in summary["rates"]
     ]
-    if "return_period_years" not in screening:
-        return {"rates": rates, "demand_heads": [], "demands": []}
-    some = (row for row in demand_rows(screening) if row["structure"] in names)
-    columns, rows = demand_table([row for row in some if row["quantity"] in _DEMANDS])
-    return {
-        "rates": rates,
-        "demand_heads": [column.head.rstrip(">") for column in columns],
-        "demands": [_cells(columns, row) for row in rows],
-    }
+    demands = []
+    for row in demand_rows(screening) if "return_period_years" in screening else ():
+        if row["quantity"] in _DEMANDS:
+            label = f"{_DEMANDS[row['quantity']]} in {row['return_period_years']:g} years"
+            value, _, bounds = demand_words(row).partition(" (")
+            demands.append((label, row["structure"], (value, f"({bounds}" if bounds else "")))
+    return {"rates": _by_structure(rates, names), "demands": _by_structure(demands, names)}
 
 
 def _years(rate: float) -> str:
@@ -256,7 +378,7 @@ def _records(run: Run) -> int:
 def _left_out(run: Run) -> list[str]:
     """Return what the numbers of the page do not include, in words."""
     computed = _records(run)
-    said = [*direction_notes(run.summary), left_out_words(run.left_out, computed)]
+    said = [left_out_words(run.left_out, computed)]
     rejected = sum(entry["status"] == "rejected" for entry in run.entries)
     if rejected:
         files = "file or record was" if rejected == 1 else "files or records were"

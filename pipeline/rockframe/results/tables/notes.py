@@ -69,11 +69,7 @@ def direction_notes(rows: Sequence[Cells]) -> list[str]:
             f"{', '.join(both)}: only motions in both directions count, because round columns "
             "follow both; rows of one record are in one plane."
         )
-    alone = next((str(row["alone"]).split() for row in rows if row.get("alone")), [])
-    if alone:
-        more = len(alone) - _MOST_NAMED
-        names = ", ".join(alone[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
-        notes.append(f"Without the other horizontal, so not counted for these: {names}.")
+    notes += filter(None, [alone_note(rows)])
     reasons: dict[str, list[str]] = {}
     for row in rows:
         if row.get("not_both"):
@@ -82,3 +78,18 @@ def direction_notes(rows: Sequence[Cells]) -> list[str]:
         *notes,
         *(f"{', '.join(reason)}: in one plane; {why}." for why, reason in reasons.items()),
     ]
+
+
+def alone_note(rows: Sequence[Cells]) -> str:
+    """Return the records that lack the other horizontal, so that no motion in both counts them.
+
+    Examples
+    --------
+    >>> alone_note([{"alone": "A-1 B-2"}])
+    'Without the other horizontal, so not counted for round columns: A-1, B-2.'
+    """
+    alone = next((str(row["alone"]).split() for row in rows if row.get("alone")), [])
+    more = len(alone) - _MOST_NAMED
+    names = ", ".join(alone[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+    start = "Without the other horizontal, so not counted for round columns"
+    return f"{start}: {names}." if alone else ""
