@@ -159,3 +159,4 @@ from .wobbling import wobble as wobble
 from .wobbling import wobbling_ensemble as wobbling_ensemble
 from .wobbling import wobbling_margins as wobbling_margins
 from .wobbling import wobbling_reactions as wobbling_reactions
+from .wobbling import wobbling_spectrum as wobbling_spectrum

@@ -32,6 +32,7 @@ from rockframe.results.tables.table import response_rows
 from rockframe.stages.common import Batch
 from rockframe.structures.contract import Structure
 from rockframe.study.structures import read_structures
+from rockframe.wobbling.reactions import wobbling_force_bands
 
 FEW = Ensemble(members=16)
 PLAIN = RespondOptions(margins="none", ensemble=FEW)
@@ -247,3 +248,8 @@ def test_the_envelope_of_forces_counts_motions_in_both_directions_of_round_colum
     rolling = [row for row in round_rows if row["record_id"] == "AAA-both"]
     assert not any("impulse" in row["force"] for row in rolling)
     assert all(math.isfinite(row["value"]) for row in rolling)
+    assert all(row["value_16"] <= row["value_50"] <= row["value_84"] for row in rolling)
+    shear = next(row for row in rolling if row["force"] == "peak_base_shear")
+    motion = PairAcceleration(EAST.acceleration, NORTH.acceleration, 0.01)
+    bands = wobbling_force_bands(structures(path)["round"], motion, FEW)  # type: ignore[arg-type]
+    assert (shear["value_16"], shear["value_50"], shear["value_84"]) == bands.peak_base_shear

@@ -9,18 +9,33 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import ArrayLike
 
-from rockframe import GroundAcceleration, PairAcceleration, Verdict, reactions, respond, wobble
+from rockframe import (
+    Ensemble,
+    GroundAcceleration,
+    PairAcceleration,
+    Verdict,
+    reactions,
+    respond,
+    wobble,
+    wobbling_ensemble,
+)
 from rockframe.errors import ParameterError
 from rockframe.rocking.contact import static_vertical
 from rockframe.units import GRAVITY
 from rockframe.wobbling import wobbling_reactions
-from rockframe.wobbling.reactions import touching, wobbling_contact, wobbling_forces
+from rockframe.wobbling.reactions import (
+    touching,
+    wobbling_contact,
+    wobbling_force_bands,
+    wobbling_forces,
+)
 
 from .cases import random_frame, random_motion, solid, with_tendon
 
 
-def pair(x: list[float], y: list[float], time_step: float) -> PairAcceleration:
+def pair(x: ArrayLike, y: ArrayLike, time_step: float) -> PairAcceleration:
     return PairAcceleration(np.array(x), np.array(y), time_step)
 
 
@@ -121,3 +136,30 @@ def test_an_overturned_frame_has_no_forces_and_another_motion_is_refused() -> No
     assert math.isnan(wobbling_contact(found, strong).base_friction_demand)
     with pytest.raises(ParameterError, match="Must be the motion of the response, which has 3"):
         wobbling_reactions(found, pair([0.0, 1.0], [0.0, 1.0], 1.0))
+
+
+def test_bands_of_members_that_are_alike_are_the_forces_of_one() -> None:
+    """Members take longer steps than single responses, so forces agree to some digits."""
+    frame = solid(7.5, 1.8, 0.5)
+    wave = 3.0 * np.sin(np.arange(300) / 12.0)
+    motion = pair(wave, np.roll(wave, 20), 0.01)
+    alike = Ensemble(
+        members=16, height=0.0, width=0.0, amplitude=0.0, impact_loss=1.0, contact_shortening=1.0
+    )
+    response = wobble(frame, motion)
+    assert response.verdict is Verdict.STANDS
+    bands = wobbling_force_bands(frame, motion, alike)
+    for name, force in vars(wobbling_forces(response, motion)).items():
+        assert_allclose(getattr(bands, name), [force] * 3, rtol=1e-5, err_msg=name)
+
+
+def test_members_that_overturn_count_as_infinite_forces() -> None:
+    """The share that overturns decides which quantiles are infinite, and least forces sink."""
+    frame = solid(3.0, 0.5)
+    strong = pair([0.0, 9.0, 9.0, 0.0], [0.0, 0.0, 9.0, 0.0], 0.5)
+    assert wobbling_ensemble(frame, strong, Ensemble(members=16)).share_overturned == 1.0
+    bands = wobbling_force_bands(frame, strong, Ensemble(members=16))
+    assert bands.peak_base_shear == (math.inf,) * 3
+    assert bands.base_joint_vertical_least == (-math.inf,) * 3
+    assert all(map(math.isnan, bands.top_key_force))  # a column alone has no joint at the top
+    assert all(map(math.isnan, bands.base_impulse_vertical))

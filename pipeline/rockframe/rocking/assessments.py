@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import exp, lgamma
 from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeAlias, TypeVar
@@ -197,6 +197,12 @@ class EnsembleResponse:
     bands: Bands
     rank_correlations: Mapping[str, float] = field(default_factory=dict)
     model_end: ModelEnd = ModelEnd.NONE
+
+    def with_forces(self, forces: JointForces[Band] | None) -> EnsembleResponse:
+        """Return the ensemble with the band of the base shear of its forces, if it has none."""
+        if forces is None or not math.isnan(self.bands.peak_base_shear[0]):
+            return self
+        return replace(self, bands=Bands({**self.bands, "peak_base_shear": forces.peak_base_shear}))
 
     def facts(self) -> dict[str, str]:
         """Return the share that overturns and the bands of peaks, for the table in notebooks."""

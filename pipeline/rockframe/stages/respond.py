@@ -446,7 +446,10 @@ def _with_ensembles(
     responses: Sequence[StructureResponse], ensembles: Sequence[EnsembleResponse | None]
 ) -> list[StructureResponse]:
     return [
-        replace(response, ensemble=ensemble)  # type: ignore[type-var]  # rule 6 of the contract
+        replace(  # type: ignore[type-var]  # rule 6 of the contract
+            response,
+            ensemble=ensemble and ensemble.with_forces(getattr(response, "force_bands", None)),
+        )
         for response, ensemble in zip(responses, ensembles, strict=True)
     ]
 

@@ -32,7 +32,11 @@ from rockframe.wobbling import (
     wobbling_margins,
 )
 from rockframe.wobbling.ensemble import family_of
-from rockframe.wobbling.reactions import wobbling_contact, wobbling_forces
+from rockframe.wobbling.reactions import (
+    wobbling_contact,
+    wobbling_force_bands,
+    wobbling_forces,
+)
 from rockframe.wobbling.response import constants, integrated, rolling, why_in_one_plane
 
 Float = NDArray[np.float64]
@@ -66,6 +70,9 @@ def respond_both(
         response = replace(response, contact=wobbling_contact(response, motion))
         if options.forces:
             response = replace(response, forces=wobbling_forces(response, motion))
+            if options.ensemble.members:
+                bands = wobbling_force_bands(frame, motion, options.ensemble)
+                response = replace(response, force_bands=bands)
         if margin is not None:
             response = replace(response, margin=Margin(_NOT_SEARCHED, LARGEST_SCALE, margin))
         # the frame as stated: its section in one plane changes no displacement

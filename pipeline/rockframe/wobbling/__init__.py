@@ -6,3 +6,4 @@ from rockframe.wobbling.motion import PairAcceleration as PairAcceleration
 from rockframe.wobbling.reactions import wobbling_reactions as wobbling_reactions
 from rockframe.wobbling.response import WobblingResponse as WobblingResponse
 from rockframe.wobbling.response import wobble as wobble
+from rockframe.wobbling.spectrum import wobbling_spectrum as wobbling_spectrum

@@ -48,6 +48,9 @@ _TINY: Final = 1e-300
 #: computed in closed form, over 1 / sqrt(GZ) [1].
 _SERIES: Final = 1e-3
 _PASS: Final = 1e-9
+#: Excess of the ground's pull over that of gravity up to which a column stays at rest [1]. It would
+#: tilt by less than 1e-12 between two samples, in steps without number.
+_LIFTS: Final = 1e-7
 #: Relative error of the radial velocity at which the instant of a pass is located [1].
 _LOCATED: Final = 1e-9
 _LOCATING_STEPS: Final = 8
@@ -342,6 +345,12 @@ def _excess_now(pool: Float, k: int) -> float:
 
 
 @inlined
+def _excess_at(pool: Float, k: int, ground: Float, i: int) -> float:
+    scale = pool[k + CONST + SCALE * WIDTH]
+    return _excess(pool, k, scale * ground[i, 0], scale * ground[i, 1], scale * ground[i, 2])
+
+
+@inlined
 def _go_to(pool: Float, lanes: Lanes, k: int, ground: Float, i: int, history: Float) -> None:
     """Set the clock of a lane to sample i, and store its state; the ground is still at the end."""
     lanes[SAMPLE, k] = i
@@ -441,26 +450,20 @@ def _wait(
     """Move a lane at rest to its next uplift, or to a later sample; False if nothing lifts it."""
     i = lanes[SAMPLE, k]
     intervals = ground.shape[0] - 1
-    scale = pool[k + CONST + SCALE * WIDTH]
     if i < intervals and _excess_now(pool, k) <= 0.0:
         first = i
-        while i < intervals and (
-            _excess(
-                pool,
-                k,
-                scale * ground[i + 1, 0],
-                scale * ground[i + 1, 1],
-                scale * ground[i + 1, 2],
-            )
-            <= 0.0
-        ):
+        while i < intervals and _excess_at(pool, k, ground, i + 1) <= 0.0:
             i += 1
         if i > first:
             _go_to(pool, lanes, k, ground, i, history)
-        if i < intervals:
-            pool[k + CLOCK] = max(pool[k + CLOCK], _crossing(pool, k, time_step))
     if i >= intervals:
         return False
+    strongest = max(_excess_now(pool, k), _excess_at(pool, k, ground, i + 1))
+    if strongest <= _LIFTS * pool[k + CONST + GB * WIDTH]:
+        _go_to(pool, lanes, k, ground, i + 1, history)
+        return True
+    if _excess_now(pool, k) <= 0.0:
+        pool[k + CLOCK] = max(pool[k + CLOCK], _crossing(pool, k, time_step))
     uplift = i * time_step + pool[k + CLOCK]
     if _lift_off(pool, k, time_step):
         if math.isnan(row[UPLIFT_TIME]):

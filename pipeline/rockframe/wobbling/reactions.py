@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import astuple, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -18,13 +18,24 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
-from rockframe.rocking.assessments import ContactDemand, JointForces
+from rockframe.options.respond import Ensemble
+from rockframe.rocking.assessments import Band, ContactDemand, JointForces
 from rockframe.rocking.contact import demand_of, largest_of
+from rockframe.rocking.margins.ensemble import force_bands
+from rockframe.rocking.margins.members import draws, require_members
 from rockframe.rocking.reactions import Reactions
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
+from rockframe.wobbling.ensemble import family_of, shortenings
 from rockframe.wobbling.motion import PairAcceleration, PairMotion, as_pair
-from rockframe.wobbling.response import TOUCHING, WobblingResponse, axial_inertia
+from rockframe.wobbling.response import (
+    TOUCHING,
+    WobblingResponse,
+    axial_inertia,
+    integrated,
+    polar,
+    require_no_flight,
+)
 
 Float = NDArray[np.float64]
 
@@ -85,11 +96,17 @@ def touching(response: WobblingResponse) -> NDArray[np.bool_]:
 
     There the tilt is below theta_c of the loss near upright, at the speed of the sample.
     """
-    contact = TOUCHING * math.sqrt(response.contact_shortening / GRAVITY)
-    cone = np.sqrt(_Numbers.of([response.frame]).near_upright[0])
-    phi_rate = np.nan_to_num(response.phi_rate)
-    speed = np.hypot(response.theta_rate, cone * response.theta * phi_rate)
-    return np.asarray((response.theta > 0.0) & (response.theta < contact * speed))
+    motions = (response.theta, response.theta_rate, response.phi_rate)
+    return _touching(response.frame, response.contact_shortening, *motions)
+
+
+def _touching(
+    frame: RockingFrame, shortening: float, theta: Float, theta_rate: Float, phi_rate: Float
+) -> NDArray[np.bool_]:
+    contact = TOUCHING * math.sqrt(shortening / GRAVITY)
+    cone = np.sqrt(_Numbers.of([frame]).near_upright[0])
+    speed = np.hypot(theta_rate, cone * theta * np.nan_to_num(phi_rate))
+    return np.asarray((theta > 0.0) & (theta < contact * speed))
 
 
 def counted_reactions(response: WobblingResponse, motion: PairMotion) -> Reactions | None:
@@ -144,6 +161,63 @@ def wobbling_forces(response: WobblingResponse, motion: PairMotion) -> JointForc
     if forces is None:
         return JointForces(*[math.nan] * len(fields(JointForces)))
     return largest_of(response.frame, forces)
+
+
+def wobbling_force_bands(
+    frame: RockingFrame, motion: PairMotion, ensemble: Ensemble | None = None
+) -> JointForces[Band]:
+    """Return the bands of the largest forces at the joints over an ensemble, at samples that count.
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The frame as stated, as for `wobble`.
+    motion : PairAcceleration, HorizontalPair or BothDirections
+        The ground motion.
+    ensemble : Ensemble, optional
+        Number of members, spreads and seed; the members are those of `wobbling_ensemble`.
+
+    Returns
+    -------
+    JointForces
+        Quantiles, infinite where one falls on a member that overturns. Those of impulses are NaN:
+        not computed.
+
+    Raises
+    ------
+    ParameterError
+        As `wobbling_ensemble`.
+
+    Examples
+    --------
+    >>> from rockframe import PairAcceleration
+    >>> column = RockingFrame(height=7.5, width=1.8, section="circular")
+    >>> weak = PairAcceleration([0.0, 0.3, 0.0], [0.0, 0.4, 0.0], 0.01)
+    >>> bands = wobbling_force_bands(column, weak, Ensemble(members=16))
+    >>> [round(9.81 * force, 3) for force in bands.base_joint_horizontal]
+    [0.497, 0.5, 0.503]
+    """
+    chosen, ground = ensemble or Ensemble(), as_pair(motion)
+    require_members(chosen)
+    scales, softness = draws(chosen)[:, 3], shortenings(chosen).tolist()
+    require_no_flight(ground, float(scales.max()))
+    family, each = family_of(frame, chosen), list[tuple[float, ...]]()
+    for k, member in enumerate(family.frames):
+        history = np.zeros((1, ground.x.size, 4))
+        slots, scale = family.at(np.array([k]), scales[k : k + 1]), scales[k : k + 1]
+        verdicts, _ = integrated(ground, slots, history=history)
+        if verdicts[0] == Verdict.OVERTURNS:
+            each.append((math.nan,) * len(fields(JointForces)))
+            continue
+        theta, phi, theta_rate, phi_rate = polar(history[0])
+        motions = (theta[None], phi[None], theta_rate[None], phi_rate[None])
+        forces = vars(reactions_of([member], ground, scale, *motions))
+        counted = ~_touching(member, softness[k], theta, theta_rate, phi_rate)
+        some = Reactions(**{name: values[0, counted] for name, values in forces.items()})
+        each.append(astuple(largest_of(member, some)))
+    bands = vars(force_bands(np.array(each), family.frames[0]))
+    unknown = (math.nan,) * 3
+    return JointForces(**{n: unknown if "impulse" in n else band for n, band in bands.items()})
 
 
 class _Numbers(NamedTuple):

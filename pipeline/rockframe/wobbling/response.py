@@ -34,7 +34,13 @@ from rockframe.errors import ParameterError, invalid
 from rockframe.frame import RockingFrame
 from rockframe.notebook import Shown, history_dataset
 from rockframe.parts import height_variance
-from rockframe.rocking.assessments import ContactDemand, EnsembleResponse, JointForces, Margin
+from rockframe.rocking.assessments import (
+    Band,
+    ContactDemand,
+    EnsembleResponse,
+    JointForces,
+    Margin,
+)
 from rockframe.rocking.response import ties_of
 from rockframe.rocking.verdict import SpreadVerdict, Verdict
 from rockframe.units import GRAVITY
@@ -89,8 +95,8 @@ class WobblingResponse(Shown):
         Shortening of the contact under the weight [m].
     contact : ContactDemand, optional
         Demand on the joints, see `wobbling_contact`.
-    forces : JointForces, optional
-        Largest forces at the joints, see `wobbling_forces`.
+    forces, force_bands : JointForces, optional
+        Largest forces at the joints, see `wobbling_forces`, and their bands over an ensemble.
     margin : Margin, optional
         Margin against overturning.
     ensemble : EnsembleResponse, optional
@@ -117,6 +123,7 @@ class WobblingResponse(Shown):
     contact_shortening: float = SHORTENING
     contact: ContactDemand | None = None
     forces: JointForces[float] | None = None
+    force_bands: JointForces[Band] | None = None
     margin: Margin | None = None
     ensemble: EnsembleResponse | None = None
 

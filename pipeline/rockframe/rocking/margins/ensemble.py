@@ -249,13 +249,14 @@ def with_forces(
         astuple(joint_forces(member, ground))
         for member, ground in _member_responses(response.frame, motion, ensemble, versions)
     ]
-    return replace(response, force_bands=_force_bands(np.array(each), response.frame))
+    return replace(response, force_bands=force_bands(np.array(each), response.frame))
 
 
-def _force_bands(each: Float, frame: RockingFrame) -> JointForces[Band]:
+def force_bands(each: Float, frame: RockingFrame) -> JointForces[Band]:
     """Return the bands of forces, shape (members, forces); those of members that overturn are NaN.
 
-    A member that overturns counts as beyond all others: above the largest, below the least force.
+    Forces are in the order of `JointForces`. A member that overturns counts as beyond all others:
+    above the largest, below the least force.
     """
     names = [field.name for field in fields(JointForces)]
     fallen = np.isnan(each[:, names.index("peak_base_shear")])
