@@ -62,10 +62,11 @@ def test_mirrored_directions_and_units_of_the_pulses_change_nothing() -> None:
     one = wobbling_spectrum(COLUMN, ALONG, ACROSS, *arguments, angle_degree=70.0)
     mirrored = wobbling_spectrum(COLUMN, ALONG, ACROSS, *arguments, angle_degree=-70.0)
     assert_array_equal(one.verdict, mirrored.verdict)
-    larger = [
-        replace(p, a_p=4.0 * p.a_p, T_p=2.0 * p.T_p, time=2.0 * p.time) for p in (ALONG, ACROSS)
-    ]
-    scaled = wobbling_spectrum(COLUMN, *larger, *arguments, angle_degree=70.0)
+    along, across = (
+        replace(pulse, a_p=4.0 * pulse.a_p, T_p=2.0 * pulse.T_p, time=2.0 * pulse.time)
+        for pulse in (ALONG, ACROSS)
+    )
+    scaled = wobbling_spectrum(COLUMN, along, across, *arguments, angle_degree=70.0)
     assert_array_equal(one.verdict, scaled.verdict)
 
 
