@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from rockframe import PairAcceleration
 from rockframe.explorer.answer import ExploredMotion
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration
@@ -38,6 +39,21 @@ def bundled() -> list[ExploredMotion]:
 
 
 @pytest.fixture(scope="session")
+def both(bundled: list[ExploredMotion]) -> ExploredMotion:
+    """Both components of this station and its vertical, for the strong 30 s."""
+    first, second = (motion.record for motion in bundled)
+    strong = slice(2400, 5400)
+    ground = PairAcceleration(
+        first.acceleration[strong],
+        second.acceleration[strong],
+        first.time_step,
+        0.5 * first.acceleration[strong],
+    )
+    named = replace(first, record_id="CCC-both", component="both")
+    return ExploredMotion(named, ground, None)
+
+
+@pytest.fixture(scope="session")
 def long() -> ExploredMotion:
     """A motion of ten minutes at 100 Hz, that is, 60,000 samples."""
     time = 0.01 * np.arange(60_000)
@@ -63,7 +79,9 @@ class Address:
 
 
 @pytest.fixture(scope="session")
-def explorer(bundled: list[ExploredMotion], long: ExploredMotion) -> Iterator[Address]:
+def explorer(
+    bundled: list[ExploredMotion], long: ExploredMotion, both: ExploredMotion
+) -> Iterator[Address]:
     """The address of a server that runs in a thread."""
     pytest.importorskip("starlette", reason="no starlette: make test-browser")
     uvicorn: Any = pytest.importorskip("uvicorn", reason="no uvicorn: make test-browser")
@@ -73,7 +91,7 @@ def explorer(bundled: list[ExploredMotion], long: ExploredMotion) -> Iterator[Ad
 
     with socket.create_server(("127.0.0.1", 0)) as listening:
         port = listening.getsockname()[1]
-        app = application([*bundled, long], read_structures(), TOKEN, port)
+        app = application([*bundled, long, both], read_structures(), TOKEN, port)
         server = uvicorn.Server(configured(app))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()

@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rockframe import Ensemble, GroundAcceleration, ParameterError, RockingFrame, margins, respond
+from rockframe import (
+    Ensemble,
+    GroundAcceleration,
+    PairAcceleration,
+    ParameterError,
+    RockingFrame,
+    margins,
+    respond,
+    wobble,
+    wobbling_ensemble,
+)
 from rockframe.explorer.answer import (
     ExploredMotion,
     Settings,
@@ -122,7 +132,9 @@ def test_the_envelope_on_the_page_contains_that_of_all_samples(
     held = {motion.record.record_id: motion for motion in bundled}
     settings = read_settings({"record": bundled[0].record.record_id, **BENT})
     envelope = margin(held, settings)["envelope"]
-    across = replace(bundled[0].ground, vertical=None)
+    ground = bundled[0].ground
+    assert isinstance(ground, GroundAcceleration)
+    across = replace(ground, vertical=None)
     full = with_envelope(respond(settings.frame, across), across)
     place = np.searchsorted(envelope["time"], full.time, side="right") - 1
     assert (np.array(envelope["low"])[place] <= np.asarray(full.theta_low) + 1e-6).all()
@@ -134,9 +146,11 @@ def test_the_envelope_on_the_page_contains_that_of_all_samples(
 
 def test_vertical_motion_counts_where_there_is_one(bundled: list[ExploredMotion]) -> None:
     plain, both = asked(bundled), asked(bundled, vertical="1")
+    ground = bundled[0].ground
+    assert isinstance(ground, GroundAcceleration)
     assert plain.response.peak_rotation != both.response.peak_rotation
     assert both.response.peak_rotation == pytest.approx(
-        respond(plain.response.frame, bundled[0].ground).peak_rotation, rel=1e-12
+        respond(plain.response.frame, ground).peak_rotation, rel=1e-12
     )
 
 
@@ -254,3 +268,67 @@ def test_a_ground_that_falls_faster_than_the_frame_is_refused(
 ) -> None:
     with pytest.raises(ParameterError, match="lose contact with the ground"):
         asked(bundled, vertical="1", scale="20")
+
+
+ROUND = {"record": "CCC-both", "section": "circular", "scale": "0.6"}
+
+
+def in_both(motion: ExploredMotion) -> PairAcceleration:
+    """Return the horizontal motion in both directions."""
+    assert isinstance(motion.ground, PairAcceleration)
+    return replace(motion.ground, z=None)
+
+
+def test_both_components_are_answered_as_by_wobble(both: ExploredMotion) -> None:
+    reply = asked([both], **ROUND)
+    ground = in_both(both).scaled(0.6)
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, section="circular")
+    expected = wobble(frame, ground)
+    facts, _ = unpacked_series(reply.packed())
+    assert facts["verdict"] == expected.verdict.name.lower()
+    assert facts["peak_rotation_ratio"] == expected.peak_rotation_ratio
+    assert facts["impacts"] is None
+    assert "Path of the deck seen from above" in facts["path"]
+    _, series = unpacked_series(reply.packed())
+    assert [*series] == ["time", "acceleration", "theta", "u", "v", "phi"]
+    for name in ("theta", "phi", "v"):
+        np.testing.assert_allclose(series[name], getattr(expected, name), rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(series["u"], expected.u, rtol=1e-6, atol=1e-12)
+    heads, first, *_ = reply.table().splitlines()
+    assert heads.endswith("acceleration_y_m_s2,theta_rad,u_m,v_m,phi_rad,u_x_m,u_y_m")
+    assert first.split(",")[-3:] == ["", "0", "0"]
+
+
+def unpacked_series(content: bytes) -> tuple[dict[str, Any], dict[str, NDArray[np.float32]]]:
+    """Return the facts and the named histories of an answer."""
+    end = content.index(b"\n") + 1
+    facts = json.loads(content[:end])
+    rows = np.frombuffer(content, "<f4", offset=end).reshape(-1, facts["drawn"])
+    return facts, dict(zip(facts["series"], rows, strict=True))
+
+
+def test_the_margin_of_both_components_is_that_of_their_ensemble(both: ExploredMotion) -> None:
+    settings = read_settings({**BENT, **ROUND})
+    found = margin({"CCC-both": both}, settings)
+    ground = in_both(both).scaled(0.6)
+    spread = wobbling_ensemble(settings.frame, ground)
+    assert found["bands"] == spread.facts()
+    assert found["envelope"] is None
+    assert "nominal outcome not computed" in found["strip"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            {"section": "rectangular"},
+            "Invalid section rectangular of the columns.*Must be circular",
+        ),
+        ({"pulse": "1"}, "Invalid pulse '1'.*both directions has no pulse"),
+    ],
+)
+def test_settings_that_both_components_do_not_have_are_refused(
+    both: ExploredMotion, change: dict[str, str], words: str
+) -> None:
+    with pytest.raises(ParameterError, match=words):
+        asked([both], **{**ROUND, **change})

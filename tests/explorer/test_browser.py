@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
-from rockframe import GroundAcceleration, RockingFrame, respond
+from rockframe import GroundAcceleration, PairAcceleration, RockingFrame, respond, wobble
 from rockframe.explorer.answer import ExploredMotion
 
 from .conftest import Address
@@ -191,6 +191,41 @@ def test_the_pulse_alone_is_drawn(page: Any, explorer: Address) -> None:
     page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
     assert page.get_attribute("#pair-facts", "data-peak") != before
     assert " ricker, a_p 0." in page.inner_text("#pair-facts")
+
+
+def test_both_components_turn_the_tilt_and_draw_the_path_of_the_deck(
+    page: Any, explorer: Address, both: ExploredMotion, complaints: list[str]
+) -> None:
+    """The columns are round then, and the plot of the direction is hidden under one record."""
+    opened(page, explorer)
+    assert page.is_hidden("#plot-phi")
+    assert page.is_hidden("#deck")
+    choose(page, "record", both.record.record_id)
+    slide(page, "scale", 0.6)
+    assert isinstance(both.ground, PairAcceleration)
+    ground = replace(both.ground, z=None).scaled(0.6)
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, section="circular")
+    expected = wobble(frame, ground)
+    shown = float(page.get_attribute("#pair-facts", "data-peak"))
+    assert shown == pytest.approx(expected.peak_rotation_ratio, rel=1e-12)
+    assert page.is_visible("#deck-path svg")
+    drawn = page.evaluate("() => document.querySelector('#plot-phi').plot.data[1].filter((x) => x)")
+    assert min(drawn) >= -180.0
+    assert max(drawn) <= 180.0
+    assert page.is_disabled("#section")
+    assert page.is_disabled("#pulse")
+    assert 'section = "circular"' in page.inner_text("#toml")
+    assert "impacts" not in page.inner_text("#pair-facts")
+    page.wait_for_selector("#margin:not([hidden])")
+    choose(page, "record", explorer_first(page))
+    assert page.is_hidden("#plot-phi")
+    assert page.is_hidden("#deck")
+    assert not complaints
+
+
+def explorer_first(page: Any) -> str:
+    """Return the first record of the page."""
+    return str(page.evaluate("() => document.querySelector('#record option').value"))
 
 
 def test_names_are_shown_and_not_run(page: Any, explorer: Address) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import errno
 import http.client
@@ -24,10 +25,11 @@ from typing import Any
 import pytest
 
 from rockframe import IsolatedDeck, RockframeWarning, RockingFrame, Tendon
-from rockframe.cli.explore import _shown
+from rockframe.cli.explore import _motions, _shown
 from rockframe.cli.main import main
 from rockframe.errors import ParameterError
 from rockframe.explorer.answer import Answer, answer
+from rockframe.study.structures import bundled_records
 
 from .conftest import Address
 from .test_answer import BENT, unpacked
@@ -358,3 +360,14 @@ def test_structures_that_the_page_cannot_show_are_named() -> None:
         assert _shown([free, deck]) == [free]
     with pytest.raises(ParameterError, match=r"columns only\. .* 'tied' are not"):
         _shown([tied])
+
+
+def test_both_components_of_a_station_follow_its_second_one() -> None:
+    """They have the vertical component of the station, as each of them has."""
+    options = argparse.Namespace(records=[bundled_records() / "Ridgecrest2019-CCC.V1"])
+    found = _motions(options)
+    names = [motion.record.record_id for motion in found]
+    assert names == ["Ridgecrest2019-CCC-090", "Ridgecrest2019-CCC-360", "Ridgecrest2019-CCC-both"]
+    assert [motion.in_both for motion in found] == [False, False, True]
+    assert all(motion.has_vertical for motion in found)
+    assert found[2].search is None

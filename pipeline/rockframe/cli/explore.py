@@ -11,6 +11,7 @@ import warnings
 import webbrowser
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from rockframe.cli import arguments, console
@@ -21,6 +22,8 @@ from rockframe.interruption import raising
 if TYPE_CHECKING:
     from rockframe.explorer.answer import ExploredMotion
     from rockframe.options.pulse import PulseOptions
+    from rockframe.results.records import RecordsFile
+    from rockframe.stages.respond import Pair
     from rockframe.study.kinds import Structure
 
 _HIGHEST_PORT: Final = 65535
@@ -71,7 +74,7 @@ def run_explore(options: argparse.Namespace) -> None:
                 {"address": address, "records": [s.record.record_id for s in motions]}
             )
         else:
-            print(f"{address}\n{len(motions)} records; Ctrl-C stops the explorer.")
+            print(f"{address}\n{len(motions)} motions; Ctrl-C stops the explorer.")
         sys.stdout.flush()
         try:
             with raising():
@@ -97,7 +100,9 @@ def _shown(stated: Sequence[Structure]) -> list[Structure]:
 
 
 def _motions(options: argparse.Namespace) -> list[ExploredMotion]:
-    """Return the horizontal records, each with the vertical component of its station."""
+    """Return the horizontal records, each with the vertical component of its station, and after the
+    second component of a station both.
+    """
     from rockframe.components import vertical_beside
     from rockframe.explorer.answer import PULSE_SEARCH, ExploredMotion
     from rockframe.options.respond import Ensemble
@@ -106,7 +111,7 @@ def _motions(options: argparse.Namespace) -> list[ExploredMotion]:
     from rockframe.rocking.response import as_ground
     from rockframe.stages.common import horizontal
     from rockframe.stages.pulse import usable
-    from rockframe.stages.respond import with_vertical
+    from rockframe.stages.respond import pairs_of, with_vertical
 
     with arguments.records_file(options.records) as (given, _), open_records(given) as file:
         names, everything = set(horizontal(file)), list(file)
@@ -116,17 +121,33 @@ def _motions(options: argparse.Namespace) -> list[ExploredMotion]:
                 searches[name] = usable(name, file, PULSE_SEARCH)
         sources = VersionSources.of(file, Ensemble(), [*names])
         uncertain = {name: sources.uncertain(file.read(name)) for name in names}
+        both = {name: _in_both(file, pair) for name, pair in pairs_of(file).items()}
     beside = vertical_beside(everything)
-    return [
-        ExploredMotion(
-            record,
-            with_vertical(record, beside) if record.record_id in beside else as_ground(record),
-            searches[record.record_id],
-            uncertain[record.record_id],
-        )
-        for record in everything
-        if record.record_id in names
-    ]
+    motions = []
+    for record in everything:
+        name = record.record_id
+        if name in names:
+            ground = with_vertical(record, beside) if name in beside else as_ground(record)
+            motions.append(ExploredMotion(record, ground, searches[name], uncertain[name]))
+            motions += both.get(name, [])
+    return motions
+
+
+def _in_both(file: RecordsFile, pair: Pair) -> list[ExploredMotion]:
+    """Return the motion of both components of a station; none, with a warning, if they do not fit
+    together.
+    """
+    from rockframe.explorer.answer import ExploredMotion
+    from rockframe.wobbling import PairAcceleration
+
+    try:
+        both = file.in_both(pair.records)
+    except ParameterError as error:
+        warnings.warn(f"{pair.name}: {error}", RockframeWarning, stacklevel=2)
+        return []
+    motion = PairAcceleration.from_pair(both, vertical=both.vertical is not None)
+    named = replace(both.first, record_id=pair.name, component="both")
+    return [ExploredMotion(named, motion, None)]
 
 
 def _listening(host: str, port: int) -> socket.socket:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,13 @@ from rockframe.errors import ParameterError, require_known
 from rockframe.frame import RockingFrame, unusual
 from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
-from rockframe.options.respond import Ensemble
+from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.parts import inertia_ratio_of
 from rockframe.quantities import PEAKS, Quantity
 from rockframe.record import Record
 from rockframe.results.versions import Uncertain
 from rockframe.rocking import (
+    EnsembleResponse,
     GroundAcceleration,
     Response,
     Verdict,
@@ -31,9 +32,14 @@ from rockframe.rocking import (
     with_envelope,
     with_margins,
 )
+from rockframe.rocking.verdict import Strip
+from rockframe.structures.contract import Shaking, StructureResponse, kind_of
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
-from rockframe.web import strip_svg, tone
+from rockframe.web import deck_path, strip_svg, tone
+
+if TYPE_CHECKING:
+    from rockframe.wobbling import PairAcceleration, WobblingResponse
 
 #: Largest scale of the ground motion [1].
 _LARGEST_SCALE: Final = 100.0
@@ -153,13 +159,13 @@ PULSE_SEARCH: Final = PulseOptions(surrogates=0, runners_up=0)
 
 @dataclass(frozen=True, eq=False)
 class ExploredMotion:
-    """A record to choose on the page.
+    """A record to choose on the page, or both components of a station.
 
     Parameters
     ----------
     record : Record
-        The record, for its names.
-    ground : GroundAcceleration
+        The record, for its names; of both components, the first one with the name of the motion.
+    ground : GroundAcceleration or PairAcceleration
         Acceleration of the ground, with the vertical component of the station if available.
     search : PulseOptions, optional
         Options of the search for the pulse; None if the record has no usable period.
@@ -168,9 +174,21 @@ class ExploredMotion:
     """
 
     record: Record
-    ground: GroundAcceleration
+    ground: GroundAcceleration | PairAcceleration
     search: PulseOptions | None = PULSE_SEARCH
     uncertain: Uncertain | None = None
+
+    @property
+    def in_both(self) -> bool:
+        """Return True for a motion in both directions."""
+        return not isinstance(self.ground, GroundAcceleration)
+
+    @property
+    def has_vertical(self) -> bool:
+        """Return True if a vertical component was recorded beside it."""
+        if isinstance(self.ground, GroundAcceleration):
+            return self.ground.vertical is not None
+        return self.ground.z is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,9 +197,9 @@ class Answer:
 
     Parameters
     ----------
-    response : Response
+    response : Response or WobblingResponse
         The computed response.
-    ground : GroundAcceleration
+    ground : GroundAcceleration or PairAcceleration
         The motion that caused it.
     places : array, shape (drawn,)
         Indices of the samples to draw, increasing: all samples of a short record, otherwise the
@@ -190,17 +208,22 @@ class Answer:
         The unscaled pulse of the record, if the pulse alone shakes the frame.
     """
 
-    response: Response
-    ground: GroundAcceleration
+    response: Response | WobblingResponse
+    ground: GroundAcceleration | PairAcceleration
     places: Places
     pulse: Pulse | None = None
+
+    @property
+    def acceleration(self) -> Float:
+        """Horizontal acceleration [m s-2]; in both directions, the length of its vector."""
+        return _acceleration(self.ground)
 
     def facts(self) -> dict[str, Any]:
         """Return verdict, peaks and parameters as JSON values in SI units; None if undefined."""
         response, frame = self.response, self.response.frame
         verdict = response.spread_verdict
         numbers = {
-            name: getattr(response, name)
+            name: getattr(response, name, np.nan)  # columns that roll have no impacts
             for name in (
                 *(quantity.name for quantity in PEAKS),
                 *("uplift_time", "overturning_time", "impacts"),
@@ -222,12 +245,35 @@ class Answer:
             **finite,
             "peaks": [[f"nominal {quantity.symbol}", self._peak(quantity)] for quantity in PEAKS],
             "pulse_words": None if self.pulse is None else _words(self.pulse),
-            "pga": float(np.abs(self.ground.acceleration()).max()),
+            "path": self._path(),
+            "series": list(self._series()),
+            "pga": float(np.abs(self.acceleration).max()),
             "step": self.ground.time_step,
             "gravity": GRAVITY,
             "samples": int(response.time.size),
             "drawn": int(self.places.size),
         }
+
+    def _path(self) -> str:
+        """Return the path of the deck seen from above, under a motion in both directions."""
+        if isinstance(self.response, Response):
+            return ""
+        response = self.response
+        return deck_path(response.theta, response.u_x, response.u_y, response.frame.slenderness)
+
+    def _series(self) -> dict[str, Float]:
+        """Return the samples to draw, by name: see `packed`."""
+        response, places = self.response, self.places
+        theta = response.theta[places]
+        frame = response.frame
+        series = {
+            "time": response.time[places],
+            "acceleration": self.acceleration[places],
+            "theta": theta,
+            "u": frame.horizontal_displacement(theta),
+            "v": frame.vertical_displacement(theta),
+        }
+        return series if isinstance(response, Response) else series | {"phi": response.phi[places]}
 
     def _peak(self, quantity: Quantity) -> str:
         """Return a peak with its unit; a dash if the structure overturns."""
@@ -239,32 +285,35 @@ class Answer:
 
     def table(self) -> str:
         """Return all samples as CSV, in s, m/s2, rad and m; cells are empty after overturning."""
-        response = self.response
-        series = (response.time, self.ground.acceleration(), response.theta, response.u, response.v)
+        response, ground = self.response, self.ground
+        series = {"time_s": response.time, "acceleration_m_s2": self.acceleration}
+        moves = {"theta_rad": response.theta, "u_m": response.u, "v_m": response.v}
+        if not (isinstance(response, Response) or isinstance(ground, GroundAcceleration)):
+            series |= {"acceleration_x_m_s2": ground.x, "acceleration_y_m_s2": ground.y}
+            moves |= {"phi_rad": response.phi, "u_x_m": response.u_x, "u_y_m": response.u_y}
+        series |= moves
         lines = [
             ",".join("" if np.isnan(x) else f"{x:.9g}" for x in row)
-            for row in zip(*series, strict=True)
+            for row in zip(*series.values(), strict=True)
         ]
-        return "\n".join(["time_s,acceleration_m_s2,theta_rad,u_m,v_m", *lines, ""])
+        return "\n".join([",".join(series), *lines, ""])
 
     def packed(self) -> bytes:
         """Return the values as one line of JSON, then the samples to draw as little-endian float32.
 
         The arrays follow one another: time [s], acceleration [m s-2], theta [rad], u and v [m], NaN
-        after overturning. The line is padded to a multiple of four bytes.
+        after overturning; in both directions also phi [rad], NaN while the columns stand upright.
+        The line is padded to a multiple of four bytes.
         """
-        response = self.response
-        theta = response.theta[self.places]
-        series = (
-            response.time[self.places],
-            self.ground.acceleration()[self.places],
-            theta,
-            response.frame.horizontal_displacement(theta),
-            response.frame.vertical_displacement(theta),
-        )
         line = json.dumps(self.facts(), allow_nan=False).encode("ascii")
         head = line + b" " * (3 - len(line) % 4) + b"\n"
-        return head + np.stack(series).astype("<f4").tobytes()
+        return head + np.stack([*self._series().values()]).astype("<f4").tobytes()
+
+
+def _acceleration(ground: GroundAcceleration | PairAcceleration) -> Float:
+    if isinstance(ground, GroundAcceleration):
+        return ground.acceleration()
+    return np.hypot(ground.x, ground.y)
 
 
 def answer(motions: Mapping[str, ExploredMotion], settings: Settings) -> Answer:
@@ -281,10 +330,10 @@ def answer(motions: Mapping[str, ExploredMotion], settings: Settings) -> Answer:
     ------
     ParameterError
         If the record is unknown, lacks the requested vertical component or a pulse, or accelerates
-        downwards faster than gravity.
+        downwards faster than gravity; if columns are not circular under both components.
     """
     scaled = _ground_motion(motions, settings)
-    response = respond(settings.frame, scaled)
+    response: Any = kind_of(settings.frame).history(settings.frame, scaled)
     pulse = _pulse_of(motions[settings.record]) if settings.pulse else None
     return Answer(response, scaled, _places(response, scaled, settings.window), pulse)
 
@@ -299,26 +348,48 @@ def margin(motions: Mapping[str, ExploredMotion], settings: Settings) -> dict[st
         As in `answer`, which raises the same errors.
     """
     ground = _ground_motion(motions, settings)
+    if not isinstance(ground, GroundAcceleration):
+        response, ensemble = _rolling(settings.frame, ground)
+        assert response.margin is not None  # noqa: S101 -- the options request it
+        # of columns that roll, no scale of the structure as given is searched
+        strip = replace(response.margin.strip, nominal_to=0.0)
+        return _told(response, ensemble, strip) | {"envelope": None}
     nominal = respond(settings.frame, ground)
     versions = _versions(motions[settings.record], settings)
     robust = with_margins([nominal], ground, Ensemble())
     [response] = with_ensemble(robust, ground, versions=versions)
     assert response.margin is not None  # noqa: S101 -- with_margins adds it
     assert response.ensemble is not None  # noqa: S101 -- with_ensemble adds it
+    envelope = _envelope(with_envelope(nominal, ground, versions=versions))
+    return _told(response, response.ensemble, response.margin.strip) | {"envelope": envelope}
+
+
+def _rolling(
+    frame: RockingFrame, ground: PairAcceleration
+) -> tuple[StructureResponse, EnsembleResponse]:
+    """Return the response to a motion in both directions with its margin, and the ensemble."""
+    kind = kind_of(frame)
+    [response] = kind.respond([frame], Shaking(ground, RespondOptions(histories="none")))
+    [[ensemble]] = kind.ensembles([frame], [ground], Ensemble(), [None])
+    return replace(response, ensemble=ensemble), ensemble  # type: ignore[type-var]
+
+
+def _told(response: StructureResponse, ensemble: EnsembleResponse, strip: Strip) -> dict[str, Any]:
+    """Return verdict, strip and bands."""
     return {
         "tone": tone(response.spread_verdict),
         "words": response.spread_verdict.sentence,
-        "strip": strip_svg(response.margin.strip),
-        "bands": response.ensemble.facts(),
-        "envelope": _envelope(with_envelope(nominal, ground, versions=versions)),
+        "strip": strip_svg(strip),
+        "bands": ensemble.facts(),
     }
 
 
 def _versions(motion: ExploredMotion, settings: Settings) -> Versions | None:
     """Return the versions of the motion of the settings, if the record has several."""
-    if settings.pulse or motion.uncertain is None:
+    ground = motion.ground
+    if settings.pulse or motion.uncertain is None or not isinstance(ground, GroundAcceleration):
         return None
-    ground = motion.ground if settings.vertical else replace(motion.ground, vertical=None)
+    ground = ground if settings.vertical else replace(ground, vertical=None)
     return motion.uncertain.versions(Ensemble(), ground).scaled(settings.scale)
 
 
@@ -341,18 +412,27 @@ def _envelope(response: Response) -> dict[str, list[float]]:
     }
 
 
-def _ground_motion(motions: Mapping[str, ExploredMotion], settings: Settings) -> GroundAcceleration:
+def _ground_motion(
+    motions: Mapping[str, ExploredMotion], settings: Settings
+) -> GroundAcceleration | PairAcceleration:
     """Return the ground motion of the settings."""
     require_known("record", settings.record, motions)
     motion = motions[settings.record]
     ground = motion.ground
-    if not settings.vertical:
-        ground = replace(ground, vertical=None)
-    elif ground.vertical is None:
+    if settings.vertical and not motion.has_vertical:
         raise ParameterError(
             f"Invalid vertical '1' of record {settings.record!r}. Must be 0: no vertical was "
             "recorded beside it."
         )
+    if not isinstance(ground, GroundAcceleration):
+        if settings.pulse:
+            raise ParameterError(
+                f"Invalid pulse '1' of record {settings.record!r}. Must be 0: a motion in both "
+                "directions has no pulse."
+            )
+        return (ground if settings.vertical else replace(ground, z=None)).scaled(settings.scale)
+    if not settings.vertical:
+        ground = replace(ground, vertical=None)
     if settings.pulse:
         samples = _pulse_of(motion).acceleration(motion.record.time)
         alone = GroundAcceleration.from_samples(samples, motion.record.time_step)
@@ -377,7 +457,11 @@ def _words(pulse: Pulse) -> str:
     return f"{kind}, a_p {pulse.a_p / GRAVITY:.3f} g, T_p {pulse.T_p:.3g} s"
 
 
-def _places(response: Response, ground: GroundAcceleration, window: tuple[float, float]) -> Places:
+def _places(
+    response: Response | WobblingResponse,
+    ground: GroundAcceleration | PairAcceleration,
+    window: tuple[float, float],
+) -> Places:
     count = response.time.size
     if count <= _DRAWN:
         return np.arange(count)
@@ -386,7 +470,7 @@ def _places(response: Response, ground: GroundAcceleration, window: tuple[float,
         standing = int(np.isfinite(response.theta).sum())
     theta = np.nan_to_num(response.theta)
     lift = response.frame.vertical_displacement(theta)
-    series = (theta, lift, ground.acceleration())
+    series = (theta, lift, _acceleration(ground))
     first, last = np.searchsorted(response.time, window)
     first, last = max(0, int(first) - 1), min(count, int(last) + 1)
     parts = ((0, first, _OUTSIDE), (first, last, _INSIDE), (last, count, _OUTSIDE))

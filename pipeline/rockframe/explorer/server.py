@@ -252,7 +252,8 @@ def _record(motion: ExploredMotion) -> dict[str, Any]:
         "id": record.record_id,
         "title": ", ".join(part for part in (record.event, place) if part),
         "duration": record.duration,
-        "vertical": motion.ground.vertical is not None,
+        "vertical": motion.has_vertical,
+        "both": motion.in_both,
     }
 
 

@@ -77,7 +77,7 @@ from rockframe.web import (
     PLOT_SIZE,
     Plot,
     bars_svg,
-    path_svg,
+    deck_path,
     plot_path,
     plot_place,
     render_page,
@@ -219,10 +219,6 @@ def payload(
     }, samples
 
 
-#: Rotation over slenderness up to which the path of the deck is drawn.
-_DRAWN_TO: Final = 1.3
-
-
 def _path(run: Run, history: History) -> str:
     """Return the path of the deck until it falls."""
     alpha = next(
@@ -230,10 +226,7 @@ def _path(run: Run, history: History) -> str:
         for structure in run.structures[history.structure]
         if structure.name == "slenderness"
     )
-    stands = history.theta <= _DRAWN_TO * float(alpha)
-    return path_svg(
-        *(np.where(stands, component, np.nan) for component in (history.u_x, history.u_y))
-    )
+    return deck_path(history.theta, history.u_x, history.u_y, float(alpha))
 
 
 def _forces(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

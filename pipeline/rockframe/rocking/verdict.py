@@ -318,7 +318,7 @@ class Strip:
         overturns. Empty if robust margins were not computed.
     nominal_to : float
         Scale up to which the outcome of the frame as given is known [1]: `largest_scale`, or less
-        if a file keeps only the first of many islands.
+        if a file keeps only the first of many islands; 0 if it was not searched.
     """
 
     overturning: tuple[tuple[float, float], ...]
@@ -336,7 +336,11 @@ class Strip:
         '10, 25, 50 % overturn at 0.95, 1.02, > 10; nominally overturns from 0.62'
         >>> Strip(((0.62, 2.8),), 2.8).words
         'share of the ensemble not computed; nominally overturns from 0.62'
+        >>> Strip((), 10.0, (1.5, 1.6, 1.7), nominal_to=0.0).words
+        '10, 25, 50 % overturn at 1.50, 1.60, 1.70; nominal outcome not computed'
         """
+        if self.nominal_to == 0.0:
+            return f"{self.shares}; nominal outcome not computed"
         words = f"nominally stands up to {self.largest_scale:.3g}"
         if self.overturning:
             words = f"nominally overturns from {self.overturning[0][0]:.2f}"

@@ -248,6 +248,29 @@ def path_svg(u_x: NDArray[np.float64], u_y: NDArray[np.float64]) -> str:
     )
 
 
+#: Rotation over slenderness up to which the path of the deck is drawn.
+_DRAWN_TO: Final = 1.3
+
+
+def deck_path(
+    theta: NDArray[np.float64],
+    u_x: NDArray[np.float64],
+    u_y: NDArray[np.float64],
+    slenderness: float,
+) -> str:
+    """Return `path_svg` of the deck until it falls.
+
+    Parameters
+    ----------
+    theta, u_x, u_y : array, shape (samples,)
+        Tilt [rad], and displacement along both components of the motion [m].
+    slenderness : float
+        Slenderness of the frame [rad].
+    """
+    stands = theta <= _DRAWN_TO * slenderness
+    return path_svg(*(np.where(stands, component, np.nan) for component in (u_x, u_y)))
+
+
 def _place(scale: float) -> float:
     """Return the distance of a scale from the left end, on a logarithmic axis."""
     low, high = map(math.log, STRIP_ENDS)

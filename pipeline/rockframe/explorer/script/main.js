@@ -1,5 +1,4 @@
 // Only one request is sent at a time; meanwhile only the newest settings are kept.
-const SERIES = ["time", "acceleration", "theta", "u", "v"];
 const player = new Player();
 let asking = false;
 let next = null;
@@ -9,8 +8,8 @@ let count = 0;
 function motionOf(bytes) {
   const end = new Uint8Array(bytes).indexOf(10) + 1;
   const found = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 0, end)));
-  const motion = { ...found, peak: found.peak_rotation_ratio, structure: found };
-  SERIES.forEach((name, i) => {
+  const motion = { ...found, peak: found.peak_rotation_ratio, structure: found, pair: { path: found.path } };
+  found.series.forEach((name, i) => {
     motion[name] = new Float32Array(bytes, end + 4 * i * found.drawn, found.drawn);
   });
   motion.pulse = new Float32Array(found.drawn).fill(NaN);
@@ -31,7 +30,7 @@ function words(motion) {
     ...Object.entries(bands ?? {}),
     ...motion.peaks,
     ["first uplift", number(motion.uplift_time, 1, 3, "s")],
-    ["impacts", String(motion.impacts)],
+    ...(motion.impacts === null ? [] : [["impacts", String(motion.impacts)]]),
     ["peak ground acceleration", number(motion.pga, 1 / motion.gravity, 3, "g")],
     ...(motion.pulse_words ? [["pulse", motion.pulse_words]] : []),
   ]);
@@ -50,7 +49,7 @@ function words(motion) {
 }
 
 function tables(motion) {
-  const section = at("section").value;
+  const { section } = settings;
   const kind = /^\d/.test(section) ? `inertia_ratio = ${section}` : `section = "${section}"`;
   return [
     "[[structure]]", `name = "${at("structure").value}"`, `height_m = ${motion.height}`,
@@ -87,6 +86,7 @@ function draw(motion, fresh) {
     player.update(motion);
   }
   words(motion);
+  showPath(motion.path);
 }
 
 // The margin takes some tenths of a second, so it is requested only when the settings rest.
@@ -112,8 +112,8 @@ function onSamples(time, starts, values) {
 
 function showMargin(motion, { tone, words: told, strip, bands, envelope }) {
   if (told) {
-    const [low, high] = [envelope.low, envelope.high].map((one) =>
-      onSamples(motion.time, envelope.time, one));
+    const [low, high] = envelope ? [envelope.low, envelope.high].map((one) =>
+      onSamples(motion.time, envelope.time, one)) : [[], []];
     player.update({ ...motion, low, high });
     words({ ...motion, tone, words: told, bands });
   }

@@ -65,16 +65,26 @@ class Settings {
 
   record() {
     this.chosen = facts.records.find(({ id }) => id === at("record").value);
-    const { vertical } = this.chosen;
+    const { vertical, both } = this.chosen;
+    at("section").disabled = both;
+    at("section-why").hidden = !both;
+    at("pulse").disabled = both;
+    at("pulse-why").hidden = !both;
+    if (both) at("pulse").checked = false;
     at("vertical").disabled = !vertical;
     if (!vertical) at("vertical").checked = false;
     at("vertical-why").hidden = vertical;
   }
 
+  // Columns are round under both components of a station.
+  get section() {
+    return this.chosen.both ? "circular" : at("section").value;
+  }
+
   stated([from, to]) {
     const numbers = Object.fromEntries(NUMBERS.map((name) => [name, at(name).value.trim()]));
     return new URLSearchParams({
-      ...numbers, record: at("record").value, section: at("section").value,
+      ...numbers, record: at("record").value, section: this.section,
       vertical: at("vertical").checked ? "1" : "0", pulse: at("pulse").checked ? "1" : "0", from, to,
     });
   }

@@ -68,6 +68,8 @@ class Player {
   take(motion) {
     this.motion = motion;
     at("band-key").hidden = !motion.low?.length;
+    at("phi").hidden = !motion.phi;
+    at("phi-value").hidden = !motion.phi;
     this.largest = motion.acceleration.reduce((most, a) => Math.max(most, Math.abs(a)), 0);
     // The history of a structure that overturns ends early; then show its last rotation.
     const ended = motion.theta.findIndex(Number.isNaN);
@@ -84,7 +86,7 @@ class Player {
       : `${kind}; dotted the place at rest; the arrow is the ground acceleration. Right is positive.`;
     at("pulse-key").hidden = this.motion.pulse.every(Number.isNaN);
     const named = { ground: "Ground acceleration and pulse", ratio: "Rotation over slenderness",
-      u: "Drift u", v: "Uplift v" };
+      phi: "Direction of the tilt", u: "Drift u", v: "Uplift v" };
     for (const [id, name] of Object.entries(named)) {
       at(`plot-${id}`).setAttribute("role", "img");
       at(`plot-${id}`).setAttribute("aria-label", `${name}, ${title}. ${line}`);
@@ -129,15 +131,16 @@ class Player {
     this.read("ground", motion.acceleration[i], 1 / motion.gravity, 3, "g");
     this.read("theta", motion.theta[i], 1, 6, "rad");
     this.read("ratio", motion.theta[i], 1 / balanceAt(motion.structure, motion.theta[i]), 3, "");
+    if (motion.phi) this.read("phi", motion.phi[i], 180 / Math.PI, 1, "°", "upright");
     this.read("u", motion.u[i], 100, 2, "cm");
     this.read("v", motion.v[i], 100, 2, "cm");
   }
 
   // Keep the full value with the element, for all its digits.
-  read(name, value, factor, digits, unit) {
+  read(name, value, factor, digits, unit, unknown = "fallen") {
     const host = at(`at-${name}`);
     host.dataset.value = value;
-    host.textContent = Number.isNaN(value) ? "fallen" : `${signed(value * factor, digits)} ${unit}`.trim();
+    host.textContent = Number.isNaN(value) ? unknown : `${signed(value * factor, digits)} ${unit}`.trim();
   }
 
   toggle() {

@@ -14,6 +14,13 @@ const ratios = (values, structure) => Array.from(values, (value) =>
 const scaled = (values, factor) =>
   Array.from(values, (value) => (Number.isNaN(value) ? null : value * factor));
 
+// A direction in degrees; the line is broken where it passes 180 degrees.
+const turned = (values) => {
+  const degrees = scaled(values, 180 / Math.PI);
+  return degrees.map((value, i) =>
+    (i > 0 && value !== null && Math.abs(value - (degrees[i - 1] ?? value)) > 180 ? null : value));
+};
+
 // The envelope of an ensemble, to be drawn beside theta/alpha; empty without an ensemble.
 const enveloped = (values, structure, time) => (values?.length ? ratios(values, structure)
   .map((value) => (value === null ? null : Math.max(-3, Math.min(3, value))))
@@ -56,6 +63,7 @@ function panels(motion) {
         range: even(Math.max(largest(acceleration), largest(pulse))), height: 130 },
       { id: "ratio", series: [[ratio, "line", 1.4], [low, "band", 0], [high, "band", 0]],
         bands: [{ series: [3, 2], fill: colour("band") }], range: even(tilt), height: 150, limit: 1 },
+      ...(motion.phi ? [{ id: "phi", series: [[turned(motion.phi), "line", 1.2]], range: [-190, 190], height: 110 }] : []),
       { id: "u", series: [[u, "line", 1.4]], range: even(largest(u, standing)), height: 120 },
       { id: "v", series: [[v, "line", 1.4]], range: [-0.08 * lift, 1.08 * lift], height: 150,
         axis: true },
