@@ -132,7 +132,6 @@ LONG_FILES = {
 }
 #: Functions of other files with more than 40 lines: sequences that are read from top to bottom.
 LONG_BODIES = {
-    *("cli/run.py run_run", "cli/shipped.py run_table1"),
     "cli/stages/compare.py run_compare",
     *("cli/stages/respond.py run_respond", "cli/stages/select.py _show"),
     *("figures/fragility.py draw_fragility", "figures/histories.py draw_comparison"),

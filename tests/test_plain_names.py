@@ -152,7 +152,9 @@ EMPTY: Final[dict[str, Any]] = {
 
 
 def test_a_run_with_an_odd_catalogue_ends_and_shows_no_control(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     samples = 4.0 * np.sin(2.0 * np.pi * 0.01 * np.arange(600))
     np.savetxt(tmp_path / "shake.csv", samples, fmt="%.6f")
@@ -166,13 +168,14 @@ def test_a_run_with_an_odd_catalogue_ends_and_shows_no_control(
     )
     words = ["table1", "--records", str(tmp_path), "--structures", str(tmp_path / "column.toml")]
     words += ["--units", "m/s2", "--time-step-s", "0.01", "--workers", "0", "--margins", "first"]
-    assert main([*words, "--output", str(tmp_path / "run")]) == 0
-    assert main(["report", str(tmp_path / "run")]) == 0
-    assert main(["show", str(tmp_path / "run"), "shake"]) == 0
+    folder = tmp_path_factory.mktemp("odd") / "run"
+    assert main([*words, "--output", str(folder)]) == 0
+    assert main(["report", str(folder)]) == 0
+    assert main(["show", str(folder), "shake"]) == 0
     told = capsys.readouterr()
     assert "$S$" in told.out
     assert not ACTS.search(told.out + told.err)
     for name in ("table.csv", "records.csv", "summary.csv", "report.html"):
-        with (tmp_path / "run" / name).open(encoding="utf-8", newline="") as stream:
+        with (folder / name).open(encoding="utf-8", newline="") as stream:
             assert not ACTS.search(stream.read()), name
-    assert list((tmp_path / "run" / "figures").glob("*.png"))
+    assert list((folder / "figures").glob("*.png"))

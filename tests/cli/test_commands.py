@@ -9,9 +9,8 @@ import math
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -25,6 +24,7 @@ from rockframe.cli.main import parser
 from rockframe.errors import InputError
 from rockframe.ingest import FORMATS
 from rockframe.paper.pulses import find_paper_record
+from rockframe.study.study import Study, StudyTables
 from rockframe.wavelets.pulse import Pulse
 
 #: Options for a quick run when only the records matter, with figures and without.
@@ -90,12 +90,14 @@ def test_table1_writes_what_it_says(table1: Path) -> None:
         path.relative_to(table1).as_posix()
         for path in table1.rglob("*")
         if path.is_file() and path.name != "manifest.json"
+        if not path.is_relative_to(table1 / "logs")
+        if not any(part.startswith(".") for part in path.relative_to(table1).parts)
     }
     drawn = [name for name in manifest["outputs"] if name.endswith(".png")]
     assert len(drawn) == 3 * 6 + 3 * 3  # with histories; of 6 records, and of 3 stations
     for folder, count in (("margins", 6), ("sensitivity", 9), ("paths", 3)):
         assert sum(name.startswith(f"figures/{folder}/") for name in drawn) == count
-    assert "Ridgecrest2019-CLC.V1" in manifest["inputs"]
+    assert "ridgecrest2019/Ridgecrest2019-CLC.V1" in manifest["inputs"]
 
 
 def test_without_histories_margins_and_members_there_is_nothing_to_draw(tmp_path: Path) -> None:
@@ -228,20 +230,20 @@ def test_json_keeps_its_recorded_keys_and_types(tmp_path: Path) -> None:
 def test_table1_computes_what_its_study_states_unless_the_command_line_does(
     motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def compute(tables: Mapping[str, Any], *_files: object, **_how: object) -> NoReturn:
-        asked.append(tables)
+    def plan(study: Study, *_where: object) -> NoReturn:
+        asked.append(study.tables)
         raise InputError(motion, "is not computed here.")
 
     stated = '[records]\n[respond]\nmargins = "none"\nstructure = "slender-column"\n'
     (tmp_path / "table1.toml").write_text(f'name = "table1"\n{stated}', encoding="utf-8")
     monkeypatch.setattr("rockframe.study.study.SHIPPED_STUDIES", tmp_path)
-    monkeypatch.setattr("rockframe.runs.performing.compute", compute)
-    asked: list[Mapping[str, Any]] = []
+    monkeypatch.setattr("rockframe.runs.plan.make_plan", plan)
+    asked: list[StudyTables] = []
     words = ("table1", "--records", motion, "--output", tmp_path / "run")
     assert [run(*words), run(*words, "--structure", "slender-frame", "--units", "g")] == [2, 2]
-    assert [one["respond"].structure for one in asked] == ["slender-column", "slender-frame"]
-    assert [one["respond"].margins for one in asked] == ["none", "none"]
-    assert [one["records"].units for one in asked] == [None, "g"]
+    assert [table.respond.structure for table in asked] == ["slender-column", "slender-frame"]
+    assert [table.respond.margins for table in asked] == ["none", "none"]
+    assert [table.records.units for table in asked if table.records] == [None, "g"]
 
 
 def test_table1_is_repeated_to_the_byte(motion: Path, tmp_path: Path) -> None:
@@ -319,21 +321,33 @@ def test_what_an_older_run_wrote_does_not_linger(motion: Path, tmp_path: Path) -
     assert (folder / "notes.txt").read_text() == "mine"
 
 
-def test_an_interrupted_run_leaves_nothing(
-    motion: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+def test_an_interrupted_table_resumes(
+    motion: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Finished steps are kept, and the reason of each other step is said."""
+    folder = tmp_path / "run"
+    words = ("--units", "g", "--time-step", "0.01", "--output", folder, *ONE)
+
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rockframe.stages.respond.respond_stage", interrupt)
-    folder = tmp_path / "run"
-    words = ("--units", "g", "--time-step", "0.01", "--output", folder)
-    assert run("table1", "--records", motion, *words) == 130
-    assert capsys.readouterr().err == "rockframe: interrupted; no incomplete file is left.\n"
-    assert not folder.exists()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rockframe.stages.respond.respond_stage", interrupt)
+        assert run("table1", "--records", motion, *words) == 130
+    said = "finished steps are kept; the same command resumes"
+    assert said in capsys.readouterr().err
+    assert not (folder / "manifest.json").exists()
+    assert run("status", folder, "--json") == 0
+    steps = {step["name"]: step for step in json.loads(capsys.readouterr().out)["steps"]}
+    assert (steps["ingest"]["state"], steps["respond"]["reason"]) == ("done", "not run yet")
+    assert run("table1", "--records", motion, *words) == 0
+    assert "rockframe: 1/5 respond, " in capsys.readouterr().err
+    assert run("table1", "--records", motion, *words) == 0
+    assert capsys.readouterr().err == ""  # nothing to do
+    assert run("table1", "--records", motion, *words, "--surrogates", "19") == 0
+    said = "rockframe: repeating pulse: option surrogates changed from 0 to 19\n"
+    assert said in capsys.readouterr().err
+    assert run("verify", folder, "--recompute") == 0
 
 
 def test_a_record_too_short_for_a_pulse_is_listed_and_the_others_go_on(
@@ -385,7 +399,7 @@ def test_facts_from_the_file_are_kept_and_missing_ones_borrowed(
     assert (result["magnitude"], result["epicentral_distance_km"]) == (5.5, 11.9)
     assert result["facts_source"] == "mine; Makris and Vassiliou (2013), Table 1"
     manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
-    inputs = {"RSN77_SFERN_PUL164.csv", "catalogue.csv", "structures.toml"}
+    inputs = {"records/RSN77_SFERN_PUL164.csv", "records/catalogue.csv"}
     assert set(manifest["inputs"]) == inputs
 
 

@@ -17,15 +17,16 @@ from matplotlib.image import imread
 from numpy.typing import NDArray
 from tests.commands import options_of
 
-from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
-from rockframe.cli.shown import FigureRequest
 from rockframe.errors import ParameterError
 from rockframe.figures.captioned import caption_path
 from rockframe.paper.claim import Claim
 from rockframe.paper.claims import all_claims
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration, as_ground
+from rockframe.stages.named_figures import FIGURES
+from rockframe.stages.named_figures.paper import read_claims
+from rockframe.stages.named_figures.shown import FigureRequest
 from rockframe.study.structures import SHIPPED_STRUCTURES
 from rockframe.wavelets.pulse import Pulse
 
@@ -77,7 +78,7 @@ def paper(motions: Path, claims: list[Claim]) -> tuple[Path, list[dict[str, str]
     """The folder that `paper` writes for these motions, and the claims that it prints."""
     folder, printed = motions.with_name("paper"), StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed):
-        patch.setattr("rockframe.paper.claims.all_claims", lambda: claims)
+        patch.setattr("rockframe.stages.named_figures.paper.all_claims", lambda: claims)
         assert run("paper", "--output", folder, *read(motions), "--json") == 0
     return folder, json.loads(printed.getvalue())["claims"]
 
@@ -142,7 +143,15 @@ def test_a_frame_of_other_columns_is_no_bent_of_two_rectangles(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("12", "--output", "a.png"), "invalid choice"),
+        (
+            ("12", "--output", "a.png"),
+            "'12' is no figure, and no output of a stage (.nc). Names are: 5",
+        ),
+        (("joint", "--output", "a.png"), "Did you mean 'joints'?"),
+        (("5", "7", "--output", "a.png"), "'5' is the name of one figure, and no output"),
+        (("a.nc", "--output", "a.png"), "is named like a file. State a folder"),
+        (("a.nc", "--output", "a", "--vertical"), "--vertical has no effect on outputs of stages"),
+        (("5", "--output", "a.png", "--most", "3"), "or draw outputs of stages."),
         (("5", "--output", "a.bmp"), "Must end in .png, .pdf, .svg, .gif, .apng or .mp4"),
         (("joints", "--output", "a.png", "--friction", "0"), "Invalid friction"),
         (("joints", "--output", "a.png", "--spacing", "1"), "Invalid spacing"),
@@ -211,16 +220,35 @@ def test_the_paper_checked_again_is_the_same(
 ) -> None:
     """The figures are copied here, because another test draws each of them again."""
 
-    def drawn_before(folder: Path, _grid: int) -> dict[str, str]:
+    def drawn_before(_records: Path, folder: Path, _grid: int) -> dict[str, str]:
         copied = Path(shutil.copytree(paper[0] / "figures", folder / "figures"))
         drawn = [copied / f"figure-{name}.png" for name in FIGURES]
         texts = [caption_path(path).read_text(encoding="utf-8") for path in drawn]
         return {f"figures/{path.name}": text[:-1] for path, text in zip(drawn, texts, strict=True)}
 
-    monkeypatch.setattr("rockframe.cli.shipped._draw_all", drawn_before)
+    monkeypatch.setattr("rockframe.stages.named_figures.paper.draw_all", drawn_before)
     again = tmp_path / "again"
     assert run("paper", "--output", again, *read(motions), "--json") == 0
     assert (again / "manifest.json").read_bytes() == (paper[0] / "manifest.json").read_bytes()
+
+
+def test_a_claim_is_read_as_it_was_checked(
+    claims: list[Claim], paper: tuple[Path, list[dict[str, str]]]
+) -> None:
+    """Texts that spreadsheets would take for formulas come back too."""
+    assert read_claims(paper[0])[: len(claims)] == claims
+    assert [claim["name"] for claim in paper[1]][: len(claims)] == [c.name for c in claims]
+
+
+def test_a_finished_paper_is_only_printed(
+    motions: Path, paper: tuple[Path, list[dict[str, str]]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = (paper[0] / "paper-checked.md").stat().st_mtime_ns
+    assert run("paper", "--output", paper[0], *read(motions), "--json") == 0
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["claims"] == paper[1]
+    assert printed.err == ""  # no step
+    assert (paper[0] / "paper-checked.md").stat().st_mtime_ns == before
 
 
 def test_the_page_keeps_out_of_the_folder_of_the_records(motions: Path) -> None:
@@ -242,7 +270,7 @@ def test_figure_11_lists_the_records_without_vertical_motion(
     words = ("figure", "11", "--output", tmp_path / "a.png", *stated(motions, "11"), "--vertical")
     assert run(*words) == 2
     assert "record 'strong': no vertical record" in capsys.readouterr().err
-    monkeypatch.setattr("rockframe.cli.shown.with_vertical", above_the_strong_one)
+    monkeypatch.setattr("rockframe.stages.named_figures.shown.with_vertical", above_the_strong_one)
     assert run(*words) == 1
     printed = capsys.readouterr()
     assert printed.err == "rockframe: rejected: weak: nothing beside it.\n"
@@ -339,7 +367,7 @@ def test_each_option_changes_the_picture_and_the_caption(
         upwards = GroundAcceleration.from_samples(0.5 * record.acceleration[::-1], 0.01)
         return as_ground(record).with_vertical(upwards)
 
-    monkeypatch.setattr("rockframe.cli.shown.with_vertical", shaken_upwards)
+    monkeypatch.setattr("rockframe.stages.named_figures.shown.with_vertical", shaken_upwards)
     monkeypatch.setattr("rockframe.figures.spectra._SCALES", np.array([0.9, 1.0, 1.1]))
     monkeypatch.setattr("rockframe.figures.captioned._PRINT", 60)
 

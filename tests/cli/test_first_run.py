@@ -67,30 +67,32 @@ def kernel(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimpleNamespace:
 
 @pytest.mark.usefixtures("kernel")
 def test_the_first_run_compiles_in_another_process(tmp_path: Path) -> None:
-    with shipped._helped() as (first_run, _):  # noqa: SLF001
-        assert first_run
+    with shipped._helped():  # noqa: SLF001
         while not (tmp_path / "compiled").exists():
             time.sleep(0.01)
 
 
 @pytest.mark.usefixtures("kernel")
-def test_a_process_that_dies_leaves_the_work_to_this_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_dies_does_not_end_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shipped, "_compile_kernel", os.abort)
-    with shipped._helped(drawing=True) as (first_run, engine):  # noqa: SLF001
-        assert first_run
-        assert list(engine.map(abs, [-1.0, 2.0, -3.0])) == [1.0, 2.0, 3.0]
+    with shipped._helped():  # noqa: SLF001
+        pass
+    with engine.helped([os.abort]) as helper:
+        assert list(helper.map(abs, [-1.0, 2.0, -3.0])) == [1.0, 2.0, 3.0]
 
 
-@pytest.mark.parametrize("cached", [False, True])
-def test_another_process_is_ready_to_draw(
-    kernel: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cached: bool
+def test_a_second_process_draws_only_if_there_is_enough_to_draw(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    kernel.cached = lambda: cached
-    monkeypatch.setattr(shipped, "_prepare_drawing", partial(os.mkdir, tmp_path / "prepared"))
-    with shipped._helped(drawing=True):  # noqa: SLF001
-        while not (tmp_path / "prepared").exists():
-            time.sleep(0.01)
-    assert (tmp_path / "compiled").exists() is not cached
+    """It is prepared before it draws."""
+    monkeypatch.setattr(engine, "cores", lambda: 2)
+    prepare = partial(os.mkdir, tmp_path / "prepared")
+    alone = engine.HelpedProcess(prepare, patience=60.0)
+    assert list(alone.map(abs, [-1.0, 2.0])) == [1.0, 2.0]
+    assert not list(tmp_path.iterdir())
+    helped = engine.HelpedProcess(prepare, patience=0.0)
+    assert list(helped.map(abs, [-1.0, 2.0, -3.0, 4.0])) == [1.0, 2.0, 3.0, 4.0]
+    assert (tmp_path / "prepared").exists()
 
 
 @pytest.mark.parametrize(("cached", "cores"), [(True, 2), (False, 1)])
@@ -100,5 +102,5 @@ def test_no_process_is_started_for_a_cached_kernel_or_on_one_core(
     kernel.cached = lambda: cached
     monkeypatch.setattr(engine, "cores", lambda: cores)
     monkeypatch.setattr(subprocess, "Popen", pytest.fail)
-    with shipped._helped(drawing=cores == 1) as (first_run, _):  # noqa: SLF001
-        assert first_run is not cached
+    with shipped._helped():  # noqa: SLF001
+        pass

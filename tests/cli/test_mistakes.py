@@ -414,7 +414,7 @@ def test_help_states_the_unit_of_a_velocity_not_that_of_its_last_letter(
             ["ingest", "a.csv", "--ouput", "a.nc"],
             "unknown option --ouput. Did you mean --output? See",
         ),
-        (["draw", "--records", "a.nc", "--output", "d"], "See rockframe draw --help."),
+        (["table", "--records", "a.nc", "--output", "d"], "See rockframe table --help."),
         (["table1", "--magnitude", "8", "6"], "See rockframe table1 --help."),
         (["ingest", "a.csv", "--magnitude", "8", "6", "--output", "a.nc"], "[8, 6]. The lower"),
     ],

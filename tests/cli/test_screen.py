@@ -20,7 +20,7 @@ def bundled(tmp_path_factory: pytest.TempPathFactory, bundled_records: Path) -> 
     folder = tmp_path_factory.mktemp("bundled")
     words = ["screen", str(bundled_records), "--output", str(folder / "screen.nc")]
     assert main([*words, "--structure", "slender-frame", "--margins", "none"]) == 0
-    assert main(["draw", str(folder / "screen.nc"), "--output", str(folder / "figures")]) == 0
+    assert main(["figure", str(folder / "screen.nc"), "--output", str(folder / "figures")]) == 0
     return folder
 
 

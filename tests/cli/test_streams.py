@@ -25,7 +25,7 @@ OF_A_RUN = [
     "run {0}/small.toml --output {0}/run",
     "run {0}/small.toml --output {0}/planned --plan",
     "table {0}/run/records.nc {0}/run/pulses.nc {0}/run/response.nc --output {0}/table.csv",
-    "draw {0}/run/records.nc {0}/run/pulses.nc {0}/run/response.nc --output {0}/drawn",
+    "figure {0}/run/records.nc {0}/run/pulses.nc {0}/run/response.nc --output {0}/drawn",
     "report {0}/run --output {0}/page.html",
     "formats",
 ]

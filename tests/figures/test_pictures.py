@@ -14,9 +14,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from tests.pictures import TOLERANCE, comparable, difference, for_page, pixels_of
 
-from rockframe.cli.figure import FIGURES
 from rockframe.cli.main import main
 from rockframe.figures.captioned import LINES, save, styled
+from rockframe.stages.named_figures import FIGURES
 from rockframe.wavelets.pulse import Pulse
 
 PICTURES: Final = Path(__file__).parent / "pictures"

@@ -15,7 +15,7 @@ import pytest
 
 from rockframe.errors import InputError
 from rockframe.ingest import FORMATS, ReadOptions, read_bytes, read_file, sniff_format
-from rockframe.ingest.formats.miniseed3 import converted
+from rockframe.ingest.formats.rare.miniseed3 import converted
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.record import Orientation
 from rockframe.units import utc_seconds

@@ -58,7 +58,7 @@ compare records.nc --structures bridge.toml --output compare.nc
 spectrum --wavelet symmetric_ricker --slenderness-degree 14 --frequency-ratio 3 --output spectrum.nc
 spectrum --records records.nc --column-period-s 4 --slenderness-degree 14 --output r.nc
 table records.nc pulses.nc response.nc --output table.csv
-draw spectrum.nc --output drawn
+figure spectrum.nc --output drawn
 figure 5 --output figure.png
 paper --claim eq-43
 init mine

@@ -36,7 +36,7 @@ CASES = {
     ),
     "no place": (
         _OPENQUAKE.format(years="50", imt="PGA") + "lon,lat,poe-0.1,poe-0.5\neast,2,0.1,0.01\n",
-        ":3: 'east, 2, 0.1, 0.01' without longitude and latitude. Must be degrees.",
+        ":3: row 'east, 2, 0.1, 0.01' without longitude and latitude [degree].",
     ),
     "overflow": (
         "pga_g,annual_rate\n0.1,0.01\n1e308,0.001\n",

@@ -135,7 +135,7 @@ def test_figures_of_single_records_are_as_many_as_are_asked_for(
     finished: Path, tmp_path: Path
 ) -> None:
     """Records under which a standing frame rotates furthest come first."""
-    words = ["draw", str(finished / "rocking_spectrum.nc"), "--most", "1", "--output"]
+    words = ["figure", str(finished / "rocking_spectrum.nc"), "--most", "1", "--output"]
     assert main([*words, str(tmp_path / "figures")]) == 0
     (figure,) = (tmp_path / "figures").rglob("*.png")
     spectrum = read_rocking_spectrum(finished / "rocking_spectrum.nc")
@@ -208,7 +208,14 @@ def test_file_among_the_figures_is_not_replaced_with_them(
     finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "figures"
-    words = ["draw", str(finished / "rocking_spectrum.nc"), "--most", "1", "--output", str(folder)]
+    words = [
+        "figure",
+        str(finished / "rocking_spectrum.nc"),
+        "--most",
+        "1",
+        "--output",
+        str(folder),
+    ]
     assert main(words) == main(words) == 0
     mine = folder / "mine.txt"
     mine.write_text("what I saw")
@@ -297,7 +304,7 @@ def test_files_that_do_not_make_figures_are_refused(
     finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], names: list[str], words: str
 ) -> None:
     files = [str(finished / name) for name in names]
-    assert main(["draw", *files, "--output", str(tmp_path / "figures")]) == 2
+    assert main(["figure", *files, "--output", str(tmp_path / "figures")]) == 2
     said = capsys.readouterr().err
     assert words in said
     assert said.count("\n") == 1

@@ -20,7 +20,7 @@ from rockframe.record import Record
 from rockframe.results.schema import KINDS
 from rockframe.structures.comparison import Rivals, compare
 from rockframe.structures.contract import Compared
-from rockframe.study.study import SHIPPED_STUDIES, StudyTables, shipped_tables
+from rockframe.study.study import StudyTables
 
 RIVAL = """
 [compare.isolated]
@@ -37,15 +37,6 @@ def test_declared_function_takes_what_the_declaration_says(stage: Stage) -> None
     files = {f"{Path(name).stem}_path" for name in stage.inputs}
     assert {"output", "options", "written", *files} <= taken.keys()
     assert ("batch" in taken, "engine" in taken) == (stage.batches, stage.engine)
-
-
-@pytest.mark.parametrize("path", sorted(SHIPPED_STUDIES.glob("*.toml")), ids=lambda path: path.stem)
-def test_stages_of_shipped_studies_report_their_progress(path: Path) -> None:
-    """Their commands pass it to each stage."""
-    tables = shipped_tables(path.stem)
-    for stage in STAGES.values():
-        if getattr(tables, stage.name) is not None:
-            assert "progress" in inspect.signature(loaded(stage.function)).parameters
 
 
 @pytest.mark.parametrize("stage", STAGES.values(), ids=list(STAGES))

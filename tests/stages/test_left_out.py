@@ -79,7 +79,7 @@ def test_a_screening_and_its_captions_state_it(
     assert main(["screen", str(records), *words, *output]) == 1
     expected = WORDS.replace("records left", "motions left")
     assert " ".join(capsys.readouterr().out.split()).startswith(expected)
-    assert main(["draw", str(tmp_path / "screen.nc"), "--output", str(tmp_path / "drawn")]) == 0
+    assert main(["figure", str(tmp_path / "screen.nc"), "--output", str(tmp_path / "drawn")]) == 0
     captions = [path.read_text() for path in (tmp_path / "drawn" / "screen").glob("*.caption.txt")]
     captions = [" ".join(caption.split()) for caption in captions]
     assert captions

@@ -15,7 +15,6 @@ from xarray.backends import NetCDF4DataStore
 
 from rockframe.options import STAGES, Stage, loaded
 from rockframe.results.reading import opened
-from rockframe.results.tables import table
 
 #: So slender that the records uplift it, and other peaks belong to other scales.
 BRIDGE = """
@@ -118,14 +117,3 @@ def test_a_command_does_not_read_what_it_wrote(
     with contextlib.chdir(home):
         assert run(*WORDS[stage], "--output", output) == 0
     assert read.count(output) == (1 if stage == "screen" else 0)
-
-
-def test_table1_prints_what_its_stages_passed_on(
-    home: Path, tmp_path: Path, motion: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The rows are made without opening a file."""
-    monkeypatch.setattr(table, "opened", None)
-    words = ("table1", "--records", motion, "--units", "g", "--time-step-s", "0.01")
-    few = ("--margins", "none", "--surrogates", "0", "--structures", home / "structures.toml")
-    assert run(*words, *few, "--workers", "0", "--output", tmp_path / "table1") == 0
-    assert len((tmp_path / "table1" / "table.csv").read_text().splitlines()) == 2

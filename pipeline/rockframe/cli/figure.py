@@ -1,36 +1,49 @@
-"""rockframe figure: draw a figure with its caption."""
+"""rockframe figure: draw a figure by its name, or the figures of outputs of stages."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli import arguments, console
-from rockframe.cli.options import file_to_write, flag
-from rockframe.errors import InputError, ParameterError
+from rockframe.cli.options import (
+    add_options,
+    chosen,
+    file_to_write,
+    flag,
+    folder_to_write,
+    path,
+)
+from rockframe.errors import InputError, ParameterError, meant
+from rockframe.options.model import FigureOptions
 from rockframe.provenance import refuse_obstacles
+from rockframe.stages.named_figures import FIGURES, OF_REQUEST
 
 if TYPE_CHECKING:
-    from rockframe.cli.shown import FigureRequest
     from rockframe.figures.captioned import Captioned
 
 
 def add_figure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments: the figure, its data, and the file to write."""
-    numbers = "; ".join(f"{name}: {entry.summary}" for name, entry in FIGURES.items())
-    parser.add_argument("figure", choices=FIGURES, metavar="FIGURE", help=numbers)
+    """Add the arguments: the figure or files of stages, its data, and what to write."""
+    names = "; ".join(f"{name}: {entry.summary}" for name, entry in FIGURES.items())
+    parser.add_argument(
+        "figure",
+        nargs="+",
+        metavar="FIGURE",
+        help="outputs of stages, for a folder of figures (ingest, pulse and respond together: a "
+        "figure of each record; screen: fragility and peaks; spectrum and compare: curves); or the "
+        f"name of one figure. {names}",
+    )
     parser.add_argument(
         "--output",
         "-o",
-        type=file_to_write(".png", ".pdf", ".svg", *_MOVING),
+        type=_named,
         required=True,
-        help="file to write: .png, .pdf or .svg; of animation also .gif, .apng, or .mp4, which "
-        "needs ffmpeg",
+        help="folder to write for outputs of stages, else the file: .png, .pdf or .svg; of "
+        "animation also .gif, .apng, or .mp4, which needs ffmpeg",
     )
     arguments.add_records(parser)
     parser.add_argument(
@@ -52,6 +65,13 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
     add_joints(parser)
     add_grid(parser)
     arguments.add_structures(parser)
+    add_options(parser, FigureOptions)
+
+
+def _named(text: str) -> Path:
+    """Return the file of a figure, or the folder, in a command-line argument."""
+    named = path(text)
+    return named if named.suffix.lower() in _ENDINGS else folder_to_write(text)
 
 
 def add_grid(parser: argparse.ArgumentParser) -> None:
@@ -95,25 +115,68 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 
 
 def run_figure(options: argparse.Namespace) -> int:
-    """Draw and write the figure, and print its caption."""
-    from rockframe.cli.shown import FigureRequest
-    from rockframe.figures.captioned import caption_path
+    """Draw the figures of files, or one figure by its name."""
+    first, *others = options.figure
+    if not others and first in FIGURES:
+        return _draw_named(options, first)
+    for word in options.figure:
+        if Path(word).suffix != ".nc":
+            said = "is the name of one figure" if word in FIGURES else "is no figure"
+            near = meant(word, FIGURES) or f" Names are: {', '.join(FIGURES)}."
+            advice = "" if word in FIGURES else near
+            raise ParameterError(f"{word!r} {said}, and no output of a stage (.nc).{advice}")
+    _draw_results(options)
+    return 0
 
-    _refuse_idle(options)
-    _refuse_still(options)
-    output: Path = options.output
+
+def _draw_results(options: argparse.Namespace) -> None:
+    """Draw the figures of outputs of stages, and print their number."""
+    from rockframe.stages.figures import figures_stage
+
+    for name in _given(options):
+        if name != "most":
+            raise ParameterError(
+                f"{flag(name)} has no effect on outputs of stages. Leave it out, or name a figure."
+            )
+    output = _checked(options.output, folder_to_write)
+    files, wanted = list(map(Path, options.figure)), chosen(options, FigureOptions)
+    with console.progress_bar("drawing") as progress:
+        drawn = figures_stage(files, output, wanted, progress=progress)
+    if options.json:
+        console.show_json({"figures": drawn, "output": str(output)})
+    else:
+        print(f"{len(drawn)} figures in {output}")
+
+
+def _checked(output: Path, check: Callable[[str], Path]) -> Path:
+    """Return the path of ``--output`` after a check."""
+    try:
+        return check(str(output))
+    except argparse.ArgumentTypeError as error:
+        raise ParameterError(f"--output {error}.") from None
+
+
+def _draw_named(options: argparse.Namespace, name: str) -> int:
+    """Draw and write a figure, and print its caption. Return 1 if records were rejected."""
+    from rockframe.figures.captioned import caption_path
+    from rockframe.stages.named_figures.shown import FigureRequest
+
+    _refuse_idle(options, name)
+    output = _checked(options.output, file_to_write(*_ENDINGS))
+    _refuse_still(output, name)
     refuse_obstacles([output, caption_path(output)])
     request = FigureRequest(
         records=partial(arguments.records_file, options.records),
+        report=console.show_rejections,
         structures=arguments.chosen_structures(options),
         **_stated(options),
     )
-    drawn, status = FIGURES[options.figure].draw(request)
+    drawn, status = FIGURES[name].draw(request)
     caption_file = _saved(drawn, output)
     if options.json:
         console.show_json(
             {
-                "figure": options.figure,
+                "figure": name,
                 "title": drawn.title,
                 "caption": drawn.caption,
                 "output": str(output),
@@ -126,8 +189,9 @@ def run_figure(options: argparse.Namespace) -> int:
     return status
 
 
-#: Formats of figures that move.
+#: Formats of figures that move, and of all figures.
 _MOVING: Final = (".gif", ".apng", ".mp4")
+_ENDINGS: Final = (".png", ".pdf", ".svg", *_MOVING)
 
 
 def _saved(drawn: Captioned, output: Path) -> Path:
@@ -142,126 +206,31 @@ def _saved(drawn: Captioned, output: Path) -> Path:
     return save_moving(drawn, output)
 
 
-def _refuse_still(options: argparse.Namespace) -> None:
+def _refuse_still(output: Path, name: str) -> None:
     """Raise an error if a moving picture is asked for of a figure that does not move."""
-    if options.output.suffix.lower() in _MOVING and options.figure != "animation":
-        raise InputError(
-            options.output,
-            f"figure {options.figure} does not move. Must end in .png, .pdf or .svg.",
-        )
+    if output.suffix.lower() in _MOVING and name != "animation":
+        raise InputError(output, f"figure {name} does not move. Must end in .png, .pdf or .svg.")
 
 
 def _stated(options: argparse.Namespace) -> dict[str, Any]:
     """Return the stated fields of the request."""
-    values = {name: getattr(options, name, None) for name in _OF_REQUEST}
+    values = {name: getattr(options, name, None) for name in OF_REQUEST}
     values["record"] = tuple(options.record or ())
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _refuse_idle(options: argparse.Namespace) -> None:
-    """Raise an error if an option is stated that the figure does not take."""
+def _given(options: argparse.Namespace) -> list[str]:
+    """Return the stated options, besides those of all figures."""
     given = {name for name, value in vars(options).items() if value is not None}
-    for name in sorted(given - {"run", "figure", "output", "json"}):
-        if not FIGURES[options.figure].takes(name):
+    return sorted(given - {"run", "figure", "output", "json"})
+
+
+def _refuse_idle(options: argparse.Namespace, figure: str) -> None:
+    """Raise an error if an option is stated that the figure does not take."""
+    for name in _given(options):
+        if not FIGURES[figure].takes(name):
             taking = ", ".join(other for other, entry in FIGURES.items() if entry.takes(name))
+            instead = f"one of: {taking}" if taking else "outputs of stages"
             raise ParameterError(
-                f"{flag(name)} has no effect on figure {options.figure}. Leave it out, or draw "
-                f"one of: {taking}."
+                f"{flag(name)} has no effect on figure {figure}. Leave it out, or draw {instead}."
             )
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """A figure: its summary, the function that draws it, and what this function takes.
-
-    Parameters
-    ----------
-    summary : str
-        The figure in a few words, for the help.
-    place : str
-        Module in `rockframe.figures`, and function.
-    shows : str
-        Function of `rockframe.cli.shown` that returns its positional arguments.
-    options : tuple of str
-        Fields of `FigureRequest` that it takes as keywords.
-    """
-
-    summary: str
-    place: str
-    shows: str = "nothing"
-    options: tuple[str, ...] = ()
-
-    def takes(self, option: str) -> bool:
-        """Return True if an option of the command changes the figure."""
-        if option in _OF_REQUEST:
-            return option in (*self.options, *_TAKEN[self.shows])
-        if option == "structures":
-            return "structure" in _TAKEN[self.shows]
-        return self.shows != "nothing"  # records
-
-    def draw(self, request: FigureRequest) -> tuple[Captioned, int]:
-        """Return the figure and the exit status."""
-        from rockframe.cli import shown
-
-        module, _, function = self.place.partition(".")
-        draw = getattr(import_module(f"rockframe.figures.{module}"), function)
-        values, status = getattr(shown, self.shows)(request)
-        return draw(*values, **{name: getattr(request, name) for name in self.options}), status
-
-
-_OF_JOINTS: Final = ("friction", "spacing", "beam_centre")
-#: Options of the command that are fields of `FigureRequest`.
-_OF_REQUEST: Final = ("record", "structure", "vertical", "grid", *_OF_JOINTS)
-_SHAKEN: Final = ("record", "structure", "vertical")
-#: The fields that the functions of `rockframe.cli.shown` read.
-_TAKEN: Final[Mapping[str, tuple[str, ...]]] = {
-    "nothing": (),
-    **dict.fromkeys(("one_record", "one_or_both", "records", "responses"), _SHAKEN),
-    "unequal": ("record", "structure", "spacing"),
-    **dict.fromkeys(("best_matched", "pulses", "one_recorded"), ("record",)),
-}
-#: All figures, by name on the command line, in the order of the help.
-FIGURES: Final[Mapping[str, Drawing]] = {
-    "5": Drawing("size of the equivalent column", "parameters.draw_equivalent_size"),
-    "7": Drawing("largest restitution", "parameters.draw_restitution"),
-    "8": Drawing("records and the pulses in them", "pulses.draw_record_and_pulse", "pulses"),
-    "9": Drawing(
-        "minimum overturning acceleration spectra", "spectra.draw_figure_9", options=("grid",)
-    ),
-    "11": Drawing(
-        "histories under records", "histories.draw_response_grid", "responses", ("vertical",)
-    ),
-    "animation": Drawing(
-        "the structure as it rocks or wobbles", "rolling.draw_either", "one_or_both"
-    ),
-    "record": Drawing(
-        "a record: motion, build-up, response spectrum", "recorded.draw_record", "one_recorded"
-    ),
-    "moment-rotation": Drawing(
-        "restoring moment and the part reached", "joints.draw_moment_rotation", "one_record"
-    ),
-    "phase-portrait": Drawing(
-        "rate over rotation, impacts, barrier", "joints.draw_phase_portrait", "one_record"
-    ),
-    "scalogram": Drawing("wavelet transform of a record", "pulses.draw_scalogram", "best_matched"),
-    "match-index": Drawing(
-        "match index against period", "pulses.draw_match_curves", "best_matched"
-    ),
-    "joints": Drawing(
-        "friction demand and vertical forces", "joints.draw_joints", "one_record", _OF_JOINTS
-    ),
-    "rocking-spectrum": Drawing(
-        "peak rotation and rate over 2 pi / p", "spectra.draw_record_spectrum", "one_record"
-    ),
-    "drift-by-size": Drawing(
-        "median drift over the height of columns", "spectra.draw_drift_by_size", "records"
-    ),
-    "unequal-columns": Drawing(
-        "peak and share over the ratio of two heights",
-        "parameters.draw_unequal_columns",
-        "unequal",
-    ),
-    "stability-map": Drawing(
-        "verdict over size and scale", "margins.draw_stability_map", "one_record", ("grid",)
-    ),
-}

@@ -44,12 +44,11 @@ _VERBS: Final = {
     "select": ("stages.select", "select and scale records whose spectra match a target"),
     **{stage.name: (stage.command, stage.summary) for stage in STAGES.values() if stage.command},
     "table": ("results", "write the table of records, pulses and responses"),
-    "draw": ("results", "draw the results of stages: records with their responses, and curves"),
     "export": (
         "results",
         "write the fragilities of a screening for OpenQuake, oq-vmtk and Pelicun",
     ),
-    "figure": ("figure", "draw one figure with its caption"),
+    "figure": ("figure", "draw one figure by its name, or all figures of outputs of stages"),
     "report": ("results", "write an HTML page of a run that works without a network"),
     "explore": (
         "explore",
@@ -79,7 +78,6 @@ EXAMPLES: Final = {
     "compare": "rockframe compare records.nc --structures bridge.toml -o compare.nc",
     "select": "rockframe select records.nc --target spectrum.csv -o selected.nc",
     "table": "rockframe table records.nc pulses.nc response.nc -o table.csv",
-    "draw": "rockframe draw screen.nc -o figures",
     "export": "rockframe export screen.nc -o fragility.xml",
     "figure": "rockframe figure joints --structure bridge-bent -o joints.png",
     "report": "rockframe report outputs/mine",
@@ -120,6 +118,10 @@ FIRST: Final[Mapping[str, tuple[str, ...]]] = {
     "spectrum": (
         *("--wavelet", "--slenderness-degree", "--mass-ratio", "--frequency-ratio"),
         *("--half-cycles", "--records", "--output", "--format", "--workers"),
+    ),
+    "figure": (
+        *("--output", "--most", "--records", "--record", "--vertical", "--structures"),
+        *("--structure", "--friction", "--spacing", "--grid"),
     ),
     "formats": (
         *("--units", "--time-step-s", "--column", "--channels", "--time-column"),

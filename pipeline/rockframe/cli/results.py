@@ -1,4 +1,4 @@
-"""Commands on results: draw, table, report and verify."""
+"""Commands on results: table, export, report and verify."""
 
 from __future__ import annotations
 
@@ -9,39 +9,10 @@ from typing import Final
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.cli import arguments, console
-from rockframe.cli.options import add_options, chosen, file_to_write, folder_to_write, path
+from rockframe.cli.options import add_options, chosen, file_to_write, path
 from rockframe.errors import InputError, ParameterError
-from rockframe.options.model import FigureOptions, ReportOptions
+from rockframe.options.model import ReportOptions
 from rockframe.options.respond import ExportOptions
-
-
-def add_draw(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments: files of stages, and a folder."""
-    parser.add_argument(
-        "files",
-        type=path,
-        nargs="+",
-        metavar="FILE",
-        help="outputs of stages: ingest, pulse and respond together give a figure of each record; "
-        "screen gives fragility and peaks; spectrum gives curves",
-    )
-    parser.add_argument(
-        "--output", "-o", type=folder_to_write, required=True, help="folder to write"
-    )
-    add_options(parser, FigureOptions)
-
-
-def run_draw(options: argparse.Namespace) -> None:
-    """Draw the figures, and print the number of figures."""
-    from rockframe.stages.figures import figures_stage
-
-    wanted = chosen(options, FigureOptions)
-    with console.progress_bar("drawing") as progress:
-        drawn = figures_stage(options.files, options.output, wanted, progress=progress)
-    if options.json:
-        console.show_json({"figures": drawn, "output": str(options.output)})
-    else:
-        print(f"{len(drawn)} figures in {options.output}")
 
 
 def add_table(parser: argparse.ArgumentParser) -> None:
@@ -255,7 +226,7 @@ def _plan_faults(folder: Path) -> list[str]:
     from rockframe.runs.plan import KEPT
     from rockframe.runs.state import damaged, read_plan
 
-    faults = [f"{path}: {what}." for path, what in damaged(folder, {}).items()]
+    faults = [f"{path}: {fault}." for path, fault in damaged(folder, {}).items()]
     plan = folder / KEPT / "plan.json"
     if plan.is_file():
         try:

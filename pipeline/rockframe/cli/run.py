@@ -50,7 +50,6 @@ def run_run(options: argparse.Namespace) -> int:
     """Perform the steps that are not done yet, and print what was done."""
     from rockframe.results.tables.entries import rejections_of
     from rockframe.runs.plan import make_plan
-    from rockframe.runs.run import run_plan
     from rockframe.study.study import read_study
 
     study = read_study(options.study)
@@ -58,22 +57,9 @@ def run_run(options: argparse.Namespace) -> int:
     if options.plan:
         _write_plan(plan, options)
         return 0
-    reasons: dict[str, str] = {}
-
-    def on_start(waiting: Sequence[StepState]) -> None:
-        reasons.update((state.step.name, state.reason) for state in waiting)
-        _explain(waiting)
-
-    with keeping(_RESUMES), console.progress_of_steps(study.name) as on_step:
-        done, faults = run_plan(
-            plan,
-            options.output,
-            engine=_engine(options),
-            replace=options.replace,
-            on_fault=_warn,
-            on_start=on_start,
-            on_step=on_step,
-        )
+    done, faults, reasons = carry_out(
+        plan, options.output, engine=_engine(options), replace=options.replace
+    )
     rejected = rejections_of(options.output)
     if options.json:
         console.show_json(
@@ -89,6 +75,33 @@ def run_run(options: argparse.Namespace) -> int:
     else:
         _show(options.output, len(done), rejected)
     return 1 if rejected else 0
+
+
+def carry_out(
+    plan: Plan, folder: Path, *, engine: Engine | None = None, replace: bool = False
+) -> tuple[list[str], list[str], dict[str, str]]:
+    """Perform the steps of a plan that are not done, and report progress, faults and reasons.
+
+    Returns the names of the performed steps, the faults, and why each step was performed.
+    """
+    from rockframe.runs.run import run_plan
+
+    reasons: dict[str, str] = {}
+
+    def on_start(waiting: Sequence[StepState]) -> None:
+        reasons.update((state.step.name, state.reason) for state in waiting)
+        _explain(waiting)
+
+    with keeping(_RESUMES), console.progress_of_steps(plan.study) as on_step:
+        done, faults = run_plan(
+            *(plan, folder),
+            engine=engine,
+            replace=replace,
+            on_fault=_warn,
+            on_start=on_start,
+            on_step=on_step,
+        )
+    return done, faults, reasons
 
 
 def _engine(options: argparse.Namespace) -> Engine | None:
@@ -238,7 +251,7 @@ def _show_states(states: Sequence[StepState]) -> None:
         rows.setdefault(state.step.stage, Counter())[state.state] += 1
         reasons.setdefault(state.step.stage, {})[state.reason] = None
     shown = [
-        [stage, ", ".join(f"{n} {what}" for what, n in c.items()), _joined(reasons[stage])]
+        [stage, ", ".join(f"{n} {state}" for state, n in c.items()), _joined(reasons[stage])]
         for stage, c in rows.items()
     ]
     console.show_table("", ["stage", "steps", "why"], shown)

@@ -1,23 +1,23 @@
 """Commands of shipped studies: table1, paper.
 
-Each computes the stages of the study of its name in ``data/studies``, for the records and with the
-options of the command line, and then writes and prints what it is for.
+Each runs the study of its name in ``data/studies`` with the records and options of the command
+line, as `rockframe run` does, and then prints what it is for.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from functools import partial
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from rockframe.cells import TABLE_FORMATS, Column
 from rockframe.cli import arguments, console
-from rockframe.cli.figure import FIGURES, add_grid
+from rockframe.cli.figure import add_grid
 from rockframe.cli.options import add_options, chosen, flag, folder_to_write
+from rockframe.cli.run import carry_out
 from rockframe.cli.stages.respond import (
     matrices,
     most_severe,
@@ -29,9 +29,10 @@ from rockframe.compiled import tell_of_compiling
 from rockframe.errors import ParameterError, require_known
 from rockframe.matching.record_pulses import LEVEL
 from rockframe.options.ingest import IngestOptions
-from rockframe.options.model import Options, ReadingOptions
+from rockframe.options.model import FigureOptions, ReadingOptions
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import Ensemble, RespondOptions
+from rockframe.outcome import InputOutcome
 from rockframe.paper.pulses import BORROWED, QUANTITIES, paper_comparisons, statements
 from rockframe.results.tables.rows import (
     Row,
@@ -42,15 +43,9 @@ from rockframe.results.tables.rows import (
 )
 
 if TYPE_CHECKING:
-    from rockframe.engines.engine import Engine
     from rockframe.paper.claim import Claim
-    from rockframe.runs.performing import Computed
-    from rockframe.stages.acceptance import Ingested
-
-#: Largest number of records that two processes draw; all cores draw more.
-_FEW: Final = 12
-#: Outputs of ingest, pulse and respond.
-STAGE_FILES: Final = ("records.nc", "pulses.nc", "response.nc")
+    from rockframe.runs.plan import Step
+    from rockframe.study.study import Study
 
 
 def add_table1(parser: argparse.ArgumentParser) -> None:
@@ -83,42 +78,22 @@ _WITH_INGEST: Final = (
 
 def run_table1(options: argparse.Namespace) -> int:
     """Run ingest, pulse and respond; write all files; print the table."""
-    from rockframe.provenance import whole_folder
     from rockframe.results.pulses import pulse_rows, recordings_of
-    from rockframe.results.tables.entries import write_entries, write_rows_as
+    from rockframe.results.schema import RESPONSE
+    from rockframe.results.stored import attributes_of
+    from rockframe.results.tables.entries import require_format
     from rockframe.results.tables.summary import left_out_reasons, summary_rows
-    from rockframe.stages.figures import draw_records
+    from rockframe.runs.plan import OF_RECORDS
     from rockframe.stages.table import table_rows_of
 
     folder: Path = options.output
-    tables = _tables(options, "table1")
-    _validate(options, tables)
-    with (
-        whole_folder(folder, _files(options.format)) as partial,
-        _helped(drawing=True) as (first_run, helped),
-    ):
-        computed = _computed(options, tables, partial, first_run=first_run)
-        datasets = [computed.datasets[name] for name in STAGE_FILES]
-        rows = list(table_rows_of(*datasets))
-        left_out = left_out_reasons(datasets[2].attrs)
-        summary = summary_rows(rows, recordings_of(datasets[0]), left_out)
-        comparisons, said = paper_comparisons(rows, pulse_rows(datasets[1])), statements(rows)
-        write_rows_as(partial / "table.csv", rows)
-        write_rows_as(partial / "summary.csv", summary)
-        if comparisons:
-            write_rows_as(partial / "paper.csv", comparisons)
-        files = [partial / name for name in STAGE_FILES]
-        if options.format != "csv":
-            _write_tables(partial, options.format, rows, summary)
-            write_entries(
-                computed.ingested.entries, partial / f"records{TABLE_FORMATS[options.format]}"
-            )
-        names = list(dict.fromkeys(row["record_id"] for row in rows))
-        with console.progress_bar("drawing") as progress:
-            engine = helped if len(names) <= _FEW else None
-            draw_records(rows, files, partial / "figures", names, progress, engine)
-        models = {"records": IngestOptions, "pulse": PulseOptions, "respond": RespondOptions}
-        count = _finish(options, partial, computed.ingested, models)
+    require_format(Path("table" + TABLE_FORMATS[options.format]))
+    rejections = _computed(options, _study(options, "table1"), _steps_of_table1(options.format))
+    files = [folder / name for name in OF_RECORDS]
+    rows = list(table_rows_of(*files))
+    left_out = left_out_reasons(attributes_of(files[2], RESPONSE))
+    summary = summary_rows(rows, recordings_of(files[0]), left_out)
+    comparisons, said = paper_comparisons(rows, pulse_rows(files[1])), statements(rows)
     if options.json:
         console.show_json(
             {
@@ -126,102 +101,92 @@ def run_table1(options: argparse.Namespace) -> int:
                 "summary": summary,
                 "paper": comparisons,
                 "statements": said,
-                "rejected": [vars(rejection) for rejection in computed.rejections],
+                "rejected": [vars(rejection) for rejection in rejections],
                 "output": str(folder),
             }
             | matrices(rows, options.matrix)
         )
     else:
         show(rows, summary, comparisons, said, options.matrix)
-        print(f"{count} files and their manifest in {folder}")
-    return console.show_rejections(computed.rejections)
+        print(f"{_count(folder)} files and their manifest in {folder}")
+    return console.show_rejections(rejections)
 
 
-def _write_tables(
-    folder: Path, table_format: str, rows: Sequence[Row], summary: Sequence[Row]
-) -> None:
-    """Write rows and summary in a format; a workbook has both."""
-    from rockframe.results.tables.entries import write_rows_as
-    from rockframe.stages.table import write_table_workbook
+def _steps_of_table1(table_format: str) -> list[Step]:
+    """Return the steps after the stages: tables and figures."""
+    from rockframe.runs.plan import OF_RECORDS, Step
 
     ending = TABLE_FORMATS[table_format]
+    tables = ["records.csv", "table.csv", "summary.csv", "paper.csv"]
+    tables += [f"{name}{ending}" for name in ("records", "table", "summary")]
     if table_format == "xlsx":
-        files = [(folder / name, name.removesuffix(".nc")) for name in STAGE_FILES]
-        write_table_workbook(folder / "table.xlsx", rows, summary, *files)
-        return
-    for name, content in (("table", rows), ("summary", summary)):
-        write_rows_as(folder / f"{name}{ending}", content, table_format)
-
-
-def _files(table_format: str) -> list[str]:
-    """Return the files that the command writes, except figures."""
-    tables = [
-        f"{n}{e}"
-        for n in ("records", "table", "summary")
-        for e in {".csv", TABLE_FORMATS[table_format]}
+        tables.remove("summary.xlsx")  # a sheet of the workbook
+    read = (*OF_RECORDS, "records.csv")
+    written = tuple(name for name in dict.fromkeys(tables) if name != "records.csv")
+    return [
+        Step("table", "table1", read, written, {"table_format": table_format}),
+        Step(
+            *("draw", "draw", OF_RECORDS, ("figures/",)),
+            options=FigureOptions(most=_ALL).model_dump(mode="json"),
+            workers=True,
+        ),
     ]
-    return [*STAGE_FILES, *tables, "paper.csv"]
 
 
-def _validate(options: argparse.Namespace, tables: Mapping[str, Any]) -> None:
-    """Validate files and structures that are stated, before anything is computed."""
-    from rockframe.results.tables.entries import require_format
-    from rockframe.stages.common import choose_structures
-    from rockframe.study.toml import read_limits
-
-    require_format(Path("table" + TABLE_FORMATS[options.format]))
-    if tables["records"].limits is not None:
-        read_limits(tables["records"].limits)
-    choose_structures(arguments.chosen_structures(options), tables["respond"].structure)
-    arguments.refuse_folder_of_records(options)
+#: Largest number of files whose records one process computes.
+_FEW: Final = 12
+#: Largest number of records that are drawn: all.
+_ALL: Final = 1_000_000
 
 
-#: Words of the progress bars of stages.
-_BARS: Final = {"pulse": "matching pulses", "respond": "rocking"}
+def _study(options: argparse.Namespace, name: str) -> Study:
+    """Return a shipped study with the records, structures and options of the command line."""
+    from rockframe.study.study import Study, shipped_study
 
-
-def _watch(stage: str, note: str = "") -> AbstractContextManager[Callable[..., None]]:
-    if stage == "ingest":
-        return console.progress_names(f"reading{note}")
-    return console.progress_bar(_BARS.get(stage, stage) + note)
-
-
-def _tables(options: argparse.Namespace, name: str) -> dict[str, Any]:
-    """Return the tables of a shipped study, with the options of the command line."""
-    from rockframe.study.study import shipped_tables
-
-    tables = dict(shipped_tables(name))
-    overlaid = {
-        stage: chosen(options, type(tables[stage]), **tables[stage].model_dump(exclude_unset=True))
-        for stage in ("records", "pulse", "respond")
+    study = shipped_study(name)
+    tables = {
+        stage: chosen(options, type(table), **table.model_dump(exclude_unset=True))
+        for stage, table in study.tables
+        if stage in ("records", "pulse", "respond")
     }
-    return tables | overlaid
+    if options.records:
+        tables["records"] = tables["records"].replaced(paths=tuple(map(str, options.records)))
+    if options.structures:
+        tables["structures"] = options.structures
+    return Study(study.path, study.tables.replaced(**tables), study.home)
 
 
 def _computed(
-    options: argparse.Namespace, tables: Mapping[str, Any], folder: Path, *, first_run: bool
-) -> Computed:
-    """Compute the stages of a shipped study."""
-    from rockframe.runs.performing import compute
-    from rockframe.study.structures import bundled_records
+    options: argparse.Namespace, study: Study, then: Sequence[Step]
+) -> list[InputOutcome]:
+    """Run a study, unless its folder has its results already; return the rejected records."""
+    from rockframe.engines.choice import choose_engine
+    from rockframe.engines.engine import OneProcess
+    from rockframe.results.tables.entries import rejections_of
+    from rockframe.runs.plan import make_plan
 
-    return compute(
-        tables,
-        options.records or [bundled_records()],
-        arguments.chosen_structures(options),
-        folder,
-        # the threads of one process use all cores for the responses
-        workers={"ingest": chosen(options, ReadingOptions).workers, "respond": 1},
-        watch=partial(_watch, note=", compiling for this first run" if first_run else ""),
-    )
+    arguments.refuse_folder_of_records(options)
+    plan = make_plan(study, options.output, then)
+    workers = chosen(options, ReadingOptions).workers
+    few = len(plan.inputs) <= _FEW  # the threads of one process use all cores
+    with _helped():
+        engine = OneProcess(workers) if few else choose_engine(workers)
+        carry_out(plan, options.output, engine=engine)
+    rejected = rejections_of(options.output)
+    return [InputOutcome(name, reason) for name, reason in rejected.items()]
+
+
+def _count(folder: Path) -> int:
+    """Return the number of files that the manifest of a folder lists."""
+    from rockframe.provenance import MANIFEST, listed_outputs
+
+    return len(listed_outputs(folder / MANIFEST))
 
 
 @contextmanager
-def _helped(*, drawing: bool = False) -> Iterator[tuple[bool, Engine]]:
-    """Start a second process while this one reads records.
-
-    The second process compiles the vectorised kernel, if that is not in the cache, and imports
-    what drawing needs. Yields True if the kernel had to be compiled, and the engine for drawing.
+def _helped() -> Iterator[None]:
+    """Compile the vectorised kernel in a second process while this one reads records, unless it is
+    in the cache.
     """
     from rockframe.engines.engine import cores, helped
     from rockframe.rocking.kernels import lanes
@@ -229,16 +194,8 @@ def _helped(*, drawing: bool = False) -> Iterator[tuple[bool, Engine]]:
     first_run = not cast("Any", lanes.integrate_lanes).cached()
     if first_run and cores() > 1:
         tell_of_compiling()
-    compiling, to_draw = [_compile_kernel] * first_run, [_prepare_drawing] * drawing
-    with helped([*compiling, *to_draw]) as engine:
-        yield first_run, engine
-
-
-def _prepare_drawing() -> None:
-    """Import and read what drawing needs: the process that starts this needs it only later."""
-    from rockframe.stages.figures import prepare_drawing
-
-    prepare_drawing()
+    with helped([_compile_kernel] * first_run):
+        yield
 
 
 def _compile_kernel() -> None:
@@ -251,26 +208,6 @@ def _compile_kernel() -> None:
     frame = RockingFrame(height=9.6, width=1.6)
     for demands in (False, True):
         respond_scenarios([ground], [frame], [0], [0], [1.0], demands=demands)
-
-
-def _finish(
-    options: argparse.Namespace,
-    folder: Path,
-    ingested: Ingested,
-    models: Mapping[str, type[Options]],
-) -> int:
-    """Write the manifest of a folder. Return the number of files that it lists."""
-    from rockframe.provenance import sha256_of, write_manifest
-
-    structures = arguments.chosen_structures(options)
-    outputs = sorted(file for file in folder.rglob("*") if file.is_file())
-    write_manifest(
-        folder,
-        inputs={**ingested.inputs, structures.name: sha256_of(structures)},
-        parameters={table: chosen(options, model).stated() for table, model in models.items()},
-        outputs=outputs,
-    )
-    return len(outputs)
 
 
 def _ricker(row: Mapping[str, Any], key: str) -> str:
@@ -353,9 +290,6 @@ def _show_notes(rows: Sequence[Row]) -> None:
         print()
 
 
-_PAGE: Final = "paper-checked.md"
-
-
 #: Default folder and resolution of maps of `rockframe paper`.
 _PAPER_FOLDER: Final = Path("outputs/paper")
 _PAPER_GRID: Final = 400
@@ -391,10 +325,7 @@ def _refuse_beside_claim(options: argparse.Namespace) -> None:
 def run_paper(options: argparse.Namespace) -> int:
     """Check the claims, draw the figures, write the page and its manifest."""
     from rockframe.paper.claims import all_claims
-    from rockframe.paper.pulses import record_claims
-    from rockframe.provenance import whole_folder
-    from rockframe.results.pulses import pulse_rows
-    from rockframe.stages.table import table_rows_of
+    from rockframe.runs.plan import OF_RECORDS, Step
 
     if options.claim is not None:
         _refuse_beside_claim(options)
@@ -402,60 +333,19 @@ def run_paper(options: argparse.Namespace) -> int:
         require_known("claim", options.claim, [claim.name for claim in claims])
         _show_claims([claim for claim in claims if claim.name == options.claim], options.json)
         return 0
+    from rockframe.stages.named_figures.paper import CLAIMS, FOLDER, PAGE, read_claims
+
     folder: Path = options.output
-    arguments.refuse_folder_of_records(options)
-    tables = _tables(options, "paper")
-    with (
-        whole_folder(folder, (*STAGE_FILES, "records.csv", _PAGE)) as partial,
-        _helped() as (first_run, _),
-    ):
-        computed = _computed(options, tables, partial, first_run=first_run)
-        datasets, ingested = [computed.datasets[name] for name in STAGE_FILES], computed.ingested
-        rows = list(table_rows_of(*datasets))
-        claims = all_claims() + record_claims(rows, pulse_rows(datasets[1]))
-        _write_page(claims, _draw_all(partial, options.grid), rows, partial)
-        models = {"records": IngestOptions, "pulse": PulseOptions}
-        _finish(options, partial, ingested, models)
+    outputs = (CLAIMS, PAGE, FOLDER)
+    last = Step("paper", "paper", OF_RECORDS, outputs, {"grid": options.grid})
+    rejections = _computed(options, _study(options, "paper"), [last])
+    claims = read_claims(folder)
     if options.json:
         console.show_json({"claims": [_plain(claim) for claim in claims], "output": str(folder)})
     else:
         _show_claims(claims, False)
-        print(f"{folder / _PAGE}")
-    return console.show_rejections(ingested.rejections)
-
-
-def _draw_all(folder: Path, grid: int) -> dict[str, str]:
-    """Draw all figures of `rockframe figure`; return the title and caption of each by its path."""
-    from rockframe.cli.shown import FigureRequest
-    from rockframe.figures.captioned import save_captioned
-
-    records = folder / "records.nc"
-    # the dimensions of the bridge bent are assumed: the paper states neither
-    request = FigureRequest(
-        records=lambda: nullcontext((records, 0)), grid=grid, spacing=12.0, beam_centre=1.0
-    )
-    captions = {}
-    for name, entry in FIGURES.items():
-        path = folder / "figures" / f"figure-{name}.png"
-        drawn, _ = entry.draw(request)
-        save_captioned(drawn, path)
-        captions[path.relative_to(folder).as_posix()] = f"{drawn.title}. {drawn.caption}"
-    return captions
-
-
-def _write_page(
-    claims: Sequence[Claim], figures: dict[str, str], rows: Sequence[Row], folder: Path
-) -> None:
-    from rockframe.paper.claims import checked_page
-    from rockframe.paper.pulses import find_paper_record, paper_records
-    from rockframe.provenance import whole_file
-
-    own = {row["record_id"] for row in rows if find_paper_record(row["source_file"])}
-    records = f"{len(own)} of the paper's {len(paper_records())} records were found by name"
-    if not own:
-        records += ": claims about its records are not checked, and figures show other records"
-    with whole_file(folder / _PAGE) as partial:
-        partial.write_text(checked_page(claims, figures, f"{records}."), encoding="utf-8")
+        print(f"{folder / PAGE}")
+    return console.show_rejections(rejections)
 
 
 def _show_claims(claims: Sequence[Claim], json: bool) -> None:

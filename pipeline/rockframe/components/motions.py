@@ -130,11 +130,13 @@ def _overlapping(channels: Sequence[Channel]) -> Iterator[list[int]]:
         chain: list[int] = []
         last = channels[groups[0][0]]
         for numbers in sorted(groups, key=order):
-            longest = max((channels[number] for number in numbers), key=lambda one: one.span[1])
+            longest = max(
+                (channels[number] for number in numbers), key=lambda channel: channel.span[1]
+            )
             if chain and not last.overlaps(longest):
                 yield chain
                 chain = []
-            last = max(last, longest, key=lambda one: one.span[1]) if chain else longest
+            last = max(last, longest, key=lambda channel: channel.span[1]) if chain else longest
             chain = [*chain, *numbers]
         yield chain
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 from collections import deque
@@ -181,7 +182,8 @@ class Resources:
         True if the workers are processes that the engine itself starts on this machine, of one
         thread each.
     workers : int, optional
-        Number of these processes; by default one for each core.
+        Number of these processes; by default one for each core. With 0, this process reads files
+        too, without protection from crashes.
 
     Examples
     --------
@@ -253,13 +255,24 @@ def resources_of(engine: Engine) -> Resources:
 class OneProcess:
     """The current process.
 
+    Parameters
+    ----------
+    readers : int, optional
+        Number of processes that read and draw files, 0 for the current one only; by default one for
+        each core.
+
     Examples
     --------
     >>> list(OneProcess().map(abs, [-1.0, 2.0]))
     [1.0, 2.0]
     """
 
-    resources: ClassVar[Resources] = Resources(local=True, workers=1)
+    readers: int | None = 1
+
+    @property
+    def resources(self) -> Resources:
+        """The current process, and those that read files."""
+        return Resources(local=True, workers=self.readers)
 
     def map(
         self, function: Callable[[Task], Result], tasks: Iterable[Task]
@@ -372,6 +385,45 @@ class SharedWork:
                 yield _of_worker(pending.popleft(), next(numbers))
         for future in pending:
             yield _of_worker(future, next(numbers))
+
+
+@dataclass(frozen=True)
+class HelpedProcess:
+    """The current process, and one worker that helps if there is enough work.
+
+    Parameters
+    ----------
+    prepare : callable
+        First call of the worker, such as imports.
+    patience : float
+        Time that this process computes alone [s].
+
+    Examples
+    --------
+    >>> list(HelpedProcess(cores).map(abs, [-1.0, 2.0]))  # too small a job: no process is started
+    [1.0, 2.0]
+    """
+
+    prepare: Callable[[], object]
+    patience: float = _START
+    resources: ClassVar[Resources] = Resources(local=True, workers=2)
+
+    def map(
+        self, function: Callable[[Task], Result], tasks: Iterable[Task]
+    ) -> Generator[Result, None, None]:
+        """Yield the results of a function in the order of the tasks."""
+        total = len(tasks) if isinstance(tasks, Sized) else math.inf
+        begin, rest = perf_counter(), iter(tasks)
+        for done, task in enumerate(rest, 1):
+            raise_if_interrupted()
+            yield function(task)
+            spent = perf_counter() - begin
+            if spent > self.patience and spent / done * (total - done) > self.patience:
+                break
+        else:
+            return
+        with helped([self.prepare]) as engine:
+            yield from engine.map(function, rest)
 
 
 @contextmanager

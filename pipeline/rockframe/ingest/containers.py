@@ -236,7 +236,7 @@ def _refused_name(name: str) -> str:
 
 def _first(*causes: tuple[object, str, str]) -> str:
     """Return the message of the first cause that applies, or ""."""
-    return next((f"{what}. Must be {must}." for holds, what, must in causes if holds), "")
+    return next((f"{fault}. Must be {must}." for holds, fault, must in causes if holds), "")
 
 
 def _member(outer: Content, name: str, data: bytes = b"", refusal: str = "") -> Content:

@@ -100,7 +100,7 @@ def _format(name: str, obspy_name: str, reader: _Reader, *extensions: str) -> Fo
 
 
 def _read_recorder(obspy_name: str, path: Path, data: bytes, options: ReadOptions) -> list[Record]:
-    from rockframe.ingest.formats.recorders import read_recorder  # most folders have none
+    from rockframe.ingest.formats.rare.recorders import read_recorder  # most folders have none
 
     return read_recorder(obspy_name, path, data, options)
 

@@ -221,7 +221,7 @@ def _adjoin(channels: list[Any], trace: Any) -> bool:
     start = trace.stats.starttime
     if not channels:
         return False
-    for channel in sorted(channels, key=lambda one: one.start_date or start):
+    for channel in sorted(channels, key=lambda channel: channel.start_date or start):
         if channel.start_date is not None and channel.start_date > start + 1.0:
             return False
         start = max(start, channel.end_date or trace.stats.endtime)

@@ -232,7 +232,7 @@ def _candidates(
     least = _NEARLY * max(candidate[0] for candidate in candidates)
     candidates = sorted(
         (candidate for candidate in candidates if candidate[0] >= least),
-        key=lambda one: (-one[0], one[2]),
+        key=lambda candidate: (-candidate[0], candidate[2]),
     )
     # the first and the last may be at an end of the record, where the grid errs most
     ends = [choose(candidates, key=lambda candidate: candidate[2]) for choose in (min, max)]

@@ -118,7 +118,8 @@ def _series(
 
 @compiled
 def _value(rows: Float, row: int, order: int, t: float) -> float:
-    """Return the value of the polynomial in a row; even and odd parts are computed in parallel."""
+    """Return the value at `t` of the polynomial whose coefficients are in this row."""
+    # two sums that do not wait for each other: the even powers and the odd ones
     t2 = t * t
     even = odd = 0.0
     for n in range(order // 2, -1, -1):

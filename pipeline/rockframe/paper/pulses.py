@@ -119,6 +119,13 @@ def with_paper_facts(row: Row) -> Row:
     return row | borrowed | {"facts_source": "; ".join(source for source in sources if source)}
 
 
+#: Columns of `paper_comparisons`.
+COMPARED: Final = (
+    *("record_id", "record", "quantity", "wavelet", "printed", "paper", "ours"),
+    *("relative_difference", "remark"),
+)
+
+
 def paper_comparisons(rows: Sequence[Row], pulses: Iterable[Mapping[str, Any]] = ()) -> list[Row]:
     """Compare PGA, PGV, a_p and T_p of the paper's records with ours.
 

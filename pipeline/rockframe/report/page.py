@@ -518,7 +518,7 @@ def shown(rows: Sequence[Mapping[str, str]]) -> list[Column]:
 def _spreads(row: Mapping[str, Any]) -> str:
     """Return the bars of the spreads; empty if no correlation is known."""
     values = {spread_words(name): float(row[name]) for name in spreads_of_row(row)}
-    if not any(math.isfinite(one) for one in values.values()):
+    if not any(math.isfinite(value) for value in values.values()):
         return ""
     most = spread_words(row["matters_most"])
     return bars_svg(values, row["by_chance"], most, sensitivity_words(row))
@@ -628,9 +628,9 @@ def _fragility_plot(fits: xr.Dataset, limit: LimitState, overturning: LimitState
 
     outcomes = fits["fragility_outcome"]
     fitted = {
-        one: fits["fragility"].sel(limit_state=one.name).values
-        for one in dict.fromkeys((limit, overturning))
-        if int(outcomes.sel(limit_state=one.name)) == Outcome.FITTED
+        limit_state: fits["fragility"].sel(limit_state=limit_state.name).values
+        for limit_state in dict.fromkeys((limit, overturning))
+        if int(outcomes.sel(limit_state=limit_state.name)) == Outcome.FITTED
     }
     undetermined = int(state["fragility_outcome"]) == Outcome.UNDETERMINED
     x, has_curve = across(tried), limit in fitted
@@ -644,10 +644,10 @@ def _fragility_plot(fits: xr.Dataset, limit: LimitState, overturning: LimitState
         f"{last / measure.printed:.2g}",
         tuple(
             (
-                in_verb_of(kind_row(fits), one.words),
-                plot_path(x, fitted.get(one, np.full(x.shape, np.nan))),
+                in_verb_of(kind_row(fits), limit_state.words),
+                plot_path(x, fitted.get(limit_state, np.full(x.shape, np.nan))),
             )
-            for one in dict.fromkeys((limit, overturning))
+            for limit_state in dict.fromkeys((limit, overturning))
         ),
         (f"{band}Z" if band else "",),
         (tuple(plot_place(*share) for share in shares if np.isfinite(share).all()),),

@@ -237,7 +237,7 @@ def differences(part: Path, whole: Path, kind: str) -> tuple[int, float, list[st
             for of, (one, other) in pairs.items()
             for v in one
         }
-    apart = [what for what, share in shares.items() if share > TOLERANCE]
+    apart = [name for name, share in shares.items() if share > TOLERANCE]
     within = max((share for share in shares.values() if share <= TOLERANCE), default=0.0)
     return len(names), within, missing + apart
 

@@ -58,8 +58,8 @@ def write_pulses(
         If the file cannot be written.
     """
     rows = (
-        (_series(record, found.matches[found.used].pulse), _values(record, found))
-        for record, found in answers
+        (_series(record, pulses.matches[pulses.used].pulse), _values(record, pulses))
+        for record, pulses in answers
     )
     complete = partial(_complete, runners_up=origin["parameters"]["runners_up"])
     return write_rows(PULSES_NC, rows, path, complete, batch=batch, **origin)

@@ -500,7 +500,9 @@ class RecordsFile:
     def common(self) -> dict[str, Any]:
         """Values of the variables that do not belong to single records, such as periods."""
         values = self._values_of.variables.items()
-        return {str(key): one.values for key, one in values if "record" not in one.dims}
+        return {
+            str(key): variable.values for key, variable in values if "record" not in variable.dims
+        }
 
     def read(self, name: str) -> Record:
         """Read the record with this name.

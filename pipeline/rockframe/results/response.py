@@ -357,8 +357,8 @@ def _kinds(structures: Sequence[Structure]) -> dict[str, Any]:
     return {
         "kind": kinds,
         "parameter": [*named],
-        "parameter_units": [one.units for one in named.values()],
-        "parameter_label": [one.label for one in named.values()],
+        "parameter_units": [parameter.units for parameter in named.values()],
+        "parameter_label": [parameter.label for parameter in named.values()],
         "parameter_value": [
             [of[name].value if name in of else math.nan for name in named] for of in each
         ],
@@ -558,7 +558,7 @@ def to_pulse_values(rows: list[list[ToPulse | None]]) -> dict[str, Any]:
     """Return the values by variable, (records, structures); rows have None without a pulse."""
     values = RESPONSE_NC.filled("to_pulse", rows)
     values["verdict_to_pulse"] = [
-        [FateUnderPulse.NO_PULSE if one is None else one.verdict for one in row] for row in rows
+        [FateUnderPulse.NO_PULSE if fate is None else fate.verdict for fate in row] for row in rows
     ]
     return values
 
@@ -744,7 +744,9 @@ def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
         drift = dataset["peak_u"].isel(model=0).max("structure").values
         chosen = sorted(np.argsort(-drift, kind="stable")[:most].tolist())
         names = [str(dataset["record_id"].values[k]) for k in chosen]
-        return [(name, str(one)) for name in names for one in dataset["structure"].values]
+        return [
+            (name, str(structure)) for name in names for structure in dataset["structure"].values
+        ]
 
 
 def spectrum_dataset(spectrum: OverturningSpectrum) -> xr.Dataset:

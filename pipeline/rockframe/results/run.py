@@ -194,8 +194,12 @@ def _some(dataset: xr.Dataset, names: Collection[str]) -> xr.Dataset:
         if variable.dims[:1] == ("record",)
     }
     others = without.drop_dims("record")
-    held = others.assign({name: one for name, one in chosen.items() if name not in without.coords})
-    held = held.assign_coords({name: one for name, one in chosen.items() if name in without.coords})
+    held = others.assign(
+        {name: array for name, array in chosen.items() if name not in without.coords}
+    )
+    held = held.assign_coords(
+        {name: array for name, array in chosen.items() if name in without.coords}
+    )
     return held[[*without.variables]]
 
 

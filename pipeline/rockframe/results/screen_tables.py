@@ -308,7 +308,7 @@ def equal_states(screening: xr.Dataset) -> list[list[LimitState]]:
     variables = ["bin_share", "fragility", "fragility_outcome"]
     for name in screening["limit_state"].values:
         fits = screening[variables].sel(limit_state=name).drop_vars("limit_state")
-        alike = next((states for known, states in groups if known.equals(fits)), None)
+        alike = next((states for curves, states in groups if curves.equals(fits)), None)
         if alike is None:
             groups.append((fits, [LimitState.named(str(name))]))
         else:
@@ -488,8 +488,10 @@ def _rate(structure: xr.Dataset, limit: str) -> dict[str, Any]:
 
 
 def _note(dataset: xr.Dataset, measure: Measure) -> str:
-    """Return in words why a rate is uncertain: its curve is not determined, or large shares of it
-    are from intensities without data; or nothing.
+    """Return in words why a rate is uncertain, or "".
+
+    Its fragility curve may be undetermined, or much of the rate may come from intensities at which
+    there are no data.
     """
     fit, unit = dataset.sel(measure=measure.name), measure.unit
     least = float(fit["fragility_lowest"]) / measure.printed

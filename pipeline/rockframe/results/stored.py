@@ -417,7 +417,7 @@ def _stored(
             stored[-1].require_declared(path, kind)
         elif not variable.group or variable.group in groups:
             raise _without(path, kind, variable, variables)
-    claimed, present = sum(one.bytes for one in stored), path.stat().st_size
+    claimed, present = sum(variable.bytes for variable in stored), path.stat().st_size
     if claimed > _MOST_COMPRESSED * present:
         raise not_of(path, kind.name, f"states {claimed:.3g} bytes of values, but has {present}.")
     return stored
@@ -442,7 +442,7 @@ def _sizes(stored: Sequence[Stored]) -> dict[str, int]:
 def _require_valid(path: Path, stored: Sequence[Stored]) -> None:
     """Reject values outside their declared range."""
     sizes = _sizes(stored)
-    of = {one.declared.name: one for one in stored}
+    of = {variable.declared.name: variable for variable in stored}
     for variable in stored:
         if variable.is_checked:
             _require_allowed(path, variable, of, sizes)
@@ -581,7 +581,7 @@ def describe(path: Path, kind: str) -> Described:
             for _ in variable.blocks():
                 pass
         sizes = _sizes(stored)
-        texts = {one.declared.name: one for one in stored}
+        texts = {variable.declared.name: variable for variable in stored}
         names = texts["record_id"].values.tolist() if "record_id" in texts else []
         directions = texts["orientation"].values.tolist() if "orientation" in texts else []
         both = texts["components"].values.tolist() if "components" in texts else [""] * len(names)

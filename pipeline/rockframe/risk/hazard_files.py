@@ -486,7 +486,7 @@ def _nearest(
         except (ValueError, IndexError):
             shown = ", ".join(row)[:_SHOWN]
             raise InputError(
-                path, f"{shown!r} without longitude and latitude. Must be degrees.", line=line
+                path, f"row {shown!r} without longitude and latitude [degree].", line=line
             ) from None
     if site.place is None:
         if len(places) != 1:

@@ -173,7 +173,7 @@ def _refuse_probabilities(path: Path, lines: NDArray[np.int_], values: Float) ->
 
 
 def rounding_of(text: str) -> float:
-    """Return half of the last digit of a number as printed.
+    """Return half of the unit of the last digit of a printed number: the most that it is rounded.
 
     Examples
     --------

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
-
-import xarray as xr
 
 from rockframe.engines.choice import choose_engine
 from rockframe.engines.engine import Engine, map_tasks, resources_of, serve
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import raise_if_interrupted
-from rockframe.options import STAGES, STRUCTURES, Stage, loaded
+from rockframe.options import STAGES, Stage, loaded
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.options.model import FigureOptions, ReportOptions
 from rockframe.outcome import InputOutcome
@@ -26,12 +23,12 @@ from rockframe.provenance import (
     sha256_of,
     staying,
 )
-from rockframe.runs.plan import KEPT, Plan, Step, computing_steps, waves
+from rockframe.runs.plan import KEPT, Plan, Step, waves
 from rockframe.runs.state import finish, read_plan, remove_partials, stamp
 from rockframe.stages.acceptance import Ingested
 from rockframe.stages.common import Batch
 from rockframe.stages.ingest import ingest_stage
-from rockframe.stages.table import merge_stage, table_stage
+from rockframe.stages.table import merge_stage, shipped_table_stage, table_stage
 
 
 @dataclass(frozen=True)
@@ -40,9 +37,8 @@ class Work:
 
     Outputs are written into `into`, by default the folder of the run. `workers` is the largest
     number of processes that read files, draw, or compute without a given engine, by default one for
-    each core; `origin` is everything that the step depends on. `elsewhere` has inputs that are not
-    in the folder, by name. `given` is the engine of the run, if the step is performed
-    outside it.
+    each core; `origin` is everything that the step depends on. `given` is the engine of the run, if
+    the step is performed outside it.
     """
 
     step: Step
@@ -50,13 +46,12 @@ class Work:
     workers: int | None = None
     origin: Mapping[str, Any] = field(default_factory=dict)
     into: Path | None = None
-    elsewhere: Mapping[str, Path] = field(default_factory=dict)
     given: Engine | None = None
 
     @property
     def inputs(self) -> list[Path]:
         """Files that the step reads."""
-        return [self.elsewhere.get(name, self.folder / name) for name in self.step.inputs]
+        return [self.folder / name for name in self.step.inputs]
 
     @property
     def output(self) -> Path:
@@ -193,77 +188,10 @@ def _parallel_work(
         yield from (([replace(work, given=engine)], perform, here) for work in works)
 
 
-@dataclass(frozen=True)
-class Computed:
-    """Results of the stages of a study.
-
-    Parameters
-    ----------
-    ingested : Ingested
-        Outcomes of the records.
-    rejections : tuple of InputOutcome
-        Records that any stage rejected.
-    datasets : mapping of str to Dataset
-        Written datasets, without their series, by the name of their file.
-    """
-
-    ingested: Ingested
-    rejections: tuple[InputOutcome, ...]
-    datasets: Mapping[str, xr.Dataset]
-
-
-def compute(
-    tables: Mapping[str, Any],
-    records: Sequence[Path],
-    structures: Path,
-    folder: Path,
-    *,
-    workers: Mapping[str, int | None],
-    watch: Callable[[str], AbstractContextManager[Callable[..., None]]],
-) -> Computed:
-    """Read the records of a study and compute its stages now, without a plan.
-
-    Parameters
-    ----------
-    tables : mapping
-        Options of the tables of the study, by name; None for a stage that it does not request.
-    records : sequence of Path
-        Files and folders of records.
-    structures : Path
-        File of structures.
-    folder : Path
-        Folder to write into; it has nothing but the files of the stages.
-    workers : mapping of str to int
-        Largest number of processes of a stage, by its name; by default one for each core.
-    watch : callable
-        Takes the name of a stage, and yields its callback `progress`.
-    """
-    reading, *steps = computing_steps(tables, records)
-    given = {STRUCTURES: structures}
-    with watch(reading.stage) as progress:
-        ingested: Ingested = do(
-            Work(reading, folder, workers.get(reading.stage)), progress=progress
-        )
-    rejections = [*ingested.rejections]
-    datasets = {reading.outputs[0]: ingested.dataset}
-    for step in steps:
-        with watch(step.stage) as progress:
-            work = Work(step, folder, workers.get(step.stage), elsewhere=given)
-            written = partial(datasets.__setitem__, step.outputs[0])
-            done = do(work, progress=progress, written=written)
-        rejections += _rejections(done)
-    return Computed(ingested, tuple(rejections), datasets)
-
-
-def do(work: Work, **watched: Any) -> Any:
-    """Perform a step, and return what its function returns.
-
-    `watched` are further arguments of the function, such as `progress`.
-    """
+def do(work: Work) -> Any:
+    """Perform a step, and return what its function returns."""
     stage = work.step.stage
-    if stage in STAGES:
-        return _compute(STAGES[stage], work, **watched)
-    return _AROUND[stage](work, **watched)
+    return _compute(STAGES[stage], work) if stage in STAGES else _AROUND[stage](work)
 
 
 def _rejections(done: Any) -> Sequence[InputOutcome]:
@@ -272,11 +200,11 @@ def _rejections(done: Any) -> Sequence[InputOutcome]:
     return rejections
 
 
-def _compute(stage: Stage, work: Work, **watched: Any) -> Any:
+def _compute(stage: Stage, work: Work) -> Any:
     """Call the function of a stage."""
     options = loaded(stage.options)(**work.step.options)
     names = [f"{Path(name).stem}_path" for name in work.step.inputs]
-    values = dict(zip(names, work.inputs, strict=True)) | watched
+    values: dict[str, Any] = dict(zip(names, work.inputs, strict=True))
     if stage.batches:
         values["batch"] = work.batch
     if stage.engine:
@@ -284,7 +212,7 @@ def _compute(stage: Stage, work: Work, **watched: Any) -> Any:
     return loaded(stage.function)(output=work.output, options=options, **values)
 
 
-def _ingest(work: Work, progress: Callable[[str], None] | None = None) -> Ingested:
+def _ingest(work: Work) -> Ingested:
     options = work.step.options
     return ingest_stage(
         [Path(path) for path in options["paths"]],
@@ -292,13 +220,24 @@ def _ingest(work: Work, progress: Callable[[str], None] | None = None) -> Ingest
         IngestOptions(**options["records"]),
         filters=Filters(**options["filters"]),
         workers=work.workers,
-        progress=progress,
     )
 
 
 def _table(work: Work) -> None:
     records, pulses, response = work.inputs
     table_stage(records, pulses, response, work.output)
+
+
+def _table1(work: Work) -> None:
+    records, pulses, response, _ = work.inputs
+    shipped_table_stage(records, pulses, response, work.output.parent, **work.step.options)
+
+
+def _paper(work: Work) -> None:
+    from rockframe.stages.named_figures.paper import paper_stage  # it draws
+
+    records, pulses, response = work.inputs
+    paper_stage(records, pulses, response, work.output.parent, **work.step.options)
 
 
 def _draw(work: Work) -> None:
@@ -329,6 +268,8 @@ _AROUND: Final[dict[str, Callable[..., Any]]] = {
     "ingest": _ingest,
     "merge": lambda work: merge_stage(work.inputs, work.output),
     "table": _table,
+    "table1": _table1,
+    "paper": _paper,
     "draw": _draw,
     "manifest": _manifest,
     "report": _report,

@@ -146,6 +146,8 @@ def waves(steps: Sequence[Step]) -> list[list[Step]]:
 
 #: The list of the record files with their hashes; written first, it makes the graph static.
 INPUTS: Final = "inputs.csv"
+#: Outputs of ingest, pulse and respond, from which tables and figures of records are made.
+OF_RECORDS: Final = ("records.nc", "pulses.nc", "response.nc")
 #: The page of the run.
 PAGE: Final = "report.html"
 #: Largest number of batches: more would only add starts, and three stages stay below 500 jobs.
@@ -154,7 +156,7 @@ _MOST_BATCHES: Final = 150
 _THREADS: Final = 8
 
 
-def steps_of(study: Study, files: int) -> list[Step]:
+def steps_of(study: Study, files: int, then: Sequence[Step] | None = None) -> list[Step]:
     """Return the steps of a study, each after the steps that it needs.
 
     Parameters
@@ -163,6 +165,8 @@ def steps_of(study: Study, files: int) -> list[Step]:
         The study.
     files : int
         Number of record files of the study.
+    then : sequence of Step, optional
+        Steps in place of table, figures and page.
     """
     batches = min(_MOST_BATCHES, -(-files // study.tables.batches.records))
     table = study.tables.records
@@ -172,34 +176,16 @@ def steps_of(study: Study, files: int) -> list[Step]:
             f"{files} or more."
         )
     options = {name: study.options(name) for name in ("records", "filters", *STAGES)}
-    steps = computing_steps(options, study.records, batches)
-    if study.records:
-        inputs = ("records.nc", "pulses.nc", "response.nc")
-        steps.append(Step("table", "table", inputs, ("table.csv", "summary.csv")))
-    steps += _figures(study, steps)
-    return [*steps, *_last(study, steps)]
-
-
-def computing_steps(
-    tables: Mapping[str, Any], records: Sequence[Path], batches: int = 1
-) -> list[Step]:
-    """Return the steps that read the records and compute the stages of a study.
-
-    Parameters
-    ----------
-    tables : mapping
-        Options of the tables of the study, by name; None for a stage that it does not request.
-    records : sequence of Path
-        Files and folders of records; without them, only stages that need no records.
-    batches : int
-        Number of batches of the records.
-    """
-    steps = [_ingest(tables, records)] if records else []
+    steps = [_ingest(options, study.records)] if study.records else []
     for stage in STAGES.values():
-        options = tables[stage.name]
-        if options is not None and (records or not stage.of_records):
-            steps += _steps(stage, _json(options), batches)
-    return steps
+        if options[stage.name] is not None and (study.records or not stage.of_records):
+            steps += _steps(stage, _json(options[stage.name]), batches)
+    if then is not None:
+        return [*steps, *then, *_last(study, [*steps, *then], page=False)]
+    if study.records:
+        steps.append(Step("table", "table", OF_RECORDS, ("table.csv", "summary.csv")))
+    steps += _figures(study, steps)
+    return [*steps, *_last(study, steps, page=bool(study.records))]
 
 
 def _json(options: Options) -> dict[str, Any]:
@@ -255,7 +241,7 @@ def _figures(study: Study, steps: list[Step]) -> list[Step]:
     most = study.tables.figures.most
     outputs = [name for step in steps for name in step.outputs]
     of_records = study.records and study.tables.respond.histories != "none"
-    files = ["records.nc", "pulses.nc", "response.nc"] if of_records else []
+    files = list(OF_RECORDS) if of_records else []
     files += [stage.file for stage in STAGES.values() if stage.figures and stage.file in outputs]
     if not files or not most:
         return []
@@ -263,11 +249,11 @@ def _figures(study: Study, steps: list[Step]) -> list[Step]:
     return [replace(step, threads=_THREADS, workers=True) if of_records else step]
 
 
-def _last(study: Study, steps: list[Step]) -> list[Step]:
+def _last(study: Study, steps: Sequence[Step], *, page: bool) -> list[Step]:
     """Return the last steps: manifest, report, verification."""
     kept = tuple(name for step in steps if not step.temporary for name in step.outputs)
     last = [Step("manifest", "manifest", kept, (MANIFEST,))]
-    if study.records:
+    if page:
         options = _json(study.tables.report)
         last.append(Step("report", "report", (MANIFEST,), (PAGE,), options))
     outputs = tuple(name for step in last for name in step.outputs)
@@ -321,6 +307,8 @@ class Plan:
         Hash of the package's source code that made the plan.
     study_files : tuple of Input
         The study file and its structures, whose contents are in `parameters` and `files`.
+    of_command : bool
+        True if the command of a shipped study changed its contents, which are in no file.
     """
 
     study: str
@@ -331,6 +319,7 @@ class Plan:
     files: Mapping[str, str]
     source: str
     study_files: tuple[Input, ...] = ()
+    of_command: bool = False
 
     @cached_property
     def keys(self) -> Mapping[str, str]:
@@ -349,7 +338,7 @@ class Plan:
         return {*self.files, *(name for step in self.steps for name in step.outputs)}
 
 
-def make_plan(study: Study, folder: Path) -> Plan:
+def make_plan(study: Study, folder: Path, then: Sequence[Step] | None = None) -> Plan:
     """Return the plan of a study, without writing anything.
 
     Parameters
@@ -358,16 +347,20 @@ def make_plan(study: Study, folder: Path) -> Plan:
         The study to plan.
     folder : Path
         The folder of the run.
+    then : sequence of Step, optional
+        Steps in place of table, figures and page.
 
     Raises
     ------
     InputError
         If the folder lies among the records, if an output would replace or contain an input, if a
         file cannot be read, or if a stage cannot compute what the study states.
+    ParameterError
+        If a stage cannot compute what the command of a shipped study states.
     """
     inputs = tuple(_inputs(study, folder))
     _validate_inputs(study)
-    steps = tuple(steps_of(study, _count(inputs)))
+    steps = tuple(steps_of(study, _count(inputs), then))
     files = {INPUTS: _listed(inputs)}
     if study.records:
         files[STRUCTURES] = structures_text(study)
@@ -386,8 +379,11 @@ def make_plan(study: Study, folder: Path) -> Plan:
     own = (study.path, study.structures)  # one file, if the study has structures of its own
     hashes = {path: sha256_of(path) for path in dict.fromkeys(own)}
     study_files = tuple(Input(path.name, path, hashes[path]) for path in own)
-    source = source_code_hash()
-    plan = Plan(study.name, study.parameters(), inputs, steps, origins, files, source, study_files)
+    plan = Plan(
+        *(study.name, study.parameters(), inputs, steps, origins, files, source_code_hash()),
+        study_files=study_files,
+        of_command=study.home is not None,
+    )
     _refuse_inputs(plan, study, folder)
     if not _is_planned(plan, folder):
         _foresee(study)
@@ -464,6 +460,8 @@ def _foresee(study: Study) -> None:
             try:
                 loaded(stage.foreseen)(options, entries)
             except ParameterError as error:
+                if study.home is not None:  # the option is no line of the file
+                    raise
                 line = line_of(read_text(study.path), (stage.name,))
                 raise InputError(study.path, f"[{stage.name}]: {error}", line) from None
 

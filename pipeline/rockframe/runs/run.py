@@ -182,7 +182,8 @@ def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> 
         return None
     if not replace:
         holds = f"holds {content}{f', and {damage}' if damage else ''}"
-        raise InputError(folder, f"{holds}. Use another folder, or --replace.")
+        advice = "" if plan.of_command else ", or --replace"
+        raise InputError(folder, f"{holds}. Use another folder{advice}.")
     if former is not None:
         remove_partials(former, folder)
         remove_former(plan, former, folder)
@@ -217,7 +218,8 @@ def _foreign_file(plan: Plan, folder: Path) -> str:
 def outlook(plan: Plan, states: Sequence[StepState], folder: Path) -> list[StepState]:
     """Return the states, with steps as outdated that a run of the present study would repeat.
 
-    A study that cannot be read or planned any more changes nothing.
+    A study that cannot be read or planned any more changes nothing, nor does one that a command
+    made.
 
     Parameters
     ----------
@@ -230,6 +232,8 @@ def outlook(plan: Plan, states: Sequence[StepState], folder: Path) -> list[StepS
     """
     from rockframe.study.study import read_study  # it imports pydantic
 
+    if plan.of_command:
+        return list(states)
     try:
         present = make_plan(read_study(plan.study_files[0].path), folder)
         would = {state.step.name: state for state in states_of(present, folder)}

@@ -379,6 +379,7 @@ def write_plan(plan: Plan, folder: Path) -> None:
         "keys": plan.keys,  # for workflows
         "files": plan.files,
         "source_code_hash": plan.source,
+        "of_command": plan.of_command,
     }
     texts = {name: text.encode() for name, text in plan.files.items()}
     for name, text in {**texts, f"{KEPT}/{_PLAN}": sealed(content)}.items():
@@ -408,9 +409,9 @@ def read_plan(folder: Path) -> Plan:
             _inputs(content["inputs"]),
             tuple(_step(step) for step in content["steps"]),
             {step["name"]: content["origins"][step["name"]] for step in content["steps"]},
-            dict(content["files"]),
-            str(content["source_code_hash"]),
+            *(dict(content["files"]), str(content["source_code_hash"])),
             _inputs(content.get("study_files", ())),
+            bool(content.get("of_command", False)),
         )
         # a run of another study removes the outputs and stamps that are named here
         names = [n for step in plan.steps for n in (step.name, *step.outputs)]

@@ -199,7 +199,9 @@ def _filtered(paths: Sequence[Path], filters: Filters) -> dict[str, str]:
         metadata = read_metadata(path, None)
         for row, name in enumerate(metadata.names):
             if name in source:
-                raise InputError(path, f"holds {name!r}, as {source[name]}. State it once.")
+                raise InputError(
+                    path, f"has record {name!r}, which {source[name]} has too. Leave out one file."
+                )
             source[name] = path
             numbers = {key: float(values[row]) for key, values in metadata.numbers.items()}
             reason = filtered_by(filters, numbers, metadata.texts["site"][row])

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from rockframe.cells import write_rows
 from rockframe.components import BothDirections
-from rockframe.engines.engine import Engine, ProcessPool
+from rockframe.engines.engine import Engine, HelpedProcess, OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
 from rockframe.figures.captioned import Captioned, caption_path, save, save_captioned, styled
 from rockframe.figures.histories import draw_response_history
@@ -55,6 +55,8 @@ from rockframe.stages.table import table_rows_of
 _INDEX: Final = "figures.csv"
 #: Time that the workers that draw need to start: matplotlib and xarray in each [s].
 _START: Final = 4.0
+#: Largest number of records that two processes draw; all cores draw more.
+_FEW: Final = 12
 #: Files from which the figure of a record is drawn.
 _OF_RECORDS: Final = ("records", "pulses", "response")
 
@@ -208,8 +210,17 @@ def _draw_most_rotated(
             yield row
 
     chosen = _most_rotated(rows(), given["response"], most)
-    engine = ProcessPool(workers, patience=_START)
+    engine = _engine(len(chosen), workers)
     return draw_records(first.values(), files, folder, chosen, progress, engine)
+
+
+def _engine(count: int, workers: int | None) -> Engine:
+    """Return the engine that draws a number of records, with at most this number of workers."""
+    if workers in (0, 1):
+        return OneProcess()
+    if count <= _FEW:
+        return HelpedProcess(prepare_drawing, 0.5 * _START)
+    return ProcessPool(workers, patience=_START)
 
 
 @dataclass(frozen=True)
@@ -240,7 +251,7 @@ def draw_records(
     folder: Path,
     chosen: Sequence[str],
     progress: Progress,
-    engine: Engine | None = None,
+    engine: Engine,
 ) -> dict[str, str]:
     """Draw each chosen record with the histories that were kept, and its margins, the sensitivity
     to the spreads of the ensemble and the forces at the joints if they are known.
@@ -253,7 +264,6 @@ def draw_records(
     drawn: dict[str, str] = {}
     make_folder(folder)  # workers draw into a folder that exists, so they notice if it vanishes
     asked = _Chosen(rows, files, folder, chosen)
-    engine = ProcessPool(patience=_START) if engine is None else engine
     for i, names in enumerate(engine.map(_draw_record, asked)):
         drawn |= dict.fromkeys(names, chosen[i])
         progress(i + 1, len(chosen))

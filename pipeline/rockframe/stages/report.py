@@ -123,7 +123,9 @@ def verify_run(folder: str | Path) -> Verification:
 
 def _other_versions(manifest: Mapping[str, Any]) -> dict[str, str]:
     here, then = package_versions(), manifest["versions"]
-    return {name: str(made) for name, made in then.items() if here.get(name, made) != made}
+    return {
+        name: str(version) for name, version in then.items() if here.get(name, version) != version
+    }
 
 
 def _changed(folder: Path, outputs: Mapping[str, str]) -> Iterator[tuple[str, str]]:

@@ -8,17 +8,19 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from rockframe.cells import TABLE_FORMATS, write_rows
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
 from rockframe.options.fetch import FetchOptions
 from rockframe.outcome import InputOutcome
-from rockframe.paper.pulses import with_paper_facts
-from rockframe.provenance import refuse_obstacles, refuse_overwriting
+from rockframe.paper.pulses import COMPARED, paper_comparisons, with_paper_facts
+from rockframe.provenance import refuse_obstacles, refuse_overwriting, whole_file
 from rockframe.results.merging import merge
-from rockframe.results.pulses import recordings_of
+from rockframe.results.pulses import pulse_rows, recordings_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.stored import attributes_of, kind_of
 from rockframe.results.tables.entries import (
     beside,
+    copy_entries,
     format_of,
     parameter_rows,
     refuse_other_table,
@@ -26,7 +28,13 @@ from rockframe.results.tables.entries import (
     write_tables,
 )
 from rockframe.results.tables.rows import Row
-from rockframe.results.tables.summary import SUMMARY_COLUMNS, Summary, left_out_reasons, tables_of
+from rockframe.results.tables.summary import (
+    SUMMARY_COLUMNS,
+    Summary,
+    left_out_reasons,
+    summary_rows,
+    tables_of,
+)
 from rockframe.results.tables.table import table_rows
 
 if TYPE_CHECKING:
@@ -72,6 +80,54 @@ def table_stage(
     count = write_rows_as(output, rows, table_format)
     write_rows_as(summary, over_records.rows(recordings, left_out), table_format)
     return count
+
+
+def shipped_table_stage(
+    records: Path, pulses: Path, response: Path, folder: Path, table_format: str = "csv"
+) -> None:
+    """Write what `rockframe table1` adds to its run: tables, and the comparison with the paper.
+
+    These are ``table.csv`` and ``summary.csv`` as `table_stage` writes them, both also in the
+    format; the list of inputs in the format, from the ``records.csv`` beside the records; and
+    ``paper.csv``, which has no rows unless a record is one of the paper's.
+
+    Parameters
+    ----------
+    records, pulses, response : Path
+        Outputs of `ingest_stage`, `pulse_stage` and `respond_stage` for the same records.
+    folder : Path
+        Folder to write.
+    table_format : str
+        One of `rockframe.cells.TABLE_FORMATS`.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or a table cannot be written.
+    ParameterError
+        If the format needs packages that are missing.
+    """
+    rows = list(table_rows_of(records, pulses, response))
+    left_out = left_out_reasons(attributes_of(response, RESPONSE))
+    summary = summary_rows(rows, recordings_of(records), left_out)
+    write_rows_as(folder / "table.csv", rows)
+    write_rows_as(folder / "summary.csv", summary)
+    compared = [row.values() for row in paper_comparisons(rows, pulse_rows(pulses))]
+    with (
+        whole_file(folder / "paper.csv") as partial,
+        partial.open("w", newline="", encoding="utf-8") as stream,
+    ):
+        write_rows(stream, [COMPARED, *compared])
+    if table_format == "csv":
+        return
+    ending = TABLE_FORMATS[table_format]
+    copy_entries(records.with_suffix(".csv"), folder / f"records{ending}")
+    if table_format == "xlsx":
+        files = ((records, RECORDS), (pulses, PULSES), (response, RESPONSE))
+        write_table_workbook(folder / "table.xlsx", rows, summary, *files)
+        return
+    for name, content in (("table", rows), ("summary", summary)):
+        write_rows_as(folder / f"{name}{ending}", content, table_format)
 
 
 def write_table_workbook(

@@ -64,7 +64,10 @@ class Rivals:
         """Models of the bridge, by name."""
         others = {name: getattr(self, name) for name in RIVALS if getattr(self, name) is not None}
         same = {"mass_ratio": self.frame.mass_ratio, "abutment": self.frame.abutment}
-        return {"free": self.frame, **{name: replace(one, **same) for name, one in others.items()}}
+        return {
+            "free": self.frame,
+            **{name: replace(rival, **same) for name, rival in others.items()},
+        }
 
 
 #: Names of the models that a free frame is compared with.

@@ -247,7 +247,7 @@ def quantities_of(
     verdict, peak, speed : array, shape (structures, scales)
         Results for one motion, as from `peaks_of`.
     """
-    names = (one.name for one in dict.fromkeys((*OF_SCENARIO, *LIMITED)))
+    names = (quantity.name for quantity in dict.fromkeys((*OF_SCENARIO, *LIMITED)))
     arrays: Arrays = {"verdict": verdict, **{name: np.full(peak.shape, np.nan) for name in names}}
     for kind, places in places_of_kinds(structures):
         part = kind.quantities_of([structures[k] for k in places], peak[places], speed[places])

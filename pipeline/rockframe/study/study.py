@@ -107,10 +107,14 @@ class Study:
         The file, absolute.
     tables : StudyTables
         Its contents.
+    home : Path, optional
+        Folder to which paths are relative, if a command changed the contents of the file (default:
+        the folder of the file).
     """
 
     path: Path
     tables: StudyTables
+    home: Path | None = None
 
     @property
     def name(self) -> str:
@@ -134,8 +138,8 @@ class Study:
         return self.resolved(given) if given is not None else SHIPPED_STRUCTURES
 
     def resolved(self, file: str | Path) -> Path:
-        """Return the absolute path of a path stated relative to the study file."""
-        path = self.path.parent / file
+        """Return the absolute path of a path stated relative to the study file, or to `home`."""
+        path = (self.home or self.path.parent) / file
         # the last part is not resolved: a symbolic link is listed under its own name
         return path.resolve() if path.name == ".." else path.parent.resolve() / path.name
 
@@ -198,16 +202,18 @@ def read_study(path: Path) -> Study:
     return study
 
 
-def shipped_tables(name: str) -> StudyTables:
-    """Return the contents of a shipped study, which a command of its name computes.
+def shipped_study(name: str) -> Study:
+    """Return a shipped study, which a command of its name computes.
+
+    Paths that the command adds to it are relative to the current folder.
 
     Examples
     --------
-    >>> shipped_tables("paper").respond.structure
+    >>> shipped_study("paper").tables.respond.structure
     'bridge-bent'
     """
     path = SHIPPED_STUDIES / f"{name}.toml"
-    return parse(path, read_text(path), StudyTables)
+    return Study(path, parse(path, read_text(path), StudyTables), home=Path.cwd())
 
 
 def _require_records(study: Study, text: str) -> None:

@@ -85,7 +85,7 @@ def render_still(home: Path, template: str, **content: Any) -> str:
 
 def _plain(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of a page with plain facts, which become JSON; others pass `finalize`."""
-    return {key: plain_values(one) if key == "facts" else one for key, one in content.items()}
+    return {key: plain_values(part) if key == "facts" else part for key, part in content.items()}
 
 
 def _shown(value: Any) -> Any:

@@ -303,7 +303,7 @@ def reactions_of(
     n = _Numbers.of(frames)
     scale = scales[:, None]
     rests = theta == 0.0
-    turn, turn_rate = (np.where(rests, 0.0, one) for one in (phi, phi_rate))
+    turn, turn_rate = (np.where(rests, 0.0, angle) for angle in (phi, phi_rate))
     upwards = 0.0 if ground.z is None else scale * ground.z
     ex, ey = np.cos(turn), np.sin(turn)
     radial = scale * (ex * ground.x + ey * ground.y)
@@ -316,7 +316,7 @@ def reactions_of(
     growth, swing = rates
     weighing = column.lift_1 + n.gamma * slab.lift_1
     growth = growth - ((GRAVITY + upwards) * weighing + moment) / n.planar
-    growth, swing = (np.where(rests, 0.0, one) for one in (growth, swing))
+    growth, swing = (np.where(rests, 0.0, rate) for rate in (growth, swing))
     moving = [_moving(body, theta_rate, turn_rate, growth, swing) for body in (column, slab)]
     (own_r, own_t, own_v), (slab_r, slab_t, slab_v) = moving
     lean, press = tension * np.sin(0.5 * theta), tension * np.cos(0.5 * theta)

@@ -473,7 +473,7 @@ def why_in_one_plane(frame: RockingFrame) -> str:
 
 def _state(start: Sequence[float]) -> Float:
     """Return the state of the kernel of theta, its rate, phi and its rate."""
-    values = [float(one) for one in start]
+    values = [float(value) for value in start]
     if len(values) != 4 or not np.isfinite(values).all() or not 0.0 <= values[0] < 0.5 * math.pi:
         raise ParameterError(
             f"Invalid start {tuple(values)}. Must be four finite numbers: theta from 0 to below "

@@ -123,7 +123,7 @@ def _places(tokens: list[bytes]) -> list[int]:
 
 def _peak_ratio(header: KeyedHeader, samples: Float, component: str) -> float:
     """Return the ratio of actual to stated peak; raise an error if they differ."""
-    peaks = {found["component"]: found["peak"] for found in _PEAKS.finditer(header.required(_PEAK))}
+    peaks = {match["component"]: match["peak"] for match in _PEAKS.finditer(header.required(_PEAK))}
     if component not in peaks:
         raise header.invalid(_PEAK, f"three values, one for ({component})")
     units, line = f"gal {component}", header.lines[_PEAK]

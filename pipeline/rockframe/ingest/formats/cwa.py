@@ -124,8 +124,8 @@ def _record(
         )
     ]
     places = [
-        (header.number(f"{what}Latitude(N)"), header.number(f"{what}Longitude(E)"))
-        for what in ("#Epicenter", "#Station")
+        (header.number(f"{key}Latitude(N)"), header.number(f"{key}Longitude(E)"))
+        for key in ("#Epicenter", "#Station")
     ]
     return Record(
         record_id=record_id,

@@ -93,7 +93,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rockframe.errors.InputError: a.mseed: no length in the record at byte 0: blockette 1000 is ...
     """
     if data.startswith(_THIRD):
-        from rockframe.ingest.formats.miniseed3 import converted  # few files are miniSEED 3
+        from rockframe.ingest.formats.rare.miniseed3 import converted  # few files are miniSEED 3
 
         data = converted(path, data)
     data = _clean(data)
@@ -221,11 +221,11 @@ def _in_order(data: bytes, records: list[_DataRecord]) -> tuple[bytes, list[_Dat
     obspy makes several traces of a channel whose records are not in order, or whose code changes:
     data centres replace D by Q or M after a check.
     """
-    ordered = sorted(records, key=lambda one: (one.channel, one.time))
+    ordered = sorted(records, key=lambda record: (record.channel, record.time))
     codes: dict[str, set[int]] = {}
     for record in records:
         codes.setdefault(record.channel, set()).add(data[record.begin + _SEQUENCE])
-    in_order = sorted(records, key=lambda one: one.channel) == ordered
+    in_order = sorted(records, key=lambda record: record.channel) == ordered
     if in_order and all(len(code) == 1 for code in codes.values()):
         return data, records
     pieces = (data[segment.begin : segment.end] for segment in ordered)
@@ -245,7 +245,7 @@ def _even_rate(path: Path, trace: Any, records: Sequence[_DataRecord]) -> float:
     """
     rate = float(trace.stats.sampling_rate)
     own = [record for record in records if record.channel == trace.id and record.samples]
-    own.sort(key=lambda one: one.time)
+    own.sort(key=lambda record: record.time)
     times = np.array([1e-6 * (segment.time - own[0].time) for segment in own])
     counts = np.cumsum([0, *(segment.samples for segment in own[:-1])])[: times.size]
     late = np.abs(times * rate - counts)

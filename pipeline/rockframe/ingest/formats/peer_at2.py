@@ -197,11 +197,11 @@ def filter_corners(header: Sequence[str]) -> tuple[float, float]:
     """
     low = high = math.nan
     for line in header:
-        corners = [(found["kind"].upper(), found["hertz"]) for found in _POINTS.finditer(line)]
+        corners = [(match["kind"].upper(), match["hertz"]) for match in _POINTS.finditer(line)]
         corners += [
-            ("HP" if found["poles"].startswith("-") else "LP", found["hertz"])
-            for found in _POLES.finditer(line)
-            if int(found["poles"])
+            ("HP" if match["poles"].startswith("-") else "LP", match["hertz"])
+            for match in _POLES.finditer(line)
+            if int(match["poles"])
         ]
         for kind, hertz in corners:
             if float(hertz) > 0.0:

@@ -153,7 +153,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     table = split(path, data, options.layout, options.column)
     numbers, columns, per_row, taken = _read_columns(path, table, options)
     units = {k: columns.units_of.get(k, columns.units) for k in columns.accelerations}
-    factors = {k: _factor(path, table, stated, options) for k, stated in units.items()}
+    factors = {k: _factor(path, table, unit, options) for k, unit in units.items()}
     for unit, factor in dict(zip(units.values(), factors.values(), strict=True)).items():
         given = f"{options.units!r} given" if options.units else f"{factor:g} m/s2 given"
         _require_units(path, table, factor, f"{unit!r} in the column name" if unit else given)

@@ -120,7 +120,7 @@ class Variable:
         return "" if self.holds == "text" else 0
 
     def value_of(self, thing: object) -> Any:
-        """Return the value that an object has, or the unknown one; None is an object without any.
+        """Return this variable's value of an object; if the object has none, the value of unknowns.
 
         Examples
         --------
@@ -197,7 +197,7 @@ class FileKind:
         [8.0]
         """
         if isinstance(thing, list):
-            rows = [self.filled(source, one) for one in thing]
+            rows = [self.filled(source, part) for part in thing]
             return {name: [row[name] for row in rows] for name in rows[0]}
         return {
             variable.name: variable.value_of(thing)

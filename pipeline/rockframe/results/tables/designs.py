@@ -122,8 +122,8 @@ def design_rows(
     for row in rows:
         of_each.setdefault((row["structure"], row["model"]), []).append(row)
     return [
-        {"structure": structure, "design": model, **_design(found, recordings or {})}
-        for (structure, model), found in of_each.items()
+        {"structure": structure, "design": model, **_design(own, recordings or {})}
+        for (structure, model), own in of_each.items()
     ]
 
 

@@ -330,6 +330,42 @@ def write_entries(entries: Sequence[InputOutcome], path: Path) -> None:
     )
 
 
+#: Columns of records.csv that are texts, besides the verdicts of the checks.
+_TEXTS: Final = frozenset([*_COLUMNS, "passport", "corner_source"]) - {"line"}
+
+
+def copy_entries(path: Path, output: Path) -> None:
+    """Write the table of `write_entries` again, in another format.
+
+    Parameters
+    ----------
+    path : Path
+        The table, in CSV.
+    output : Path
+        File to write; its extension states the format.
+
+    Raises
+    ------
+    InputError
+        If the table cannot be read, or the file cannot be written.
+    ParameterError
+        If the format needs packages that are missing.
+    """
+    write_rows_as(
+        output,
+        ({name: _entry_cell(name, text) for name, text in row.items()} for row in rows_of(path)),
+    )
+
+
+def _entry_cell(column: str, text: str) -> object:
+    """Return the value of a cell of records.csv; None if it is blank."""
+    if column in _COLUMNS and column != "line":
+        return text
+    if column in _TEXTS or column.endswith("_verdict") or not text:
+        return text or None
+    return int(text) if column == "line" else float(text)
+
+
 def refuse_strange_entries(path: Path) -> None:
     """Refuse to replace a file that has the name of the table but other contents.
 

@@ -239,8 +239,8 @@ def pulse_mark(row: Cells) -> str:
 
 #: Shares of the ensemble.
 SHARES: Final = tuple(
-    f"share_{what}"
-    for what in ("overturned", "overturned_low", "overturned_high", "uplifted", "model_ends")
+    f"share_{share}"
+    for share in ("overturned", "overturned_low", "overturned_high", "uplifted", "model_ends")
 )
 #: Quantity of each key with a star in place of the quantile.
 _OF_KEY: Final = {quantity.column("*"): quantity for quantity in BANDED}

@@ -587,7 +587,7 @@ def tables_of(rows: Sequence[Row], summary: Sequence[Row], main: str) -> dict[st
 
 
 def _has_value(row: Row) -> bool:
-    return any(isinstance(one, float) and not math.isnan(one) for one in row.values())
+    return any(isinstance(cell, float) and not math.isnan(cell) for cell in row.values())
 
 
 def first_columns(main: str, *columns: str) -> dict[str, Sequence[str]]:

@@ -156,7 +156,7 @@ def _fill(sheet: Any, rows: Sequence[Mapping[str, Any]]) -> None:
         sheet.append([cell(head_with_unit(name), bold=True) for name in columns])
     for row in rows:
         values = (_value(row[name]) for name in columns)
-        sheet.append([cell(one, form) for one, form in zip(values, forms, strict=True)])
+        sheet.append([cell(value, form) for value, form in zip(values, forms, strict=True)])
 
 
 def _value(value: Any) -> Any:

@@ -207,7 +207,7 @@ def _require_recorder(channel: Channel, count: float) -> None:
     if scale > 0.0 and not any(
         _agree(span, scale) or _agree(span, 2.0 * scale) for span in spans.values()
     ):
-        length, span = min(spans.items(), key=lambda one: abs(one[1] - scale))
+        length, span = min(spans.items(), key=lambda pair: abs(pair[1] - scale))
         message = f"{count:g} uV a count in item {_VOLTS} of the real header make {span:g} V with "
         message += f"{length} bits, but a full scale of {scale:g} V in item {_RECORDER_SCALE}."
         # The full scale does not say whether it counts one sign or both, so it cannot be trusted.

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.cli import console
 from rockframe.components import vertical_beside
 from rockframe.errors import ParameterError, require_known
 from rockframe.frame import RockingFrame
@@ -40,6 +39,11 @@ _SPACING: Final = 1.25
 _PAPER: Final = {"Erzincan/EW": "symmetric_ricker", "Pacoima Dam/164": "antisymmetric_ricker"}
 
 
+def _ignore(_rejected: Sequence[InputOutcome]) -> int:
+    """Report nothing, and return exit status 0."""
+    return 0
+
+
 @dataclass(frozen=True, kw_only=True)
 class FigureRequest:
     """The records and the structure of a figure, and the numbers with which it is drawn.
@@ -48,6 +52,8 @@ class FigureRequest:
     ----------
     records : callable
         Opens a records.nc, which may be made from other files, and states the exit status.
+    report : callable
+        Called with the rejected records; returns the exit status.
     record : tuple of str
         Names of the records; by default all.
     structures : Path
@@ -69,6 +75,7 @@ class FigureRequest:
     """
 
     records: Callable[[], AbstractContextManager[tuple[Path, int]]]
+    report: Callable[[Sequence[InputOutcome]], int] = _ignore
     record: tuple[str, ...] = ()
     structures: Path = SHIPPED_STRUCTURES
     structure: str | None = None
@@ -124,7 +131,7 @@ def one_record(request: FigureRequest) -> Shown:
         motions, rejected = _motions(request, file, request.chosen(file))
     record = _largest_rotation(motions, frame)
     motion = motions[record.record_id][1] if request.vertical else None
-    return (record, frame, motion), console.show_rejections(rejected) or status
+    return (record, frame, motion), request.report(rejected) or status
 
 
 def one_or_both(request: FigureRequest) -> Shown:
@@ -198,7 +205,7 @@ def records(request: FigureRequest) -> Shown:
         motions, rejected = _motions(request, file, request.chosen(file))
     shown = [record for record, _ in motions.values()]
     wanted = [motion for _, motion in motions.values()] if request.vertical else None
-    return (shown, frame, wanted), console.show_rejections(rejected) or status
+    return (shown, frame, wanted), request.report(rejected) or status
 
 
 def unequal(request: FigureRequest) -> Shown:
@@ -257,7 +264,7 @@ def responses(request: FigureRequest) -> Shown:
         [response for _, response in chosen_responses],
         [_title(record) for record in shown],
     )
-    return drawn, console.show_rejections(rejected) or status
+    return drawn, request.report(rejected) or status
 
 
 def best_matched(request: FigureRequest) -> Shown:
