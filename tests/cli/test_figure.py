@@ -147,7 +147,7 @@ def test_a_frame_of_other_columns_is_no_bent_of_two_rectangles(
             ("12", "--output", "a.png"),
             "'12' is no figure, and no output of a stage (.nc). Names are: 5",
         ),
-        (("joint", "--output", "a.png"), "Did you mean 'joints'?"),
+        (("joint", "--output", "a.png"), "Did you mean joints?"),
         (("5", "7", "--output", "a.png"), "'5' is the name of one figure, and no output"),
         (("a.nc", "--output", "a.png"), "is named like a file. State a folder"),
         (("a.nc", "--output", "a", "--vertical"), "--vertical has no effect on outputs of stages"),

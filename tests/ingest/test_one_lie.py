@@ -1,4 +1,7 @@
-"""Real files with one changed value that the file also states elsewhere: each is rejected."""
+"""Files with one changed value that the file also states elsewhere: each is rejected.
+
+The files are real where the shared ones are beside the repository, else imitations of them.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.ingest.conftest import ROOT
+from tests.ingest.imitations import IMITATIONS, imitation
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, read_bytes
@@ -97,16 +102,28 @@ LIES = [
 ]
 
 
-def told(lie: Lie, shared_records: Path) -> bytes:
-    data = (shared_records / "formats" / lie.file).read_bytes()
+def content(file: str) -> bytes:
+    """Return the file of this name: the shared one, or its imitation."""
+    shared = ROOT.parent / "shared" / "records" / "formats" / file
+    return shared.read_bytes() if shared.is_file() else imitation(file)
+
+
+@pytest.mark.parametrize("file", IMITATIONS)
+def test_imitations_are_read(file: str) -> None:
+    """So that the rejections of changed copies are of what was changed."""
+    assert read_bytes(Path(file), imitation(file))
+
+
+def told(lie: Lie) -> bytes:
+    data = content(lie.file)
     assert re.search(lie.pattern, data), lie.pattern
     return re.sub(lie.pattern, lambda _: lie.new, data, count=1)
 
 
 @pytest.mark.parametrize("lie", LIES, ids=lambda lie: f"{Path(lie.file).suffix}: {lie.words}")
-def test_a_lie_is_refused(lie: Lie, shared_records: Path) -> None:
+def test_a_lie_is_refused(lie: Lie) -> None:
     with pytest.raises(InputError, match=lie.words):
-        read_bytes(Path(lie.file), told(lie, shared_records))
+        read_bytes(Path(lie.file), told(lie))
 
 
 def swapped(table: str, one: int, other: int) -> str:
@@ -116,8 +133,8 @@ def swapped(table: str, one: int, other: int) -> str:
     return "\n".join(" ".join(row) for row in rows) + "\n"
 
 
-def test_columns_of_afad_in_another_order_are_refused(shared_records: Path) -> None:
-    text = (shared_records / "formats" / AFAD).read_bytes().decode("latin-1")
+def test_columns_of_afad_in_another_order_are_refused() -> None:
+    text = content(AFAD).decode("latin-1")
     head, mark, table = text.partition("U-D\n" if "U-D\n" in text else "U-D\r\n")
     data = (head + mark + swapped(table, 0, 1)).encode("latin-1")
     with pytest.raises(InputError, match=r"peak 13.200332 gal N-S stated"):
@@ -137,9 +154,9 @@ def channels(data: bytes, top: bytes) -> list[bytes]:
     ],
 )
 def test_samples_of_one_channel_under_the_header_of_another_are_refused(
-    file: str, top: bytes, samples: bytes, shared_records: Path
+    file: str, top: bytes, samples: bytes
 ) -> None:
-    data = (shared_records / "formats" / file).read_bytes()
+    data = content(file)
     one, other, third = channels(data, top)
     mine, yours = re.search(samples, one), re.search(samples, other)
     assert mine
@@ -151,8 +168,8 @@ def test_samples_of_one_channel_under_the_header_of_another_are_refused(
 
 @pytest.mark.parametrize("scale", [2.0, -1.0, 0.01, 9.81])
 @pytest.mark.parametrize("file", [V2C, ESM])
-def test_samples_in_other_units_are_refused(file: str, scale: float, shared_records: Path) -> None:
-    data = (shared_records / "formats" / file).read_bytes()
+def test_samples_in_other_units_are_refused(file: str, scale: float) -> None:
+    data = content(file)
     known = sniff_format(data[:HEAD])
     lines = data.split(b"\n")
     changed = [rescaled(line, scale) for line in lines]
