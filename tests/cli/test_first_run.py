@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -90,9 +90,15 @@ def test_a_second_process_draws_only_if_there_is_enough_to_draw(
     alone = engine.HelpedProcess(prepare, patience=60.0)
     assert list(alone.map(abs, [-1.0, 2.0])) == [1.0, 2.0]
     assert not list(tmp_path.iterdir())
-    helped = engine.HelpedProcess(prepare, patience=0.0)
-    assert list(helped.map(abs, [-1.0, 2.0, -3.0, 4.0])) == [1.0, 2.0, 3.0, 4.0]
-    assert (tmp_path / "prepared").exists()
+
+    def numbers() -> Iterator[float]:
+        yield -1.0
+        yield 2.0
+        while not (tmp_path / "prepared").exists():
+            time.sleep(0.01)
+        yield -3.0
+
+    assert list(engine.HelpedProcess(prepare, patience=0.0).map(abs, numbers())) == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize(("cached", "cores"), [(True, 2), (False, 1)])

@@ -170,7 +170,7 @@ def _computed(
     workers = chosen(options, ReadingOptions).workers
     few = len(plan.inputs) <= _FEW  # the threads of one process use all cores
     with _helped():
-        engine = OneProcess(workers) if few else choose_engine(workers)
+        engine = OneProcess(workers) if few or workers == 0 else choose_engine(workers)
         carry_out(plan, options.output, engine=engine)
     rejected = rejections_of(options.output)
     return [InputOutcome(name, reason) for name, reason in rejected.items()]

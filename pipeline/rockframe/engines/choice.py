@@ -15,8 +15,7 @@ def choose_engine(
     Parameters
     ----------
     workers : int, optional
-        Number of processes; 1 uses only this process, and 0 lets it read files too; by default one
-        for each core.
+        Number of processes; 1 uses only this process; by default one for each core.
     scheduler : str, optional
         Address of a Dask scheduler to use instead of processes.
     shares_folder : bool
@@ -25,7 +24,7 @@ def choose_engine(
     Raises
     ------
     ParameterError
-        If `workers` is negative, if both are given, or if processes are not to share a folder.
+        If `workers` is not positive, if both are given, or if processes are not to share a folder.
 
     Examples
     --------
@@ -40,4 +39,4 @@ def choose_engine(
         return DaskScheduler(scheduler, shares_folder=shares_folder)
     if not shares_folder:
         raise ParameterError("--no-shared-folder without --scheduler. State both, or neither.")
-    return OneProcess(workers) if workers in (0, 1) else ProcessPool(workers)
+    return OneProcess() if workers == 1 else ProcessPool(workers)
