@@ -6,7 +6,7 @@ of a value contradict the same other values.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 import numpy as np
@@ -34,7 +34,7 @@ def joined(lines: Sequence[str], end: str = "\r\n") -> bytes:
     return end.join([*lines, ""]).encode("latin-1")
 
 
-def fields(count: int, width: int, form: str, values: dict[int, float]) -> list[str]:
+def fields(count: int, width: int, form: str, values: Mapping[int, float]) -> list[str]:
     """Return numbered cells, 0 by default, without the zero before a point."""
     cells = (f"{values.get(k, 0):{form}}" for k in range(1, count + 1))
     bare = (cell[1:] if cell.startswith("0.") else cell for cell in cells)

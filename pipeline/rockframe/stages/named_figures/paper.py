@@ -83,5 +83,8 @@ def read_claims(folder: Path) -> list[Claim]:
     InputError
         If the file cannot be read.
     """
-    rows = [dict(row) for row in rows_of(folder / CLAIMS)]
-    return [Claim(**{**row, "finding": Finding(row["finding"])}) for row in rows]
+    claims = []
+    for row in rows_of(folder / CLAIMS):
+        finding = Finding(row.pop("finding"))
+        claims.append(Claim(**row, finding=finding))
+    return claims
