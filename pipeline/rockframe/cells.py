@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
@@ -161,6 +161,56 @@ def write_table(stream: TextIO, rows: Iterable[Mapping[str, object]]) -> int:
     return count
 
 
+def write_blocks(stream: TextIO, blocks: Iterable[Mapping[str, Sequence[object]]]) -> int:
+    r"""Write tables with the same columns below each other as `write_table` does.
+
+    Parameters
+    ----------
+    stream : file
+        File open for writing.
+    blocks : iterable of mapping of str to sequence
+        The values of each column.
+
+    Examples
+    --------
+    >>> import io
+    >>> stream = io.StringIO()
+    >>> write_blocks(stream, 2 * [{"event": ["@home", ""], "magnitude": [-0.1, math.nan]}])
+    4
+    >>> stream.getvalue()
+    "event,magnitude\n'@home,-0.1\n,\n'@home,-0.1\n,\n"
+    """
+    writer, count = csv.writer(_lines(stream), lineterminator="\r\n"), 0
+    texts: dict[str, dict[float, str]] = {}
+    for block in blocks:
+        rows = len(next(iter(block.values())))
+        if rows and not texts:
+            writer.writerow(block)
+            texts = {name: {} for name in block}
+        columns = [_column_cells(block[name], kept) for name, kept in texts.items()]
+        writer.writerows(zip(*columns, strict=True))
+        count += rows
+    return count
+
+
+#: Largest number of texts of numbers that are kept for a column.
+_KEPT: Final = 4096
+
+
+def _column_cells(values: Sequence[Any], texts: dict[float, str]) -> Iterable[object]:
+    """Return the cells of a column, and keep the texts of numbers that may come again."""
+    types = set(map(type, values))
+    if types != {float}:
+        return map(_text_cell, values) if types == {str} else map(_cell, values)
+    try:
+        return [texts[value] for value in values]
+    except KeyError:
+        cells = ["" if value != value else value for value in values]  # NaN
+        if len(texts) < _KEPT:  # zero has two texts, and NaN does not equal itself
+            texts.update((value, repr(value)) for value in values if value and value == value)
+        return cells
+
+
 def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
     r"""Yield the line number and the `original` texts of each row of CSV that is not empty.
 
@@ -219,9 +269,12 @@ def table_lines(path: Path) -> list[tuple[int, list[str]]]:
 
 
 def _writer(stream: TextIO) -> Callable[[Iterable[object]], object]:
+    return csv.writer(_lines(stream), lineterminator="\r\n").writerow
+
+
+def _lines(stream: TextIO) -> Any:
     # Before Python 3.13 csv quotes a carriage return only if it is part of the line terminator.
-    lines = SimpleNamespace(write=lambda line: stream.write(line.removesuffix("\r\n") + "\n"))
-    return csv.writer(lines, lineterminator="\r\n").writerow
+    return SimpleNamespace(write=lambda line: stream.write(line.removesuffix("\r\n") + "\n"))
 
 
 def _cell(value: object) -> object:

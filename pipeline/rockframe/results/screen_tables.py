@@ -24,11 +24,19 @@ from rockframe.results.tables.entries import (
     beside,
     parameter_rows,
     refuse_other_table,
+    write_columns_as,
     write_rows_as,
 )
-from rockframe.results.tables.rows import columns_of, in_verb_of, rows_along
+from rockframe.results.tables.rows import (
+    columns_along,
+    columns_of,
+    in_verb_of,
+    rows_along,
+    rows_of_columns,
+)
 from rockframe.results.tables.summary import (
     SUMMARY_COLUMNS,
+    Summary,
     left_out_reasons,
     summary_rows,
     tables_of,
@@ -40,6 +48,8 @@ from rockframe.rocking.verdict import SpreadVerdict, Verdict
 from rockframe.study.kinds import declared_kind
 
 Rows = Iterator[dict[str, Any]]
+#: Tables one after the other, as columns with their values.
+Blocks = Iterator[dict[str, list[Any]]]
 
 #: Number of motions whose rows are made together.
 _MOTIONS: Final = 1024
@@ -77,10 +87,15 @@ _OF_CURVE: Final = (*_INTENSITIES[:3], *_RATIOS[:4])
 
 
 def screen_rows(screening: xr.Dataset) -> Rows:
-    """Yield a row for each motion and structure, at the scale nearest to 1; units in the names.
+    """Return the rows of `screen_columns`: one for each motion and structure."""
+    return rows_of_columns(screen_columns(screening))
 
-    Motions are ordered by mean rank, the most severe first, and those that count for no structure
-    last. `screening` is that of `read_screening`.
+
+def screen_columns(screening: xr.Dataset) -> Blocks:
+    """Yield the columns of each motion, a value for each structure, at the scale nearest to 1.
+
+    The names of columns end in units. Motions are ordered by mean rank, the most severe first, and
+    those that count for no structure last. `screening` is that of `read_screening`.
     """
     if "scale" in screening["verdict"].dims:
         reference = float(screening["reference_scale"])
@@ -99,8 +114,8 @@ def screen_rows(screening: xr.Dataset) -> Rows:
             columns[column] = column
     order = np.argsort(screening["mean_rank"].values, kind="stable")
     for some in np.split(order, range(_MOTIONS, len(order), _MOTIONS)):
-        for row in rows_along(screening.isel(record=some), "record structure", columns):
-            yield row | {"verdict_words": _words(row)}
+        for block in columns_along(screening.isel(record=some), "record structure", columns):
+            yield block | {"verdict_words": _words(block)}
 
 
 def _of_members(screening: xr.Dataset) -> dict[str, str]:
@@ -198,10 +213,12 @@ def site_note(screening: xr.Dataset) -> str:
 _NAMED: Final = 5
 
 
-def _words(row: dict[str, Any]) -> str:
-    """Return the verdict at the scale of the row, in words; the nominal one without an ensemble."""
-    shares = (row.get("share_overturned", math.nan), row.get("share_uplifted", math.nan))
-    return _words_of(row["verdict"], row.get("kind", ""), *shares)
+def _words(block: Mapping[str, Sequence[Any]]) -> list[str]:
+    """Return the verdicts at the scale of rows, in words; the nominal ones without an ensemble."""
+    verdicts, unknown = block["verdict"], [math.nan] * len(block["verdict"])
+    kinds = block.get("kind", [""] * len(verdicts))
+    shares = (block.get(name, unknown) for name in ("share_overturned", "share_uplifted"))
+    return list(map(_words_of, verdicts, kinds, *shares))
 
 
 @lru_cache(maxsize=4096)  # rows of a screening have few different shares
@@ -236,7 +253,9 @@ def overall_rows(screening: xr.Dataset) -> Rows:
         for column, variable in quantity.band_columns.items()
     )
     pooled = rows_along(at_reference, "structure", columns_of(*shares, *peaks))
-    rows = summary_rows(screen_rows(screening), left_out=left_out_reasons(screening.attrs))
+    summary = Summary()
+    summary.include(screen_columns(screening))
+    rows = summary.rows(left_out=left_out_reasons(screening.attrs))
     for row, over_members in zip(rows, pooled, strict=True):
         yield row | over_members
 
@@ -607,22 +626,24 @@ def _of_scenario(screening: xr.Dataset) -> dict[str, str]:
     return columns | _of_members(screening)
 
 
-def scenario_rows(screening: xr.Dataset) -> Rows:
-    """Yield a row for each motion, structure and scale, with the intensity at that scale."""
+def scenario_columns(screening: xr.Dataset) -> Blocks:
+    """Yield the columns of each motion for structures and scales, with intensities."""
     columns = _of_scenario(screening)
-    for row in rows_along(screening, "record structure scale", columns):
-        intensities = {name: row[name] * row["scale"] for name in ("pga_g", "pgv_m_s")}
-        yield row | intensities
+    for block in columns_along(screening, "record structure scale", columns):
+        yield block | {
+            name: [value * scale for value, scale in zip(block[name], block["scale"], strict=True)]
+            for name in ("pga_g", "pgv_m_s")
+        }
 
 
-def _scenarios(path: Path) -> Rows:
-    """Yield the rows of all scenarios; only some motions are in memory at a time."""
+def _scenarios(path: Path) -> Blocks:
+    """Yield the columns of all scenarios; only some motions are in memory at a time."""
     with opened(path, SCREEN) as dataset:
         names = {name.partition(".")[0] for name in _of_scenario(dataset).values()}
         listed = dataset[[name for name in dataset.variables if name in names]]
         together = max(1, _TOGETHER // (listed.sizes["structure"] * listed.sizes["scale"]))
         for first in range(0, listed.sizes["record"], together):
-            yield from scenario_rows(listed.isel(record=slice(first, first + together)).load())
+            yield from scenario_columns(listed.isel(record=slice(first, first + together)).load())
 
 
 _SCENARIO: Final = ("record_id", "structure", "scale", "verdict")
@@ -630,7 +651,7 @@ _SCENARIO: Final = ("record_id", "structure", "scale", "verdict")
 #: by which an earlier table is recognised.
 _TABLES: Final[Mapping[str, tuple[Callable[[xr.Dataset], Rows], tuple[str, ...]]]] = {
     "": (screen_rows, _SCENARIO),
-    "scenarios": (scenario_rows, _SCENARIO),
+    "scenarios": (lambda screening: rows_of_columns(scenario_columns(screening)), _SCENARIO),
     "fragility": (fragility_rows, ("structure", "limit_state", "measure")),
     "pooled": (pooled_rows, ("structures", "limit_state", "measure")),
     "rates": (rate_rows, ("structure", "measure", "limit_state")),
@@ -710,8 +731,11 @@ def write_screen_tables(
         if table_format == "xlsx" and not kind:
             write_workbook(path, _sheets(screen_path, screening))
             continue
-        rows = _scenarios(screen_path) if kind == "scenarios" else _TABLES[kind][0](screening)
-        write_rows_as(path, rows, table_format)
+        if kind in ("", "scenarios"):
+            blocks = _scenarios(screen_path) if kind else screen_columns(screening)
+            write_columns_as(path, blocks, table_format)
+        else:
+            write_rows_as(path, _TABLES[kind][0](screening), table_format)
     return paths
 
 

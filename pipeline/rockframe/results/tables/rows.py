@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from itertools import product, repeat
+from itertools import product
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
@@ -423,6 +423,25 @@ def blocks(dataset: xr.Dataset) -> Iterator[xr.Dataset]:
 def rows_along(dataset: xr.Dataset, along: str, columns: Mapping[str, str]) -> Iterator[Row]:
     """Return an iterator over a row for each position along the dimensions.
 
+    The parameters are those of `columns_along`.
+    """
+    return rows_of_columns(columns_along(dataset, along, columns))
+
+
+def rows_of_columns(blocks: Iterable[Mapping[str, Sequence[Any]]]) -> Iterator[Row]:
+    """Return an iterator over the rows of tables that are mappings of columns to values."""
+    return (
+        dict(zip(block, row, strict=True))
+        for block in blocks
+        for row in zip(*block.values(), strict=True)
+    )
+
+
+def columns_along(
+    dataset: xr.Dataset, along: str, columns: Mapping[str, str]
+) -> Iterator[dict[str, list[Any]]]:
+    """Return an iterator over the columns of the rows at each position of the first dimension.
+
     For optional variables that the file does not have, numbers are NaN and texts are empty.
 
     Parameters
@@ -438,17 +457,15 @@ def rows_along(dataset: xr.Dataset, along: str, columns: Mapping[str, str]) -> I
         its meaning.
     """
     sizes = {dim: dataset.sizes[dim] for dim in along.split()}
-    cells = [_cells(dataset, sizes, key, name) for key, name in columns.items()]
+    cells = {key: _cells(dataset, sizes, key, name) for key, name in columns.items()}
     return (
-        dict(zip(columns, row, strict=True))
-        for i in range(next(iter(sizes.values())))
-        for row in zip(*(column(i) for column in cells), strict=False)
+        {key: column(i) for key, column in cells.items()} for i in range(next(iter(sizes.values())))
     )
 
 
 def _cells(
     dataset: xr.Dataset, sizes: Mapping[str, int], key: str, name: str
-) -> Callable[[int], Any]:
+) -> Callable[[int], list[Any]]:
     """Return a function that gives the cells of a column at a position of the slowest dimension."""
     place = ""
     if name not in dataset.variables:  # a name may have a point itself, such as sa_0.5s
@@ -456,7 +473,8 @@ def _cells(
     if name not in dataset.variables:
         declared = KINDS[dataset.attrs["rockframe_kind"]][name]
         unknown = "" if declared.holds in ("text", "flags") else np.nan
-        return lambda _: repeat(unknown)
+        together = math.prod([*sizes.values()][1:])
+        return lambda _: [unknown] * together
     variable = dataset.variables[name].to_base_variable()
     variable = variable[..., int(place)] if place else variable
     values = variable.set_dims(sizes).transpose(*sizes).values  # type: ignore[no-untyped-call]

@@ -8,12 +8,13 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
+from itertools import islice
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from rockframe.cells import Cells, Column, in_digits, number
 from rockframe.quantities import IN_MATRICES, QUANTILES, QUANTITIES, Quantity
@@ -25,9 +26,8 @@ from rockframe.results.tables.rows import (
     peak_words,
     rocks,
     share_words,
-    spread_verdict,
 )
-from rockframe.rocking.verdict import Verdict, VerdictKind
+from rockframe.rocking.verdict import MODEL_ENDS, SpreadVerdict, Verdict, VerdictKind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -298,6 +298,18 @@ class Summary:
             summaries[structure].include(row)
             yield row
 
+    def include(self, blocks: Iterable[Mapping[str, Sequence[Any]]]) -> None:
+        """Include rows, a table for each motion with the same structures in one order."""
+        remaining = iter(blocks)
+        while some := list(islice(remaining, _ROWS)):
+            included = [key for key in _INCLUDED if key in some[0]]
+            for k, structure in enumerate(some[0]["structure"]):
+                columns = {key: [block[key][k] for block in some] for key in included}
+                if structure not in self._of_each:
+                    first = {key: values[k] for key, values in some[0].items()}
+                    self._of_each[structure] = _OverRecords(first)
+                self._of_each[structure].include_columns(columns)
+
     def rows(
         self,
         recordings: Mapping[str, Hashable] | None = None,
@@ -305,6 +317,8 @@ class Summary:
     ) -> list[Row]:
         """Return the rows of `summary_rows` for all rows that passed by."""
         recording_of = recordings or {}
+        for entry in (*self._of_each.values(), *self._in_both.values()):
+            entry.include_kept()
         each = [self._that_counts(structure) for structure in self._of_each]
         alike = all(entry.names == each[0].names for entry in each)
         groups = [each] if alike and each else [[entry] for entry in each]
@@ -348,12 +362,100 @@ def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hasha
     ]
 
 
+#: Number of rows of a structure that are included in a summary together.
+_ROWS: Final = 64
+#: Quantities whose peaks a summary needs, and the columns of rows that it reads.
+_NEEDED: Final = (*IN_MATRICES, QUANTITIES["peak_rotation_ratio"], QUANTITIES["peak_u"])
+_INCLUDED: Final = (
+    *("record_id", "record", "verdict", "kind", "not_computed", "pga_g"),
+    *("share_overturned", "share_uplifted", "share_model_ends"),
+    *(f"{name}_s" for name in MODEL_ENDS),
+    *(*_SEARCHED, *_SEARCHED.values()),
+    *(quantity.column(part) for quantity in _NEEDED for part in ("", 0.5)),
+)
+
+
+class _Rows:
+    """Rows of one structure as columns, whose numbers are read as arrays."""
+
+    def __init__(self, columns: Mapping[str, Sequence[Any]]) -> None:
+        self._columns, self._count = columns, len(columns["verdict"])
+        self._verdicts = [Verdict[word.upper()] for word in columns["verdict"]]
+        self.computed = np.array([one is not Verdict.NOT_COMPUTED for one in self._verdicts])
+        self._fell = np.array([one is Verdict.OVERTURNS for one in self._verdicts])
+        share = self.numbers("share_overturned")
+        self.nominal = np.isnan(share)
+        self.shares = np.where(self.nominal, self._fell, share)
+        self._rocks = rocks({"kind": self.texts("kind")[0]})
+
+    def texts(self, key: str) -> list[Any]:
+        return [*self._columns.get(key, [None] * self._count)]
+
+    def numbers(self, key: str) -> NDArray[np.float64]:
+        values = self._columns.get(key)
+        if values is None:
+            return np.full(self._count, math.nan)
+        if set(map(type, values)) != {float}:  # some are unknown, or texts
+            values = list(map(number, values))
+        return np.array(values, dtype=np.float64)
+
+    def peaks(self, quantity: Quantity) -> NDArray[np.float64]:
+        """Return the peaks as `_peak` does."""
+        medians, stated = (self.numbers(quantity.column(part)) for part in (0.5, ""))
+        return np.where(self.nominal, np.where(self._fell, math.inf, stated), medians)
+
+    def uplifted(self) -> NDArray[np.bool_]:
+        if not self._rocks:
+            return np.zeros(self._count, dtype=bool)
+        shares = zip(
+            *(self.numbers(f"share_{end}").tolist() for end in ("overturned", "uplifted")),
+            strict=True,
+        )
+        cases = [
+            (verdict, None if nominal else of_members)
+            for verdict, nominal, of_members in zip(
+                self._verdicts, self.nominal.tolist(), shares, strict=True
+            )
+        ]
+        return np.array([_uplifts(*case) for case in cases])
+
+    def shares_of_ends(self) -> NDArray[np.float64]:
+        """Return the shares of the ensembles for which the model ends, or 0 or 1 without one."""
+        shares = self.numbers("share_model_ends")
+        times = [self.numbers(f"{name}_s") for name in MODEL_ENDS]
+        return np.where(np.isfinite(shares), shares, np.isfinite(times).any(axis=0))
+
+    def that_may_be_worst(self) -> Iterator[Row]:
+        """Yield the rows with the largest share and peak, the first keys of `severity`."""
+        largest = self.peaks(QUANTITIES["peak_rotation_ratio" if self._rocks else "peak_u"])
+        may_be = self.shares == self.shares.max()
+        may_be &= largest == np.max(largest, where=may_be, initial=-math.inf)
+        if np.isnan(largest).any() or np.isnan(self.shares).any():
+            may_be[:] = True
+        for k in np.flatnonzero(may_be).tolist():
+            yield {key: column[k] for key, column in self._columns.items()}
+
+
+@lru_cache(maxsize=4096)
+def _uplifts(verdict: Verdict, shares: tuple[float, float] | None) -> bool:
+    """Return True if a structure uplifts, or any of the members of which these shares are."""
+    overturned, uplifted = shares or (math.nan, math.nan)
+    spread = SpreadVerdict(verdict, share_overturned=overturned, share_uplifted=uplifted)
+    return spread.kind is not VerdictKind.NO_UPLIFT
+
+
+@lru_cache(maxsize=4096)
+def _peak_in_words(pga: Any) -> str:
+    return peak_words({"pga_g": pga})
+
+
 class _OverRecords:
     """The responses of one structure to the records that were included so far."""
 
     def __init__(self, first: Cells) -> None:
-        self._first = self._worst = first
-        self._severity = severity(first)
+        self._first = first
+        self._worst, self._severity = first.get("record") or first["record_id"], severity(first)
+        self._kept: list[Cells] = []
         self.names: list[str] = []
         self.shares = array("d")
         self._peaks = {quantity: array("d") for quantity in IN_MATRICES}
@@ -366,33 +468,55 @@ class _OverRecords:
         self.not_computed, self.reason = 0, ""
 
     def include(self, row: Cells) -> None:
-        if not is_computed(row):
-            self.not_computed += 1
-            self.reason = str(row.get("not_computed") or "")
-            return
-        verdict, severe = spread_verdict(row), severity(row)
-        self.names.append(row["record_id"])
-        self.shares.append(share_overturned(row))
+        self._kept.append({key: row[key] for key in _INCLUDED if key in row})
+        if len(self._kept) >= _ROWS:
+            self.include_kept()
+
+    def include_kept(self) -> None:
+        """Include the rows that were kept, to be included together."""
+        if self._kept:
+            keys = dict.fromkeys(key for row in self._kept for key in row)
+            self.include_columns({key: [row.get(key) for row in self._kept] for key in keys})
+            self._kept = []
+
+    def include_columns(self, columns: Mapping[str, Sequence[Any]]) -> None:
+        """Include the rows of a table of columns."""
+        rows = _Rows(columns)
+        missing = np.flatnonzero(~rows.computed)
+        if missing.size:
+            self.not_computed += missing.size
+            self.reason = str(rows.texts("not_computed")[missing[-1]] or "")
+            computed = np.flatnonzero(rows.computed).tolist()
+            if not computed:
+                return
+            rows = _Rows({key: [column[k] for k in computed] for key, column in columns.items()})
+        self.names += rows.texts("record_id")
+        self.shares.extend(rows.shares.tolist())
         for quantity, peaks in self._peaks.items():
-            peaks.append(_peak(quantity, row))
-        if verdict.kind is not VerdictKind.NO_UPLIFT and rocks(row):
-            self._uplifted += 1
-            self._drifts_of_uplifted.append(_peak(QUANTITIES["peak_u"], row))
-        if peak := peak_words(row):
-            self._implausible.append(f"{row['record_id']}, {peak}")
-        if verdict.share_ends > 0.0:
-            self._model_ends += 1
-            self._largest_share_ends = max(self._largest_share_ends, verdict.share_ends)
-        self._nominal = self._nominal and verdict.is_nominal
-        if severe < self._severity:
-            self._worst, self._severity = row, severe
+            peaks.extend(rows.peaks(quantity).tolist())
+        uplifted = rows.uplifted()
+        self._uplifted += int(uplifted.sum())
+        self._drifts_of_uplifted.extend(rows.peaks(QUANTITIES["peak_u"])[uplifted].tolist())
+        peaks_in_words = zip(rows.texts("record_id"), rows.texts("pga_g"), strict=True)
+        self._implausible += [
+            f"{name}, {words}" for name, pga in peaks_in_words if (words := _peak_in_words(pga))
+        ]
+        ends = rows.shares_of_ends()
+        self._model_ends += int((ends > 0.0).sum())
+        self._largest_share_ends = max(self._largest_share_ends, float(np.nanmax(ends)))
+        self._nominal = self._nominal and bool(rows.nominal.all())
+        for row in rows.that_may_be_worst():
+            if (severe := severity(row)) < self._severity:
+                self._worst, self._severity = row.get("record") or row["record_id"], severe
+        self._include_margins(rows)
+
+    def _include_margins(self, rows: _Rows) -> None:
+        margins = {key: rows.numbers(key) for key in self._margins}
         for key, smallest in self._margins.items():
-            value_here = number(row.get(key))
-            self._margins[key] = smallest if math.isnan(value_here) else min(value_here, smallest)
+            self._margins[key] = float(np.fmin.reduce(margins[key], initial=smallest))
         for key, searched in _SEARCHED.items():
-            largest = number(row.get(searched))
-            if math.isnan(number(row.get(key))) and math.isfinite(largest):
-                self._beyond[key] = min(largest, self._beyond[key])
+            beyond = margins[searched][np.isnan(margins[key]) & np.isfinite(margins[searched])]
+            self._beyond[key] = float(beyond.min(initial=self._beyond[key]))
 
     def _smallest_margins(self) -> dict[str, float]:
         """Return the smallest margins; NaN if that of a record may be smaller than those found.
@@ -405,7 +529,7 @@ class _OverRecords:
 
     def row(self, interval: Row) -> Row:
         """Return the row of the structure, with the mean of its shares and its interval."""
-        first, worst = self._first, self._worst
+        first = self._first
         return {
             "structure": first["structure"],
             **{key: number(first.get(key)) for key in OF_STRUCTURE},
@@ -423,7 +547,7 @@ class _OverRecords:
             },
             **self._smallest_margins(),
             "implausible": "; ".join(self._implausible[:_MOST_NAMED]),
-            "worst_record": worst.get("record") or worst["record_id"],
+            "worst_record": self._worst,
             "nominal": self._nominal,
         }
 
