@@ -181,34 +181,55 @@ def write_blocks(stream: TextIO, blocks: Iterable[Mapping[str, Sequence[object]]
     "event,magnitude\n'@home,-0.1\n,\n'@home,-0.1\n,\n"
     """
     writer, count = csv.writer(_lines(stream), lineterminator="\r\n"), 0
-    texts: dict[str, dict[float, str]] = {}
+    texts: dict[str, _Texts] = {}
     for block in blocks:
         rows = len(next(iter(block.values())))
         if rows and not texts:
             writer.writerow(block)
-            texts = {name: {} for name in block}
+            texts = {name: _Texts() for name in block}
         columns = [_column_cells(block[name], kept) for name, kept in texts.items()]
         writer.writerows(zip(*columns, strict=True))
         count += rows
     return count
 
 
+def rows_of_columns(blocks: Iterable[Mapping[str, Sequence[Any]]]) -> Iterator[dict[str, Any]]:
+    """Return an iterator over the rows of tables that are mappings of columns to values.
+
+    Examples
+    --------
+    >>> list(rows_of_columns([{"event": ["a", "b"], "magnitude": [6.0, 7.1]}]))
+    [{'event': 'a', 'magnitude': 6.0}, {'event': 'b', 'magnitude': 7.1}]
+    """
+    return (
+        dict(zip(block, row, strict=True))
+        for block in blocks
+        for row in zip(*block.values(), strict=True)
+    )
+
+
 #: Largest number of texts of numbers that are kept for a column.
 _KEPT: Final = 4096
 
 
-def _column_cells(values: Sequence[Any], texts: dict[float, str]) -> Iterable[object]:
-    """Return the cells of a column, and keep the texts of numbers that may come again."""
+class _Texts(dict[float, str]):
+    """The texts of the numbers of a column, which may come again."""
+
+    def __missing__(self, value: float) -> str:
+        text = "" if value != value else repr(value)
+        if value and text:  # zero has two texts, and NaN does not equal itself
+            self[value] = text
+        return text
+
+
+def _column_cells(values: Sequence[Any], texts: _Texts) -> Iterable[object]:
+    """Return the cells of a column."""
     types = set(map(type, values))
     if types != {float}:
         return map(_text_cell, values) if types == {str} else map(_cell, values)
-    try:
-        return [texts[value] for value in values]
-    except KeyError:
-        cells = ["" if value != value else value for value in values]  # NaN
-        if len(texts) < _KEPT:  # zero has two texts, and NaN does not equal itself
-            texts.update((value, repr(value)) for value in values if value and value == value)
-        return cells
+    if len(texts) < _KEPT:
+        return map(texts.__getitem__, values)
+    return ["" if value != value else value for value in values]  # NaN
 
 
 def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:

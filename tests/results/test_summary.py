@@ -10,9 +10,10 @@ import pytest
 
 from rockframe.cli.console import show_summary
 from rockframe.cli.stages.respond import show_responses
-from rockframe.results.tables.rows import response_columns
+from rockframe.results.tables.rows import response_columns, spread_verdict
 from rockframe.results.tables.summary import (
     MATRICES,
+    Summary,
     matrix_columns,
     matrix_rows,
     severity,
@@ -21,6 +22,7 @@ from rockframe.results.tables.summary import (
     tables_of,
 )
 from rockframe.risk.distribution import mean_share
+from rockframe.rocking.verdict import VerdictKind
 
 SHARES = (0.0, 0.25, 0.5, 1.0, 0.0)
 DRIFTS = (0.1, 0.2, 0.3, math.inf, 0.05)
@@ -171,3 +173,38 @@ def test_a_margin_that_was_searched_less_far_is_not_dropped() -> None:
     smaller = {**found, "critical_scale": 2.5}
     assert margin.cell(summary_rows([smaller, beyond])[0]) == "2.50"
     assert severity(beyond) < severity(found)  # it may overturn at half the scale
+
+
+def test_rows_of_motions_and_their_columns_have_the_same_summary() -> None:
+    """With more motions than are summarised together, and rows of every kind."""
+    random = np.random.default_rng(6)
+    words = ["no_uplift", "stands", "overturns", "not_computed"]
+    for members in (False, True):
+        rows: list[dict[str, Any]] = []
+        for k in range(150):
+            for structure in ("bent", "pier"):
+                row = nominal(f"r{k}", words[random.integers(4)], random.uniform(), structure)
+                share = float(random.choice([0.0, 0.02, 0.5, 1.0]))
+                margin = float(random.choice([math.nan, 1.5]))
+                row |= response(f"r{k}", share, row["peak_u_m"], structure) if members else {}
+                row |= {"verdict": words[random.integers(4)], "pga_g": random.choice([0.3, 30.0])}
+                row |= {"kind": "fixed" if structure == "pier" else "", "robust_scale_10": margin}
+                row |= {"share_uplifted": float(random.integers(2)), "largest_robust_scale": 3.0}
+                row |= {"gap_closed_time_s": float(random.choice([math.nan, 4.0]))}
+                rows.append(row)
+        summary = Summary()
+        summary.include(
+            {key: [first[key], second[key]] for key in first}
+            for first, second in zip(rows[::2], rows[1::2], strict=True)
+        )
+        by_rows = summary_rows(rows)
+        assert repr(summary.rows()) == repr(by_rows)
+        for row in by_rows:
+            of_it = [one for one in rows if one["structure"] == row["structure"]]
+            computed = [one for one in of_it if one["verdict"] != "not_computed"]
+            assert row["records"] == len(computed) == len(of_it) - row["not_computed"]
+            assert row["worst_record"] == min(computed, key=severity)["record_id"]
+            assert row["model_ends"] == sum(spread_verdict(one).share_ends > 0 for one in computed)
+            no_uplift = [spread_verdict(one).kind is VerdictKind.NO_UPLIFT for one in computed]
+            if row["structure"] == "bent":
+                assert row["uplifted"] == len(computed) - sum(no_uplift)

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockframe.cells import TABLE_FORMATS, in_digits
+from rockframe.cells import TABLE_FORMATS, in_digits, rows_of_columns
 from rockframe.quantities import IN_MATRICES, OF_SCENARIO, PEAKS
 from rockframe.record import SiteType
 from rockframe.results.reading import opened
@@ -32,7 +32,6 @@ from rockframe.results.tables.rows import (
     columns_of,
     in_verb_of,
     rows_along,
-    rows_of_columns,
 )
 from rockframe.results.tables.summary import (
     SUMMARY_COLUMNS,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import islice
 from typing import Final
 
@@ -15,6 +16,8 @@ from rockframe.risk.ties import merged
 
 Float = NDArray[np.float64]
 
+#: Largest number of clusters whose draws are kept, which take 8 kB each.
+_FEW: Final = 1000
 #: Number of bootstrap samples.
 _REPLICATES: Final = 1000
 #: Number of clusters in the samples that are in memory together.
@@ -84,6 +87,8 @@ def shares_at_most(peaks: ArrayLike, levels: ArrayLike) -> Float:
     """
     values = np.asarray(peaks, dtype=np.float64)
     values = values.reshape(len(values), -1)
+    if values.shape[1] == 1:
+        return np.asarray(values <= np.asarray(levels), dtype=np.float64)
     below = [(values <= level).mean(axis=1) for level in np.asarray(levels)]
     return np.stack(below, axis=1)
 
@@ -173,15 +178,25 @@ def _band_of_each(reached: Float, clusters: ArrayLike | None, seed: int) -> Band
     return Band(share, np.minimum(low, least), np.maximum(high, most))
 
 
-def _draws(count: int, seed: int) -> Iterator[NDArray[np.int64]]:
-    """Yield the number of draws of each cluster, in blocks of the bootstrap samples.
+def _draws(count: int, seed: int) -> Iterable[Float]:
+    """Return the number of draws of each cluster, in blocks of the bootstrap samples.
 
-    The draws do not depend on the size of the blocks.
+    The draws do not depend on the size of the blocks. Few of them are kept for the next structures.
     """
+    return _kept_draws(count, seed) if count <= _FEW else _drawn(count, seed)
+
+
+@lru_cache(maxsize=1)
+def _kept_draws(count: int, seed: int) -> list[Float]:
+    return [*_drawn(count, seed)]
+
+
+def _drawn(count: int, seed: int) -> Iterator[Float]:
     chance, equal = np.random.default_rng(seed), np.full(count, 1.0 / count)
     together = max(1, _DRAWN // count)
     for done in range(0, _REPLICATES, together):
-        yield chance.multinomial(count, equal, size=min(together, _REPLICATES - done))
+        size = min(together, _REPLICATES - done)
+        yield chance.multinomial(count, equal, size=size).astype(np.float64)
 
 
 def over_azimuths(

@@ -10,13 +10,12 @@ from itertools import chain, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.cells import TABLE_FORMATS, read_rows, write_blocks, write_table
+from rockframe.cells import TABLE_FORMATS, read_rows, rows_of_columns, write_blocks, write_table
 from rockframe.errors import InputError, ParameterError
 from rockframe.options import STAGES
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import package_versions, whole_file
 from rockframe.results.stored import attributes_of
-from rockframe.results.tables.rows import rows_of_columns
 
 if TYPE_CHECKING:
     from rockframe.signals.passport import Passport

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.cells import DASH, Cells, Column, number
+from rockframe.cells import DASH, Cells, Column, number, rows_of_columns
 from rockframe.options.ingest import PassportLimits
 from rockframe.quantities import BANDED, PEAKS, QUANTILES, QUANTITIES, Quantity
 from rockframe.results.schema import KINDS
@@ -428,15 +428,6 @@ def rows_along(dataset: xr.Dataset, along: str, columns: Mapping[str, str]) -> I
     return rows_of_columns(columns_along(dataset, along, columns))
 
 
-def rows_of_columns(blocks: Iterable[Mapping[str, Sequence[Any]]]) -> Iterator[Row]:
-    """Return an iterator over the rows of tables that are mappings of columns to values."""
-    return (
-        dict(zip(block, row, strict=True))
-        for block in blocks
-        for row in zip(*block.values(), strict=True)
-    )
-
-
 def columns_along(
     dataset: xr.Dataset, along: str, columns: Mapping[str, str]
 ) -> Iterator[dict[str, list[Any]]]:
@@ -485,8 +476,8 @@ def _cells(
 def _plain(key: str, attrs: Mapping[str, Any]) -> Callable[[NDArray[Any]], list[Any]]:
     words = flag_words(attrs)
     if words is not None:
-        is_flag = np.size(attrs.get("flag_values", ())) == 2
-        return lambda block: [bool(n) if is_flag else words(n) for n in block.tolist()]
+        meaning = bool if np.size(attrs.get("flag_values", ())) == 2 else cache(words)
+        return lambda block: list(map(meaning, block.tolist()))
     if key.endswith("_g"):
         return lambda block: list((block / GRAVITY).tolist())
     if key.endswith("_deg"):
