@@ -10,13 +10,13 @@ import pytest
 
 from rockframe.cli.console import show_summary
 from rockframe.cli.stages.respond import show_responses
+from rockframe.results.tables.outcomes import severity
 from rockframe.results.tables.rows import response_columns, spread_verdict
 from rockframe.results.tables.summary import (
     MATRICES,
     Summary,
     matrix_columns,
     matrix_rows,
-    severity,
     summary_columns,
     summary_rows,
     tables_of,

@@ -11,8 +11,9 @@ from rockframe import PairAcceleration, Pulse, Record, RespondOptions, RockingFr
 from rockframe.results.reading import opened
 from rockframe.results.response import open_response, write_responses
 from rockframe.results.tables.notes import summary_notes
+from rockframe.results.tables.outcomes import severity
 from rockframe.results.tables.rows import critical_scale, spread_verdict, verdict_words
-from rockframe.results.tables.summary import matrix_rows, severity, summary_rows
+from rockframe.results.tables.summary import matrix_rows, summary_rows
 from rockframe.results.tables.table import response_rows
 from rockframe.rocking import Verdict, VerdictKind
 from rockframe.stages.respond import ResponseTask, answer_task

@@ -625,6 +625,11 @@ def _of_scenario(screening: xr.Dataset) -> dict[str, str]:
     return columns | _of_members(screening)
 
 
+def scenario_rows(screening: xr.Dataset) -> Rows:
+    """Return the rows of `scenario_columns`: one for each motion, structure and scale."""
+    return rows_of_columns(scenario_columns(screening))
+
+
 def scenario_columns(screening: xr.Dataset) -> Blocks:
     """Yield the columns of each motion for structures and scales, with intensities."""
     columns = _of_scenario(screening)
@@ -650,7 +655,7 @@ _SCENARIO: Final = ("record_id", "structure", "scale", "verdict")
 #: by which an earlier table is recognised.
 _TABLES: Final[Mapping[str, tuple[Callable[[xr.Dataset], Rows], tuple[str, ...]]]] = {
     "": (screen_rows, _SCENARIO),
-    "scenarios": (lambda screening: rows_of_columns(scenario_columns(screening)), _SCENARIO),
+    "scenarios": (scenario_rows, _SCENARIO),
     "fragility": (fragility_rows, ("structure", "limit_state", "measure")),
     "pooled": (pooled_rows, ("structures", "limit_state", "measure")),
     "rates": (rate_rows, ("structure", "measure", "limit_state")),

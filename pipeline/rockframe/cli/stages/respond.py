@@ -256,7 +256,7 @@ def without_lacking_pairs(rows: Sequence[Row]) -> Sequence[Row]:
 
 def most_severe(rows: Sequence[Row]) -> Sequence[Row]:
     """Return the rows to print one by one: all of them, or the most severe of many."""
-    from rockframe.results.tables.summary import severity
+    from rockframe.results.tables.outcomes import severity
 
     return rows if len(rows) <= MOST_RESPONSES else nsmallest(_WORST, rows, key=severity)
 

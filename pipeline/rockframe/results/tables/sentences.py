@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from rockframe.cells import Cells, number
+from rockframe.results.tables.outcomes import severity, share_overturned
 from rockframe.results.tables.rows import (
     in_verb_of,
     is_computed,
     spread_verdict,
     that_count,
 )
-from rockframe.results.tables.summary import severity, share_overturned
 from rockframe.rocking.verdict import VerdictKind
 
 #: Kinds of verdicts under which a structure does not overturn.

@@ -8,26 +8,37 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from itertools import islice
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rockframe.cells import Cells, Column, in_digits, number
 from rockframe.quantities import IN_MATRICES, QUANTILES, QUANTITIES, Quantity
+from rockframe.results.tables.outcomes import (
+    OF_OUTCOMES,
+    SEARCHED,
+    OutcomeColumns,
+    column_of,
+    margin,
+    margin_of,
+    peak_in_words,
+    peak_of,
+    severity,
+    share_overturned,
+)
 from rockframe.results.tables.rows import (
     Row,
     band_words,
     critical_scale,
     is_computed,
-    peak_words,
     rocks,
     share_words,
 )
-from rockframe.rocking.verdict import MODEL_ENDS, SpreadVerdict, Verdict, VerdictKind
+from rockframe.rocking.verdict import Verdict
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,60 +47,11 @@ if TYPE_CHECKING:
 OF_STRUCTURE: Final = ("height_m", "width_m", "mass_ratio", "slenderness_deg")
 #: First columns of a summary, by which an earlier one is recognised.
 SUMMARY_COLUMNS: Final = ("structure", *OF_STRUCTURE, "records")
-#: Margins of which a summary has the smallest.
-_SEARCHED: Final = {
-    "robust_scale_10": "largest_robust_scale",
-    "critical_scale": "largest_scale",
-}
-
 AnyRow = TypeVar("AnyRow", bound=Cells)
-
-
-def share_overturned(row: Cells) -> float:
-    """Return the share of the ensemble that overturns; without one, 0 or 1 as the stated structure.
-
-    Examples
-    --------
-    >>> share_overturned({"verdict": "overturns"})
-    1.0
-    """
-    share = number(row.get("share_overturned"))
-    if not is_computed(row):
-        return math.nan
-    return float(_fell(row)) if math.isnan(share) else share
-
-
-def _fell(row: Cells) -> bool:
-    return Verdict[row["verdict"].upper()] is Verdict.OVERTURNS
-
-
-def _is_nominal(row: Cells) -> bool:
-    return math.isnan(number(row.get("share_overturned")))
 
 
 def _share_column(_row: Cells) -> str:
     return "share_overturned"
-
-
-def _column_of(quantity: Quantity, row: Cells) -> str:
-    """Return the column of the median of the ensemble, or of the nominal peak."""
-    return quantity.column("" if _is_nominal(row) else 0.5)
-
-
-def _peak(quantity: Quantity, row: Cells) -> float:
-    """Return the median of the ensemble, or the nominal peak; infinite if it overturns."""
-    fallen = _is_nominal(row) and _fell(row)
-    return math.inf if fallen else number(row.get(_column_of(quantity, row)))
-
-
-def _margin(row: Cells) -> float:
-    return number(row.get(_margin_of(row)))
-
-
-def _margin_of(row: Cells) -> str:
-    robust = math.isfinite(number(row.get("robust_scale_10")))
-    robust |= math.isfinite(number(row.get("largest_robust_scale")))
-    return "robust_scale_10" if robust else "critical_scale"
 
 
 @dataclass(frozen=True)
@@ -126,7 +88,7 @@ class Matrix:
 
 def _matrix(quantity: Quantity) -> Matrix:
     """Return the matrix of a quantity."""
-    column, value = partial(_column_of, quantity), partial(_peak, quantity)
+    column, value = partial(column_of, quantity), partial(peak_of, quantity)
     return Matrix(quantity.heading, column, value, quantity.form, quantity.factor)
 
 
@@ -137,30 +99,9 @@ MATRICES: Final[Mapping[str, Matrix]] = MappingProxyType(
             "share that overturns [%]", _share_column, share_overturned, ".0f", 100.0
         ),
         **{quantity.name: _matrix(quantity) for quantity in IN_MATRICES},
-        "margin": Matrix("margin", _margin_of, _margin, ".2f"),
+        "margin": Matrix("margin", margin_of, margin, ".2f"),
     }
 )
-
-
-def severity(row: Cells) -> tuple[float, float, float]:
-    """Return the key that sorts rows, the most severe first.
-
-    The share that overturns decides, then the largest rotation (of kinds that do not rock, drift;
-    the median of the ensemble, if there is one), then the margin. Not computed is the last.
-
-    Examples
-    --------
-    >>> rows = [{"verdict": "stands", "peak_rotation_ratio": one} for one in (0.1, 0.4)]
-    >>> min(rows, key=severity)["peak_rotation_ratio"]
-    0.4
-    """
-    margin = _margin(row)
-    if math.isnan(margin):  # beyond the largest scale that was searched
-        margin = number(row.get(_SEARCHED[_margin_of(row)]))
-    if not is_computed(row):
-        return math.inf, math.inf, math.inf
-    largest = _peak(QUANTITIES["peak_rotation_ratio" if rocks(row) else "peak_u"], row)
-    return -share_overturned(row), -largest, math.inf if math.isnan(margin) else margin
 
 
 #: Largest number of records that are named for a reason, and of reasons that are stated.
@@ -302,7 +243,7 @@ class Summary:
         """Include rows, a table for each motion with the same structures in one order."""
         remaining = iter(blocks)
         while some := list(islice(remaining, _ROWS)):
-            included = [key for key in _INCLUDED if key in some[0]]
+            included = [key for key in OF_OUTCOMES if key in some[0]]
             for k, structure in enumerate(some[0]["structure"]):
                 columns = {key: [block[key][k] for block in some] for key in included}
                 if structure not in self._of_each:
@@ -364,89 +305,6 @@ def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hasha
 
 #: Number of rows of a structure that are included in a summary together.
 _ROWS: Final = 64
-#: Quantities whose peaks a summary needs, and the columns of rows that it reads.
-_NEEDED: Final = (*IN_MATRICES, QUANTITIES["peak_rotation_ratio"], QUANTITIES["peak_u"])
-_INCLUDED: Final = (
-    *("record_id", "record", "verdict", "kind", "not_computed", "pga_g"),
-    *("share_overturned", "share_uplifted", "share_model_ends"),
-    *(f"{name}_s" for name in MODEL_ENDS),
-    *(*_SEARCHED, *_SEARCHED.values()),
-    *(quantity.column(part) for quantity in _NEEDED for part in ("", 0.5)),
-)
-
-
-class _Rows:
-    """Rows of one structure as columns, whose numbers are read as arrays."""
-
-    def __init__(self, columns: Mapping[str, Sequence[Any]]) -> None:
-        self._columns, self._count = columns, len(columns["verdict"])
-        self._verdicts = [Verdict[word.upper()] for word in columns["verdict"]]
-        self.computed = np.array([one is not Verdict.NOT_COMPUTED for one in self._verdicts])
-        self._fell = np.array([one is Verdict.OVERTURNS for one in self._verdicts])
-        share = self.numbers("share_overturned")
-        self.nominal = np.isnan(share)
-        self.shares = np.where(self.nominal, self._fell, share)
-        self._rocks = rocks({"kind": self.texts("kind")[0]})
-
-    def texts(self, key: str) -> list[Any]:
-        return [*self._columns.get(key, [None] * self._count)]
-
-    def numbers(self, key: str) -> NDArray[np.float64]:
-        values = self._columns.get(key)
-        if values is None:
-            return np.full(self._count, math.nan)
-        if set(map(type, values)) != {float}:  # some are unknown, or texts
-            values = list(map(number, values))
-        return np.array(values, dtype=np.float64)
-
-    def peaks(self, quantity: Quantity) -> NDArray[np.float64]:
-        """Return the peaks as `_peak` does."""
-        medians, stated = (self.numbers(quantity.column(part)) for part in (0.5, ""))
-        return np.where(self.nominal, np.where(self._fell, math.inf, stated), medians)
-
-    def uplifted(self) -> NDArray[np.bool_]:
-        if not self._rocks:
-            return np.zeros(self._count, dtype=bool)
-        shares = zip(
-            *(self.numbers(f"share_{end}").tolist() for end in ("overturned", "uplifted")),
-            strict=True,
-        )
-        cases = [
-            (verdict, None if nominal else of_members)
-            for verdict, nominal, of_members in zip(
-                self._verdicts, self.nominal.tolist(), shares, strict=True
-            )
-        ]
-        return np.array([_uplifts(*case) for case in cases])
-
-    def shares_of_ends(self) -> NDArray[np.float64]:
-        """Return the shares of the ensembles for which the model ends, or 0 or 1 without one."""
-        shares = self.numbers("share_model_ends")
-        times = [self.numbers(f"{name}_s") for name in MODEL_ENDS]
-        return np.where(np.isfinite(shares), shares, np.isfinite(times).any(axis=0))
-
-    def that_may_be_worst(self) -> Iterator[Row]:
-        """Yield the rows with the largest share and peak, the first keys of `severity`."""
-        largest = self.peaks(QUANTITIES["peak_rotation_ratio" if self._rocks else "peak_u"])
-        may_be = self.shares == self.shares.max()
-        may_be &= largest == np.max(largest, where=may_be, initial=-math.inf)
-        if np.isnan(largest).any() or np.isnan(self.shares).any():
-            may_be[:] = True
-        for k in np.flatnonzero(may_be).tolist():
-            yield {key: column[k] for key, column in self._columns.items()}
-
-
-@lru_cache(maxsize=4096)
-def _uplifts(verdict: Verdict, shares: tuple[float, float] | None) -> bool:
-    """Return True if a structure uplifts, or any of the members of which these shares are."""
-    overturned, uplifted = shares or (math.nan, math.nan)
-    spread = SpreadVerdict(verdict, share_overturned=overturned, share_uplifted=uplifted)
-    return spread.kind is not VerdictKind.NO_UPLIFT
-
-
-@lru_cache(maxsize=4096)
-def _peak_in_words(pga: Any) -> str:
-    return peak_words({"pga_g": pga})
 
 
 class _OverRecords:
@@ -459,8 +317,8 @@ class _OverRecords:
         self.names: list[str] = []
         self.shares = array("d")
         self._peaks = {quantity: array("d") for quantity in IN_MATRICES}
-        self._margins = dict.fromkeys((*_SEARCHED, *_SEARCHED.values()), math.nan)
-        self._beyond = dict.fromkeys(_SEARCHED, math.inf)
+        self._margins = dict.fromkeys((*SEARCHED, *SEARCHED.values()), math.nan)
+        self._beyond = dict.fromkeys(SEARCHED, math.inf)
         self._uplifted, self._nominal = 0, True
         self._drifts_of_uplifted = array("d")
         self._model_ends, self._largest_share_ends = 0, 0.0
@@ -468,7 +326,7 @@ class _OverRecords:
         self.not_computed, self.reason = 0, ""
 
     def include(self, row: Cells) -> None:
-        self._kept.append({key: row[key] for key in _INCLUDED if key in row})
+        self._kept.append({key: row[key] for key in OF_OUTCOMES if key in row})
         if len(self._kept) >= _ROWS:
             self.include_kept()
 
@@ -481,7 +339,7 @@ class _OverRecords:
 
     def include_columns(self, columns: Mapping[str, Sequence[Any]]) -> None:
         """Include the rows of a table of columns."""
-        rows = _Rows(columns)
+        rows = OutcomeColumns(columns)
         missing = np.flatnonzero(~rows.computed)
         if missing.size:
             self.not_computed += missing.size
@@ -489,7 +347,9 @@ class _OverRecords:
             computed = np.flatnonzero(rows.computed).tolist()
             if not computed:
                 return
-            rows = _Rows({key: [column[k] for k in computed] for key, column in columns.items()})
+            rows = OutcomeColumns(
+                {key: [column[k] for k in computed] for key, column in columns.items()}
+            )
         self.names += rows.texts("record_id")
         self.shares.extend(rows.shares.tolist())
         for quantity, peaks in self._peaks.items():
@@ -499,7 +359,7 @@ class _OverRecords:
         self._drifts_of_uplifted.extend(rows.peaks(QUANTITIES["peak_u"])[uplifted].tolist())
         peaks_in_words = zip(rows.texts("record_id"), rows.texts("pga_g"), strict=True)
         self._implausible += [
-            f"{name}, {words}" for name, pga in peaks_in_words if (words := _peak_in_words(pga))
+            f"{name}, {words}" for name, pga in peaks_in_words if (words := peak_in_words(pga))
         ]
         ends = rows.shares_of_ends()
         self._model_ends += int((ends > 0.0).sum())
@@ -510,11 +370,11 @@ class _OverRecords:
                 self._worst, self._severity = row.get("record") or row["record_id"], severe
         self._include_margins(rows)
 
-    def _include_margins(self, rows: _Rows) -> None:
+    def _include_margins(self, rows: OutcomeColumns) -> None:
         margins = {key: rows.numbers(key) for key in self._margins}
         for key, smallest in self._margins.items():
             self._margins[key] = float(np.fmin.reduce(margins[key], initial=smallest))
-        for key, searched in _SEARCHED.items():
+        for key, searched in SEARCHED.items():
             beyond = margins[searched][np.isnan(margins[key]) & np.isfinite(margins[searched])]
             self._beyond[key] = float(beyond.min(initial=self._beyond[key]))
 
@@ -656,7 +516,7 @@ def summary_columns(rows: Sequence[Cells]) -> list[Column]:
     margin = ""
     if any(math.isfinite(number(row.get(key))) for row in rows for key in searched):
         margin = "critical_scale"
-    if any(_margin_of(row) == "robust_scale_10" for row in rows):
+    if any(margin_of(row) == "robust_scale_10" for row in rows):
         margin = "robust_scale_10"
     return [
         column for column in _SUMMARY if column.rule is not critical_scale or column.key == margin
