@@ -74,5 +74,5 @@ def test_a_run_with_nothing_to_do_imports_no_stage_and_verifying_it_draws_nothin
     (modules, own), (verifying, _) = imported(again, ("verify", home / "run"))
     others = {"xarray", "scipy", "rockframe.stages", "rockframe.engines"}
     assert not modules & (OTHERS | others)
-    assert len(own) <= 61
+    assert len(own) <= 62
     assert not verifying & (OTHERS | {"xarray", "pandas"})

@@ -79,13 +79,13 @@ def severity(row: Cells) -> tuple[float, float, float]:
     >>> min(rows, key=severity)["peak_rotation_ratio"]
     0.4
     """
-    margin = margin(row)
-    if math.isnan(margin):  # beyond the largest scale that was searched
-        margin = number(row.get(SEARCHED[margin_of(row)]))
+    scale = margin(row)
+    if math.isnan(scale):  # beyond the largest scale that was searched
+        scale = number(row.get(SEARCHED[margin_of(row)]))
     if not is_computed(row):
         return math.inf, math.inf, math.inf
     largest = peak_of(QUANTITIES["peak_rotation_ratio" if rocks(row) else "peak_u"], row)
-    return -share_overturned(row), -largest, math.inf if math.isnan(margin) else margin
+    return -share_overturned(row), -largest, math.inf if math.isnan(scale) else scale
 
 
 #: Quantities whose peaks a summary needs, and the columns of rows that it reads.
@@ -100,7 +100,13 @@ OF_OUTCOMES: Final = (
 
 
 class OutcomeColumns:
-    """Rows of one structure as columns, whose numbers are read as arrays."""
+    """Rows of one structure as columns, whose numbers are read as arrays.
+
+    Parameters
+    ----------
+    columns : mapping of str to sequence
+        Some of the columns `OF_OUTCOMES`, of equal length, with ``verdict`` among them.
+    """
 
     def __init__(self, columns: Mapping[str, Sequence[Any]]) -> None:
         self._columns, self._count = columns, len(columns["verdict"])
@@ -131,7 +137,7 @@ class OutcomeColumns:
         return np.where(self.nominal, np.where(self._fell, math.inf, stated), medians)
 
     def uplifted(self) -> NDArray[np.bool_]:
-        """Return where the structure uplifts, or any of its members; never where it does not rock."""
+        """Return where the structure or any member uplifts; nowhere if its kind does not rock."""
         if not self._rocks:
             return np.zeros(self._count, dtype=bool)
         shares = zip(
