@@ -199,6 +199,10 @@ def test_rows_of_motions_and_their_columns_have_the_same_summary() -> None:
         )
         by_rows = summary_rows(rows)
         assert repr(summary.rows()) == repr(by_rows)
+        both = [{**row, "components": "a b" if k % 3 else ""} for k, row in enumerate(rows)]
+        in_both = Summary()
+        in_both.include({key: [value] for key, value in row.items()} for row in both)
+        assert repr(in_both.rows()) == repr(summary_rows(both)) != repr(by_rows)
         for row in by_rows:
             of_it = [one for one in rows if one["structure"] == row["structure"]]
             computed = [one for one in of_it if one["verdict"] != "not_computed"]

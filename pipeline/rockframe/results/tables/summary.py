@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockframe.cells import Cells, Column, in_digits, number
+from rockframe.cells import Cells, Column, in_digits, number, rows_of_columns
 from rockframe.quantities import IN_MATRICES, QUANTILES, QUANTITIES, Quantity
 from rockframe.results.tables.outcomes import (
     OF_OUTCOMES,
@@ -243,6 +243,9 @@ class Summary:
         """Include rows, a table for each motion with the same structures in one order."""
         remaining = iter(blocks)
         while some := list(islice(remaining, _ROWS)):
+            if "components" in some[0]:  # rows in both directions are among them
+                deque(self.passed(rows_of_columns(some)), maxlen=0)
+                continue
             included = [key for key in OF_OUTCOMES if key in some[0]]
             for k, structure in enumerate(some[0]["structure"]):
                 columns = {key: [block[key][k] for block in some] for key in included}
