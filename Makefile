@@ -20,10 +20,11 @@ SNAKEMAKE = PATH="$(CURDIR)/$(BIN):$$PATH" $(WORKFLOW)/bin/snakemake -s workflow
 # Both install the same packages, with the hashes of the lock file. `make setup UV=` never uses uv.
 UV ?= $(shell command -v uv 2>/dev/null)
 WITH_UV = $(UV) venv --quiet --clear --seed --python $(PYTHON) $(VENV) && \
-	$(UV) pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes -r requirements.lock && \
+	$(UV) pip install --quiet --python $(BIN)/python --require-hashes -r requirements.lock && \
 	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation -e .
+# Python compiles the modules that it imports. To compile all of them first takes half of the time.
 PIP = $(BIN)/python -m pip --quiet --disable-pip-version-check
-WITH_PIP = $(PYTHON) -m venv --clear $(VENV) && $(PIP) install --require-hashes -r requirements.lock && \
+WITH_PIP = $(PYTHON) -m venv --clear $(VENV) && $(PIP) install --no-compile --require-hashes -r requirements.lock && \
 	$(PIP) install --no-deps --no-build-isolation -e .
 
 # Tests with a target of their own: `make test` leaves them out where their extras are installed.
@@ -37,7 +38,7 @@ PYTEST = MAKEFLAGS= $(BIN)/python -m pytest -q $(DRAWS) --numprocesses auto --ma
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup table1 study report explore paper docs validation findings test test-examples test-browser test-dask test-workflow test-faults test-processors test-wheel test-all check lint types rules format bench coverage fuzz clean
+.PHONY: help setup table1 study report explore paper docs validation findings test test-examples test-browser test-dask test-workflow test-faults test-processors test-wheel test-benchmarks test-all check lint types rules format bench coverage fuzz clean
 
 help:
 	@echo "make table1   run all stages on the bundled records; table, figures and files in $(OUTPUT)"
@@ -57,9 +58,10 @@ help:
 	@echo "make test-faults  kill, starve and damage runs, and see that they resume (10 minutes)"
 	@echo "make test-processors  the tests and table1 with the instructions of other processors (an hour)"
 	@echo "make test-wheel  build the wheel and the sdist, and use the wheel as a stranger does (10 minutes)"
+	@echo "make test-benchmarks  run each benchmark at its smallest size (3 minutes)"
 	@echo "make test-all  every test there is, in one piece (half an hour on two cores)"
 	@echo "make docs     the documentation, in $(DOCS)/index.html; every reference checked"
-	@echo "make check    format, lint, strict types, doctests, direction of imports, small benchmarks"
+	@echo "make check    format, lint, strict types, doctests, direction of imports"
 	@echo "make format   mend what the formatter and the linter can mend"
 	@echo "make bench    measure speed and memory, into outputs/bench.json"
 	@echo "make coverage  print the branches of rocking, oscillators, matching and risk that no test takes"
@@ -81,7 +83,7 @@ $(MADE): requirements.lock pyproject.toml
 
 $(EXTRAS): $(MADE) requirements-extras.lock
 	@echo "adding to $(VENV) from requirements-extras.lock (once; a minute)"
-	@$(PIP) install --require-hashes -r requirements-extras.lock
+	@$(PIP) install --no-compile --require-hashes -r requirements-extras.lock
 	@touch $@
 
 table1: $(MADE)
@@ -91,7 +93,7 @@ table1: $(MADE)
 $(WORKFLOW)/.made: workflows/requirements.lock
 	@echo "making $(WORKFLOW), with Snakemake (once; a minute)"
 	@$(PYTHON) -m venv --clear $(WORKFLOW)
-	@$(WORKFLOW)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r $<
+	@$(WORKFLOW)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-compile -r $<
 	@touch $@
 
 study: STUDY_OUTPUT = $(if $(filter file,$(origin OUTPUT)),outputs/study-$(basename $(notdir $(STUDY))),$(OUTPUT))
@@ -142,8 +144,11 @@ test-processors: $(MADE)
 test-wheel: $(MADE)
 	@$(BIN)/python -m pytest -q tests/examples/wheel.py
 
+test-benchmarks: $(EXTRAS)
+	@$(PYTEST) worksteal tests/smallest_benchmarks.py
+
 test-all: DRAWS = --hypothesis-profile=others
-test-all: check test test-examples test-browser test-dask test-faults test-workflow
+test-all: check test test-examples test-browser test-dask test-faults test-workflow test-benchmarks
 
 # Parts of `make check`, which `make --jobs 2 check` does side by side.
 check: lint types rules
@@ -156,8 +161,7 @@ types: $(MADE)
 	@$(BIN)/mypy
 
 rules: $(MADE)
-	@$(PYTEST) worksteal pipeline tests/test_import_direction.py tests/suite.py \
-		tests/smallest_benchmarks.py
+	@$(PYTEST) worksteal pipeline tests/test_import_direction.py tests/suite.py
 
 format: $(MADE)
 	@$(BIN)/ruff format --quiet .

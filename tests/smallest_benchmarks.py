@@ -1,4 +1,4 @@
-"""Each benchmark works at its smallest size; part of ``make check``."""
+"""Each benchmark works at its smallest size; part of ``make test-all``."""
 
 from __future__ import annotations
 
