@@ -26,7 +26,7 @@ from rockframe.results.records import write_records
 from rockframe.results.response import open_response
 from rockframe.results.tables.envelope import force_envelope, of_motions_that_count
 from rockframe.results.tables.forces import force_rows
-from rockframe.results.tables.notes import summary_notes
+from rockframe.results.tables.notes import summary_notes, with_directions
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
 from rockframe.stages.common import Batch
@@ -213,6 +213,19 @@ def test_without_round_columns_or_a_second_component_there_is_no_row(tmp_path: P
         with xr.open_dataset(responded(tmp_path, records, options)) as file:
             assert "components" not in file
             assert "not_computed" not in file
+
+
+def test_without_any_second_component_one_line_says_what_is_missing(tmp_path: Path) -> None:
+    """Only for structures of round columns, and only if both directions are wanted."""
+    plane = PLAIN.model_copy(update={"both_directions": False})
+    for options, said in ((PLAIN, True), (plane, False)):
+        path = responded(tmp_path, [EAST, ALONE], options)
+        with xr.open_dataset(path) as file:
+            rows = with_directions(summary_rows(response_rows(path)), file.attrs)
+        notes = [note for note in summary_notes(rows) if "no station has both" in note]
+        assert len(notes) == said
+        assert not said or notes[0].startswith("round, both: in one plane; no station has both")
+        assert {row["structure"]: row.get("directions", 1) for row in rows}["square"] == 1
 
 
 def test_margins_and_forces_are_in_the_row(tmp_path: Path) -> None:

@@ -192,7 +192,7 @@ def test_tables_say_which_rows_are_which(both: xr.Dataset) -> None:
     assert [(row["structure"], row["records"]) for row in overall] == [("round", 2), ("square", 5)]
     notes = " ".join(summary_notes(overall))
     assert "round: only motions in both directions count" in notes
-    assert "Without the other horizontal, so not counted for these: c-n." in notes
+    assert "Without the other horizontal, so not counted for round columns: c-n." in notes
     assert responses_in_words(both) == "8 or 20 responses (2 or 5 motions, 4 members each)"
 
 
@@ -276,3 +276,17 @@ def test_a_spread_of_the_contact_changes_shares_of_columns_that_roll_alone(tmp_p
     square = STRUCTURES[STRUCTURES.index("[[structure]]", 20) :]
     with pytest.warns(RockframeWarning, match="contact_shortening of the ensemble has no effect"):
         screened(tmp_path, text=square, **spread)
+
+
+def test_without_any_second_component_a_note_says_what_is_missing(tmp_path: Path) -> None:
+    records = stored([EAST, OTHERS[2]], tmp_path)
+    (tmp_path / "structures.toml").write_text(STRUCTURES, encoding="utf-8")
+    options = ScreenOptions(scales=(0.5,), margins="none")
+    where, written = tmp_path / "structures.toml", list[xr.Dataset]()
+    output = tmp_path / "screen.nc"
+    screen_stage(records, output, options, structures_path=where, written=written.append)
+    for found in (written[0], read_screening(output)):
+        notes = summary_notes(list(overall_rows(found)))
+        assert [note[:41] for note in notes if "no station" in note] == [
+            "round: in one plane; no station has both "
+        ]

@@ -164,13 +164,15 @@ def show_first(summary: Sequence[Mapping[str, Any]]) -> None:
 
 def show_summary(summary: Sequence[Mapping[str, Any]]) -> None:
     """Print the responses of each structure over all records, if there are several."""
-    from rockframe.results.tables.notes import summary_notes
+    from rockframe.results.tables.notes import direction_notes, summary_notes
     from rockframe.results.tables.summary import summary_columns, summary_legend, summary_title
 
     if any(int(row["records"]) > 1 for row in summary):
         nominal = " (nominal)" if summary[0]["nominal"] in (True, "True") else ""
         show_rows(f"{summary_title(summary)}{nominal}", summary_columns(summary), summary)
         print(*map(filled, summary_notes(summary)), filled(summary_legend(summary)), sep="\n")
+    elif notes := direction_notes(summary):
+        print(*map(filled, notes), sep="\n")
 
 
 def filled(said: str) -> str:

@@ -82,6 +82,7 @@ def run_table1(options: argparse.Namespace) -> int:
     from rockframe.results.schema import RESPONSE
     from rockframe.results.stored import attributes_of
     from rockframe.results.tables.entries import require_format
+    from rockframe.results.tables.notes import with_directions
     from rockframe.results.tables.summary import left_out_reasons, summary_rows
     from rockframe.runs.plan import OF_RECORDS
     from rockframe.stages.table import table_rows_of
@@ -91,8 +92,9 @@ def run_table1(options: argparse.Namespace) -> int:
     rejections = _computed(options, _study(options, "table1"), _steps_of_table1(options.format))
     files = [folder / name for name in OF_RECORDS]
     rows = list(table_rows_of(*files))
-    left_out = left_out_reasons(attributes_of(files[2], RESPONSE))
-    summary = summary_rows(rows, recordings_of(files[0]), left_out)
+    attributes = attributes_of(files[2], RESPONSE)
+    summary = summary_rows(rows, recordings_of(files[0]), left_out_reasons(attributes))
+    summary = with_directions(summary, attributes)
     comparisons, said = paper_comparisons(rows, pulse_rows(files[1])), statements(rows)
     if options.json:
         console.show_json(

@@ -129,7 +129,8 @@ def write_screening(
         name: SCREEN_NC[name].holding(np.array(rows)[:, :, None]).isel(scale=0)
         for name, rows in at_reference.items()
     }
-    attributes = {"rockframe_kind": SCREEN, "left_out": json.dumps(dict(left_out), sort_keys=True)}
+    attributes = {"rockframe_kind": SCREEN, "parameters": json.dumps(dict(parameters))}
+    attributes["left_out"] = json.dumps(dict(left_out), sort_keys=True)
     return dataset.assign(constants).assign_attrs(attributes).set_coords("record_id")
 
 

@@ -27,6 +27,7 @@ from rockframe.results.tables.entries import (
     write_columns_as,
     write_rows_as,
 )
+from rockframe.results.tables.notes import with_directions
 from rockframe.results.tables.rows import (
     columns_along,
     columns_of,
@@ -255,6 +256,7 @@ def overall_rows(screening: xr.Dataset) -> Rows:
     summary = Summary()
     summary.include(screen_columns(screening))
     rows = summary.rows(left_out=left_out_reasons(screening.attrs))
+    rows = with_directions(rows, screening.attrs)
     for row, over_members in zip(rows, pooled, strict=True):
         yield row | over_members
 

@@ -323,7 +323,8 @@ def write_rows(
             dataset.attrs["batch"] = batch
         put(dataset, partial, kind.name, mode="a" if columns else "w", **origin)
     left_out = json.dumps(dict(origin.get("left_out") or {}), sort_keys=True)
-    return dataset.assign_attrs(rockframe_kind=kind.name, left_out=left_out)
+    parameters = json.dumps(dict(origin["parameters"]))
+    return dataset.assign_attrs(rockframe_kind=kind.name, left_out=left_out, parameters=parameters)
 
 
 def slices(sizes: ArrayLike) -> list[slice]:

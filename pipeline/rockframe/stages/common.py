@@ -263,3 +263,22 @@ def warn_of_idle_contact(ensemble: Ensemble, pairs: bool) -> None:
         words = "contact_shortening of the ensemble has no effect: no structure has round columns, "
         words += "or no motion both horizontal components."
         warnings.warn(words, RockframeWarning, stacklevel=3)
+
+
+def in_one_plane_alone(structures: Sequence[Structure], pairs: bool) -> dict[str, list[str]]:
+    """Return the parameter of a file that names the structures that could be computed in both
+    directions, if no motion is; else nothing.
+
+    Examples
+    --------
+    >>> from rockframe import RockingFrame
+    >>> column = RockingFrame(height=7.5, width=1.8, section="circular", name="column")
+    >>> in_one_plane_alone([column], pairs=False), in_one_plane_alone([column], pairs=True)
+    ({'in_one_plane': ['column']}, {})
+    """
+    from rockframe.structures.contract import why_not_both
+
+    if pairs:
+        return {}
+    names = [structure.name for structure in structures if not why_not_both(structure)]
+    return {"in_one_plane": names} if names else {}

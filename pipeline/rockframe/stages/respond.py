@@ -56,6 +56,7 @@ from rockframe.stages.common import (
     accepted,
     choose_structures,
     horizontal,
+    in_one_plane_alone,
     made_structures,
     silent,
     unseen,
@@ -204,7 +205,8 @@ def respond_stage(
                 "structures": [structure.name for structure in structures],
                 "pulses": pulses_path is not None,
             }
-            | ({"pairs": True} if pairs else {}),
+            | ({"pairs": True} if pairs else {})
+            | (in_one_plane_alone(structures, bool(pairs)) if both else {}),
             left_out=left_out,
             batch=batch.stated,
             motions=file.most_parts,

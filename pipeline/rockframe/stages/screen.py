@@ -499,7 +499,8 @@ def screen_stage(
             | {
                 "filters": chosen.filters.bounds(),
                 "structures": [structure.name for structure in structures],
-            },
+            }
+            | chosen.in_one_plane_alone(structures),
             left_out={r.file: r.reason for r in chosen.rejections} | chosen.left_out,
             filtered=chosen.left_out,
             histories=None if options.histories == "none" else run.histories(),

@@ -42,8 +42,14 @@ from rockframe.signals.measures import (
     spectral_acceleration,
 )
 from rockframe.signals.processing import integrate, peak
-from rockframe.stages.common import filtered_by, filtered_by_pulse, horizontal
+from rockframe.stages.common import (
+    filtered_by,
+    filtered_by_pulse,
+    horizontal,
+    in_one_plane_alone,
+)
 from rockframe.stages.respond import Pair, in_both, pairs_of, with_vertical
+from rockframe.structures.contract import Structure
 
 if TYPE_CHECKING:
     from rockframe.wobbling import PairAcceleration
@@ -281,6 +287,11 @@ class Motions:
 
         both = self._file.in_both(motion.records)
         return PairAcceleration.from_pair(both, vertical=self._vertical)
+
+    def in_one_plane_alone(self, structures: Sequence[Structure]) -> dict[str, list[str]]:
+        """Return the parameter of a file of `in_one_plane_alone`; nothing if it is not wanted."""
+        wanted = self._options.both_directions and not self._options.azimuths_degree
+        return in_one_plane_alone(structures, bool(self._pairs)) if wanted else {}
 
     def uncertain(self, motion: Motion) -> Uncertain | None:
         """Return what versions of a motion for the members are made of; None if it has only one."""

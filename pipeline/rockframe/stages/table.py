@@ -27,6 +27,7 @@ from rockframe.results.tables.entries import (
     write_rows_as,
     write_tables,
 )
+from rockframe.results.tables.notes import with_directions
 from rockframe.results.tables.rows import Row
 from rockframe.results.tables.summary import (
     SUMMARY_COLUMNS,
@@ -71,14 +72,19 @@ def table_stage(
     over_records, recordings = Summary(), recordings_of(records)
     left_out = left_out_reasons(attributes_of(response, RESPONSE))
     rows = over_records.passed(table_rows_of(records, pulses, response))
+
+    def summarised() -> list[Row]:
+        rows = over_records.rows(recordings, left_out)
+        return with_directions(rows, attributes_of(response, RESPONSE))
+
     if format_of(output, table_format) == "xlsx":
         held = list(rows)
         files = ((records, RECORDS), (pulses, PULSES), (response, RESPONSE))
-        write_table_workbook(output, held, over_records.rows(recordings, left_out), *files)
+        write_table_workbook(output, held, summarised(), *files)
         return len(held)
     refuse_other_table(summary, SUMMARY_COLUMNS, "the summary of the table")
     count = write_rows_as(output, rows, table_format)
-    write_rows_as(summary, over_records.rows(recordings, left_out), table_format)
+    write_rows_as(summary, summarised(), table_format)
     return count
 
 

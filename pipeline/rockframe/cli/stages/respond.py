@@ -84,6 +84,7 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.results.pulses import peaks_of, recordings_of
+    from rockframe.results.tables.notes import with_directions
     from rockframe.results.tables.sentences import answers
     from rockframe.results.tables.summary import (
         first_columns,
@@ -111,6 +112,7 @@ def run_respond(options: argparse.Namespace) -> int:
     parts = part_rows(response)
     left_out = left_out_reasons(response.attrs)
     summary = summary_rows(rows, recordings_of(options.records), left_out)
+    summary = with_directions(summary, response.attrs)
     tables = {
         **tables_of(rows, summary, _RESPONSES[0]),
         **(_force_tables(response, rows) if wanted.forces else {}),

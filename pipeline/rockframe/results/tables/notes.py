@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from rockframe.cells import Cells, number
+from rockframe.results.tables.rows import Row
 
 #: Largest number of notes on a summary, and of records that one names.
 _MOST_NOTES: Final = 10
@@ -50,6 +52,46 @@ def summary_notes(rows: Sequence[Cells]) -> list[str]:
     notes = [*direction_notes(rows), *notes]
     more = len(notes) - _MOST_NOTES
     return [*notes[:_MOST_NOTES], *([f"{more} more notes."] if more > 0 else [])]
+
+
+#: Why structures of round columns are computed in one plane, if no station has both directions.
+_ALONE: Final = (
+    "no station has both horizontal components, and round columns, which follow both, may overturn "
+    "where they stand in a plane"
+)
+
+
+def with_directions(rows: Iterable[Row], attributes: Mapping[str, str]) -> list[Row]:
+    """Return rows of `summary_rows` that say which structures of round columns are in one plane,
+    because no station has both horizontal components.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        The rows.
+    attributes : mapping of str to str
+        Attributes of the file of responses or of the screening.
+
+    Examples
+    --------
+    >>> row = {"structure": "bent", "records": 2}
+    >>> (row,) = with_directions([row], {"parameters": '{"in_one_plane": ["bent"]}'})
+    >>> row["directions"], row["not_both"][:41]
+    (1, 'no station has both horizontal components')
+    """
+    alone = set(json.loads(attributes.get("parameters", "{}")).get("in_one_plane", ()))
+    if not alone:
+        return list(rows)
+    return [
+        {
+            **row,
+            "directions": 1,
+            "not_both": _ALONE if row["structure"] in alone else "",
+            "records_in_one_plane": row["records"],
+            "alone": "",
+        }
+        for row in rows
+    ]
 
 
 def direction_notes(rows: Sequence[Cells]) -> list[str]:
