@@ -265,20 +265,20 @@ def warn_of_idle_contact(ensemble: Ensemble, pairs: bool) -> None:
         warnings.warn(words, RockframeWarning, stacklevel=3)
 
 
-def in_one_plane_alone(structures: Sequence[Structure], pairs: bool) -> dict[str, list[str]]:
+def in_one_plane_alone(structures: Sequence[Structure], wanted: bool) -> dict[str, list[str]]:
     """Return the parameter of a file that names the structures that could be computed in both
-    directions, if no motion is; else nothing.
+    directions, if that is wanted and no motion is; else nothing.
 
     Examples
     --------
     >>> from rockframe import RockingFrame
     >>> column = RockingFrame(height=7.5, width=1.8, section="circular", name="column")
-    >>> in_one_plane_alone([column], pairs=False), in_one_plane_alone([column], pairs=True)
+    >>> in_one_plane_alone([column], wanted=True), in_one_plane_alone([column], wanted=False)
     ({'in_one_plane': ['column']}, {})
     """
     from rockframe.structures.contract import why_not_both
 
-    if pairs:
+    if not wanted:
         return {}
     names = [structure.name for structure in structures if not why_not_both(structure)]
     return {"in_one_plane": names} if names else {}

@@ -205,8 +205,7 @@ def respond_stage(
                 "structures": [structure.name for structure in structures],
                 "pulses": pulses_path is not None,
             }
-            | ({"pairs": True} if pairs else {})
-            | (in_one_plane_alone(structures, bool(pairs)) if both else {}),
+            | ({"pairs": True} if pairs else in_one_plane_alone(structures, both)),
             left_out=left_out,
             batch=batch.stated,
             motions=file.most_parts,

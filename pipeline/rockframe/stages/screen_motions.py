@@ -291,7 +291,7 @@ class Motions:
     def in_one_plane_alone(self, structures: Sequence[Structure]) -> dict[str, list[str]]:
         """Return the parameter of a file of `in_one_plane_alone`; nothing if it is not wanted."""
         wanted = self._options.both_directions and not self._options.azimuths_degree
-        return in_one_plane_alone(structures, bool(self._pairs)) if wanted else {}
+        return in_one_plane_alone(structures, wanted and not self._pairs)
 
     def uncertain(self, motion: Motion) -> Uncertain | None:
         """Return what versions of a motion for the members are made of; None if it has only one."""
