@@ -162,3 +162,17 @@ def test_a_file_of_a_later_version_opens_without_what_is_not_known_here(motion: 
         file.createVariable("quantity_of_a_later_version", "f8", ("record",))
     with rockframe.open_records(records) as opened:
         assert len(list(opened)) == 1
+
+
+#: Words in commands of pages that only a clone has, and pages that say so or take other files.
+OF_CLONE = ("records/ridgecrest2019", "workflows/", "make ", "tests.")
+NEED_MORE = {"archive", "compare", "findings", "formats-of-others", "select", "validation"}
+
+
+def test_commands_of_the_pages_run_without_a_clone() -> None:
+    """A stranger has the installed package alone, and types what the pages show."""
+    for page in sorted((REPOSITORY / "docs").rglob("*.md")):
+        if page.stem not in NEED_MORE and "generated" not in page.parts:
+            shown = re.sub(r"<!-- before:.*?-->", "", page.read_text("utf-8"), flags=re.DOTALL)
+            for commands in re.findall(r"^```(?:sh|python)\n(.*?)^```", shown, re.DOTALL | re.M):
+                assert [word for word in OF_CLONE if word in commands] == [], f"{page}: {commands}"

@@ -111,6 +111,15 @@ def test_of_a_fall_no_rotation_is_told_and_checks_have_units(page: str) -> None:
     assert facts["grounds"][0]["checks"][0][2].replace("\N{NO-BREAK SPACE}", " ") == "≤ 19.62 m s⁻²"
 
 
+def test_responses_that_are_not_computed_do_not_make_a_page_nominal(bundled_run: Path) -> None:
+    """Rectangular columns have no response in both directions, beside an ensemble of all others."""
+    rows = list(rows_of(bundled_run / "table.csv"))
+    assert {row["verdict"] for row in rows if not row["share_overturned"]} == {"not_computed"}
+    page = (bundled_run / "report.html").read_text(encoding="utf-8")
+    assert "there is no ensemble" not in page
+    assert " nominally</dt>" not in page
+
+
 def test_labels_say_which_values_are_nominal_and_which_of_the_ensemble(page: str) -> None:
     """All but the shares and the robust margins are of the structure as given."""
     facts = json.loads(Parsed(page).texts["facts"])

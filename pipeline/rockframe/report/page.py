@@ -240,7 +240,8 @@ def _forces(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _sentence(row: Mapping[str, str], verdict: SpreadVerdict) -> str:
-    sentence = f"{'nominally ' * verdict.is_nominal}{verdict.sentence}"
+    nominally = "nominally " * (verdict.is_nominal and verdict.is_computed)
+    sentence = f"{nominally}{verdict.sentence}"
     return "; ".join(filter(None, (sentence, peak_words(row))))
 
 
@@ -454,7 +455,7 @@ def _overview(run: Run) -> dict[str, Any]:
         "verdicts": verdicts,
         "peaks": [peak_words(row) for row in run.rows],
         "tones": [tone(verdict) for verdict in verdicts],
-        "nominal": any(verdict.is_nominal for verdict in verdicts),
+        "nominal": any(verdict.is_nominal and verdict.is_computed for verdict in verdicts),
         "counts": run.counts,
         "total": total,
         "records_in_all": (computed := total // max(len(structures), 1)),
