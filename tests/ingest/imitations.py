@@ -8,22 +8,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
+from tests.ingest.conftest import ROOT
 from tests.ingest.test_afad import afad as afad_of
 from tests.ingest.test_cosmos import channel as cosmos_channel
 from tests.ingest.test_geonet import component as geonet_component
+
+from rockframe.ingest import read_bytes, read_file
+from rockframe.record import Record
 
 Float = NDArray[np.float64]
 
 
 def motion(count: int, peak: float, place: int, decimals: int) -> Float:
-    """Return noise that fades in and out, rounded, with its largest value at a place."""
-    noise = np.random.default_rng(count).uniform(-1.0, 1.0, count)
-    samples = np.round(0.5 * abs(peak) * noise * np.hanning(count), decimals)
-    samples[place] = round(peak, decimals)
-    return samples
+    """Return smooth noise that fades in and out, rounded, with its largest value at a place."""
+    noise = np.random.default_rng((count, place)).uniform(-1.0, 1.0, count)
+    smooth = np.convolve(noise, np.hanning(21) / 10.0, "same") * np.hanning(count)
+    samples = 0.4 * abs(peak) * smooth / np.abs(smooth).max()
+    rise = np.exp(-(((np.arange(count) - place) / 4.0) ** 2))
+    return np.round(samples + (peak - samples[place]) * rise, decimals)
 
 
 def lines_of(cells: Sequence[str], columns: int) -> list[str]:
@@ -139,7 +146,7 @@ def v0() -> bytes:
         reals=reals | {65: 45.29, 64: 985881.0},
     )
     texts = ["Processed:" if line.startswith("Processed:") else line for line in lines]
-    return joined(texts, "\n")
+    return joined(texts, "\n").replace(b"Location:", b"Location:Ground")
 
 
 def v2c() -> bytes:
@@ -222,6 +229,7 @@ def esm() -> bytes:
         **{"SAMPLING_INTERVAL_S": "0.005000", "NDATA": "19128", "DURATION_S": "95.640"},
         **{"STREAM": "HNE", "UNITS": "cm/s^2", "PGA_CM/S^2": "0.300022"},
         **{"TIME_PGA_S": "20.670000", "BASELINE_CORRECTION": "BASELINE REMOVED"},
+        **{"LOW_CUT_FREQUENCY_HZ": "0.100", "HIGH_CUT_FREQUENCY_HZ": "30.000"},
         **{"HEADER_FORMAT": "DYNA 1.2", "DATA_TYPE": "ACCELERATION", "PROCESSING": "manual"},
     }
     rows = [f"{sample:.6f}" for sample in samples]
@@ -267,3 +275,110 @@ IMITATIONS: dict[str, Callable[[], bytes]] = {
 def imitation(file: str) -> bytes:
     """Return the imitation of a shared file."""
     return IMITATIONS[file]()
+
+
+def content(file: str) -> bytes:
+    """Return the shared file of this name, else its imitation; skip if there is none."""
+    shared = ROOT.parent / "shared" / "records" / "formats" / file
+    if shared.is_file():
+        return shared.read_bytes()
+    if file not in IMITATIONS:
+        pytest.skip("no folder 'shared/records' beside the repository")
+    return imitation(file)
+
+
+def records_of(file: str) -> list[Record]:
+    """Return the records of a file of `content`, with what lies beside it."""
+    shared = ROOT.parent / "shared" / "records" / "formats" / file
+    return read_file(shared) if shared.is_file() else read_bytes(Path(file), content(file))
+
+
+#: The components NS, EW, UD of the layouts below [g], 2500 samples at 0.01 s.
+NS, EW, UD = (
+    motion(2500, peak, place, 6) for peak, place in ((0.4704, 2248), (0.5636, 2137), (0.3612, 2000))
+)
+TIMES = 0.01 * np.arange(2500)
+
+
+def table(columns: Sequence[Float], between: str, form: str = ".6f", end: str = "") -> list[str]:
+    rows = zip(*columns, strict=True)
+    return [between.join(f"{value:{form}}" for value in row) + end for row in rows]
+
+
+def clock(time: float) -> str:
+    minutes, seconds = divmod(19 * 60 + 53 + time, 60)
+    return f"03:{int(minutes):02d}:{seconds:09.6f}"
+
+
+def knet_csv() -> bytes:
+    """A K-NET CSV of three components with offsets, which end at -11.28 gal."""
+    columns = [
+        100.0 * motion(11500, peak, 3000, 4) + offset
+        for peak, offset in ((0.20, -11.72), (0.16, -5.26), (-0.07, -11.28))
+    ]
+    columns[1][1] = -5.13
+    columns[2][-41:-1] = -11.20 - 0.01 * (np.arange(40) % 12)
+    head = [
+        *("#K-NET CSV", "#Event", "#OriginTime,Latitude,Longitude,Depth(km),Magnitude"),
+        *("#2008/06/14 08:43:00,39.028,140.880,8,7.2", "#Station"),
+        *("#Code,Latitude,Longitude,Height(m)", "#AOM017,40.6363,139.9284,42", "#Record"),
+        *("#SamplingFrequency(Hz)", "#100", "#DurationTime(s)", "#115"),
+        *("#Offset", "#N-S(gal),E-W(gal),U-D(gal)", "#-11.72,-5.26,-11.28"),
+        "#Time,RelativeTime(s),N-S(gal),E-W(gal),U-D(gal)",
+    ]
+    rows = table([0.01 * np.arange(11500), *columns], ",", ".2f")
+    start = 8 * 3600 + 44 * 60 + 3
+    stamps = (divmod(start + 0.01 * k, 60) for k in range(11500))
+    times = (f"{int(m) // 60:02d}:{int(m) % 60:02d}:{s:05.2f}" for m, s in stamps)
+    lines = [f"2008/06/14 {time},{row}" for time, row in zip(times, rows, strict=True)]
+    return joined([*head, *lines], "\n")
+
+
+def jma_csv() -> bytes:
+    head = [
+        *("SITE CODE=  47662東京,,", " LAT.=  35.69,,", " LON.= 139.76,,"),
+        *("SAMPLING RATE= 100Hz,,", "UNIT  = gal(cm/s/s),,"),
+        *("INITIAL TIME = 2011 03 11 14 46 40,,", "NS,EW,UD"),
+    ]
+    rows = table([981.0 * part for part in (NS, EW, UD)], ",", ".3f")
+    return "\n".join([*head, *rows[:-1], "125.333,51.678,42.112", ""]).encode("shift_jis")
+
+
+#: Tables in layouts that people of this field hold.
+LAYOUTS: dict[str, Callable[[], list[str]]] = {
+    "01_eight_channels.csv": lambda: table([(1.0 + 0.1 * k) * EW for k in range(8)], ","),
+    "01_pairs4_gal.th": lambda: lines_of(
+        [f"{t:10.4f}{x:10.4f}" for t, x in zip(TIMES, 981.0 * EW, strict=True)], 4
+    ),
+    "02_savetxt_header.txt": lambda: ["# time_s NS_g EW_g", *table([TIMES, NS, EW], " ")],
+    "03_two_components.txt": lambda: table([NS, EW], " "),
+    "04_values5perline.txt": lambda: lines_of([f"{x:14.6e}" for x in EW], 5),
+    "05_clock_time.csv": lambda: [
+        "time,acc_g",
+        *(f"{clock(t)},{x:.6f}" for t, x in zip(TIMES, EW, strict=True)),
+    ],
+    "06_pandas_index.csv": lambda: [
+        ",time_s,acc_g",
+        *(f"{k},{t:.2f},{x:.6f}" for k, (t, x) in enumerate(zip(TIMES, EW, strict=True))),
+    ],
+    "06_trailing_comma.csv": lambda: ["time_s,acc_g", *table([TIMES, EW], ",", end=",")],
+    "07_deepsoil.txt": lambda: ["2500 0.010", *table([TIMES, EW], " ")],
+    "07_names_then_units.csv": lambda: [
+        *("Time,NS,EW,UD", "s,g,g,g"),
+        *table([TIMES, NS, EW, UD], ","),
+    ],
+    "07_nees.txt": lambda: [
+        *("Active channels: Time, ACC01, ACC02", "Sample rate: 100", "Channel units: sec,g,g"),
+        *("", "Time\tACC01\tACC02", *table([TIMES, NS, EW], "\t")),
+    ],
+    "09_h1h2v.csv": lambda: ["time_s,H1,H2,V", *table([TIMES, EW, NS, UD], ",")],
+    "09_mg.csv": lambda: [
+        "Time (s),Acceleration (mg)",
+        *table([TIMES, 1000.0 * EW], ",", ".3f"),
+    ],
+}
+
+
+def layout(name: str) -> bytes:
+    """Return a table in a layout."""
+    return joined(LAYOUTS[name](), "\n")

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.ingest.imitations import content
 from tests.ingest.shared import CLAIMED
 
 from rockframe.errors import InputError
@@ -200,8 +201,8 @@ def test_trimmed_is_part_of_untrimmed(shared_records: Path, bundled_records: Pat
 
 
 @pytest.mark.parametrize(("name", "known"), CLAIMED.items())
-def test_each_file_is_claimed_rightly(shared_records: Path, name: str, known: str) -> None:
-    head = (shared_records / "formats" / name).read_bytes()[:4096]
+def test_each_file_is_claimed_rightly(name: str, known: str) -> None:
+    head = content(name)[:4096]
     assert [entry.name for entry in FORMATS if entry.sniff(head)] == [known] * bool(known)
 
 

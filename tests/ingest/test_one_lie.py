@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.ingest.conftest import ROOT
-from tests.ingest.imitations import IMITATIONS, imitation
+from tests.ingest.imitations import IMITATIONS, content, imitation
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, read_bytes
@@ -100,12 +99,6 @@ LIES = [
         AFAD, rb"DATA          : 28683", b"DATA          : 28682", "28682 in the header, 28683 rows"
     ),
 ]
-
-
-def content(file: str) -> bytes:
-    """Return the file of this name: the shared one, or its imitation."""
-    shared = ROOT.parent / "shared" / "records" / "formats" / file
-    return shared.read_bytes() if shared.is_file() else imitation(file)
 
 
 @pytest.mark.parametrize("file", IMITATIONS)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.ingest.imitations import jma_csv, knet_csv
 
 from rockframe.errors import InputError
 from rockframe.ingest import FORMATS, ReadOptions, read_bytes, read_file, sniff_format
@@ -323,17 +324,15 @@ def test_a_csv_of_knet_is_the_record_of_its_ascii(
         ),
     ],
 )
-def test_a_damaged_csv_of_knet_is_refused(
-    shared_reports: Path, change: Callable[[bytes], bytes], message: str
-) -> None:
-    data = (shared_reports / "08_knet_AOM017.csv").read_bytes()
+def test_a_damaged_csv_of_knet_is_refused(change: Callable[[bytes], bytes], message: str) -> None:
+    data = knet_csv()
     assert change(data) != data
     with pytest.raises(InputError, match=message):
         read_bytes("AOM017.csv", change(data))
 
 
-def test_the_peaks_of_a_csv_of_knet_are_without_the_offset(shared_reports: Path) -> None:
-    data = (shared_reports / "08_knet_AOM017.csv").read_bytes()
+def test_the_peaks_of_a_csv_of_knet_are_without_the_offset() -> None:
+    data = knet_csv()
     records = read_bytes("AOM017.csv", data)
     peaks = [100.0 * float(np.abs(record.acceleration).max()) for record in records]
     assert all(np.isnan(record.peak_ratio) for record in records)
@@ -348,8 +347,8 @@ def test_the_peaks_of_a_csv_of_knet_are_without_the_offset(shared_reports: Path)
 
 
 @pytest.mark.parametrize("left", [-3, -4])
-def test_a_cut_csv_of_jma_is_refused(shared_reports: Path, left: int) -> None:
-    data = (shared_reports / "08_jma.csv").read_bytes()
+def test_a_cut_csv_of_jma_is_refused(left: int) -> None:
+    data = jma_csv()
     with pytest.raises(InputError, match="the file ends within '42"):
         read_bytes("a.csv", data[: left + 1])
     whole = read_bytes("a.csv", data)
@@ -357,13 +356,13 @@ def test_a_cut_csv_of_jma_is_refused(shared_reports: Path, left: int) -> None:
         np.testing.assert_array_equal(record.acceleration, other.acceleration)
 
 
-def test_a_csv_of_jma(shared_reports: Path) -> None:
-    records = read_file(shared_reports / "08_jma.csv")
+def test_a_csv_of_jma() -> None:
+    records = read_bytes("08_jma.csv", jma_csv())
     peaks = [float(np.abs(record.acceleration).max()) / 9.81 for record in records]
     assert peaks == pytest.approx([0.4704, 0.5636, 0.3612], abs=5e-5)
     assert {record.station for record in records} == {"47662 東京"}
     assert records[0].start_time == "2011-03-11T05:46:40Z"
-    data = (shared_reports / "08_jma.csv").read_bytes()
+    data = jma_csv()
     with pytest.raises(InputError, match=r"'UNIT'.*|UNIT 'm/s2'"):
         read_bytes("a.csv", data.replace(b"gal(cm/s/s)", b"m/s2"))
 

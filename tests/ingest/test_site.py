@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from tests.ingest.imitations import records_of
 
-from rockframe.ingest import read_file
 from rockframe.ingest.identify import (
     site_of_cosmos,
     site_of_depth,
@@ -95,5 +93,5 @@ def test_a_vault_near_the_surface_is_no_borehole() -> None:
         ("miniseed/CI.CLC..HNE.mseed", UNKNOWN),
     ],
 )
-def test_real_files(shared_records: Path, file: str, site: SiteType) -> None:
-    assert {record.site_type for record in read_file(shared_records / "formats" / file)} == {site}
+def test_real_files(file: str, site: SiteType) -> None:
+    assert {record.site_type for record in records_of(file)} == {site}

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.ingest.imitations import records_of
 
 from rockframe.errors import InputError
 from rockframe.ingest import read_bytes, read_file
@@ -120,8 +121,8 @@ def test_esm_states_sign_and_time() -> None:
         ("csmip/CE89146.V1", math.nan, math.nan),
     ],
 )
-def test_the_archives_filters(name: str, low: float, high: float, shared_records: Path) -> None:
-    for record in read_file(shared_records / "formats" / name):
+def test_the_archives_filters(name: str, low: float, high: float) -> None:
+    for record in records_of(name):
         assert (record.filter_low, record.filter_high) == pytest.approx((low, high), nan_ok=True)
 
 

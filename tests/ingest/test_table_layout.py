@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.ingest.imitations import layout
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import ReadOptions, TextLayout, collect, read_bytes, read_file, sorted_out
+from rockframe.ingest import ReadOptions, TextLayout, collect, read_bytes, sorted_out
 from rockframe.ingest.parsing import Float
 from rockframe.ingest.parsing.timing import clock_seconds
 from rockframe.record import Orientation, Record
@@ -438,10 +439,8 @@ def test_real_channels_are_never_taken_as_one_series(shared_records: Path) -> No
         ("09_mg.csv", ReadOptions(), [0.5636]),
     ],
 )
-def test_reported_layouts(
-    shared_reports: Path, name: str, options: ReadOptions, peaks: list[float]
-) -> None:
-    records = read_file(shared_reports / name, options)
+def test_reported_layouts(name: str, options: ReadOptions, peaks: list[float]) -> None:
+    records = read_bytes(name, layout(name), options)
     sizes = [float(np.abs(record.acceleration).max()) / GRAVITY for record in records]
     assert sizes == pytest.approx(peaks, abs=5e-5)
     assert {(record.acceleration.size, record.time_step) for record in records} == {(2500, 0.01)}

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.ingest.imitations import layout
 
 from rockframe.errors import InputError, ParameterError
-from rockframe.ingest import ReadOptions, read_bytes, read_file
+from rockframe.ingest import ReadOptions, read_bytes
 from rockframe.ingest.formats.text import sniff
 from rockframe.ingest.parsing import Float
 from rockframe.record import Orientation, Record
@@ -556,10 +557,8 @@ def test_a_digit_more_or_fewer_before_the_point_is_no_damage(
         ("07_deepsoil.txt", ReadOptions("g", 0.01), 1.0),
     ],
 )
-def test_reported_tables(
-    shared_reports: Path, name: str, options: ReadOptions, scale: float
-) -> None:
-    [record] = read_file(shared_reports / name, options)
+def test_reported_tables(name: str, options: ReadOptions, scale: float) -> None:
+    [record] = read_bytes(name, layout(name), options)
     sizes = np.abs(record.acceleration)
     assert (record.time_step, sizes.size, int(sizes.argmax())) == (0.01, 2500, 2137)
     assert sizes.max() / 9.81 == pytest.approx(0.5636 * scale, rel=5e-4)

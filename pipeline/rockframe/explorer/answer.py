@@ -170,7 +170,7 @@ class ExploredMotion:
     search : PulseOptions, optional
         Options of the search for the pulse; None if the record has no usable period.
     uncertain : Uncertain, optional
-        The record with what its versions are made of, if it has several.
+        The record and the data of its versions, if it has several.
     """
 
     record: Record

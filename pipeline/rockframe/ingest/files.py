@@ -583,7 +583,7 @@ def _outcomes(
 
 
 def _trusting(name: str, options: ReadOptions, catalogues: _Catalogues) -> ReadOptions:
-    """Return options with what the catalogues in an archive say, below those beside it."""
+    """Return options with the words of catalogues in an archive, which others override."""
     within: dict[str, CatalogueEntry] = {}
     for folder, entries in catalogues.items():
         if folder and name.startswith(folder):

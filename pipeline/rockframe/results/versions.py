@@ -30,7 +30,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Uncertain:
-    """A record with what its versions are made of.
+    """A record, and the data from which its other versions are computed.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ class VersionSources:
         return cls(file, ensemble, others)
 
     def uncertain(self, record: Record) -> Uncertain | None:
-        """Return a record with what its versions are made of; None if it has only one version."""
+        """Return a record and the data of its versions; None if it has only one version."""
         ensemble, file = self.ensemble, self.file
         name = self.others.get(record.record_id)
         other = None if name is None else file.read(name)

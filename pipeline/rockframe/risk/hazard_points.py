@@ -166,8 +166,8 @@ def _refuse_probabilities(path: Path, lines: NDArray[np.int_], values: Float) ->
     if _NEAR_ONE <= often <= 1.0 and often / less < (strong / weak) ** _LEVEL:
         raise InputError(
             path,
-            f"{RATE} {often:g}, then {less:g}: level near 1, as probabilities in many years are. "
-            f"Must be rates. {_CONVERT}.",
+            f"{RATE} {often:g}, then {less:g}: level near 1, as if they were probabilities in many "
+            f"years. {_CONVERT}.",
             line=int(lines[1]),
         )
 

@@ -212,7 +212,7 @@ def _filtered(paths: Sequence[Path], filters: Filters) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class _Task:
-    """One record with what its versions are made of, and the models of each structure."""
+    """A record, the data of its other versions, and the models of each structure."""
 
     name: str
     record: Record
