@@ -35,6 +35,9 @@ def test_commands_options_choices_and_files_are_completed(tmp_path: Path) -> Non
     assert completed("rockframe respond --margins ", tmp_path) == ["none", "first", "robust"]
     assert completed("rockframe respond --marg", tmp_path) == ["--margins"]
     assert completed("rockframe ingest mot", tmp_path) == ["motion.csv"]
+    assert completed("rockframe figure moment", tmp_path) == ["moment-rotation"]
+    (tmp_path / "screen.nc").touch()
+    assert completed("rockframe figure scr", tmp_path) == ["screen.nc"]
     assert set(completed("rockframe ", tmp_path)) >= {*_VERBS}
 
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def add_figure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: the figure or files of stages, its data, and what to write."""
     names = "; ".join(f"{name}: {entry.summary}" for name, entry in FIGURES.items())
-    parser.add_argument(
+    figure: Any = parser.add_argument(
         "figure",
         nargs="+",
         metavar="FIGURE",
@@ -37,6 +37,7 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
         "figure of each record; screen: fragility and peaks; spectrum and compare: curves); or the "
         f"name of one figure. {names}",
     )
+    figure.completer = _completed
     parser.add_argument(
         "--output",
         "-o",
@@ -66,6 +67,14 @@ def add_figure(parser: argparse.ArgumentParser) -> None:
     add_grid(parser)
     arguments.add_structures(parser)
     add_options(parser, FigureOptions)
+
+
+def _completed(prefix: str, **_parsed: object) -> list[str]:
+    """Return the names of figures and the files with which a word can go on at the Tab key."""
+    from argcomplete.completers import FilesCompleter
+
+    files = FilesCompleter(["nc"])(prefix)
+    return [*(name for name in FIGURES if name.startswith(prefix)), *files]
 
 
 def _named(text: str) -> Path:
