@@ -129,7 +129,7 @@ def run_figure(options: argparse.Namespace) -> int:
     if not others and first in FIGURES:
         return _draw_named(options, first)
     for word in options.figure:
-        if Path(word).suffix != ".nc":
+        if Path(word).suffix != ".nc" and not Path(word).is_file():
             said = "is the name of one figure" if word in FIGURES else "is no figure"
             near = meant(word, FIGURES) or f" Names are: {', '.join(FIGURES)}."
             advice = "" if word in FIGURES else near

@@ -218,7 +218,7 @@ def _engine(count: int, workers: int | None) -> Engine:
     """Return the engine that draws a number of records, with at most this number of workers."""
     if workers in (0, 1):
         return OneProcess()
-    if count <= _FEW:
+    if count <= _FEW and workers is None:
         return HelpedProcess(prepare_drawing, 0.5 * _START)
     return ProcessPool(workers, patience=_START)
 
