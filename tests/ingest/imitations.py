@@ -30,7 +30,8 @@ def motion(count: int, peak: float, place: int, decimals: int) -> Float:
     smooth = np.convolve(noise, np.hanning(21) / 10.0, "same") * np.hanning(count)
     samples = 0.4 * abs(peak) * smooth / np.abs(smooth).max()
     rise = np.exp(-(((np.arange(count) - place) / 4.0) ** 2))
-    return np.round(samples + (peak - samples[place]) * rise, decimals)
+    rounded: Float = np.round(samples + (peak - samples[place]) * rise, decimals)
+    return rounded
 
 
 def lines_of(cells: Sequence[str], columns: int) -> list[str]:
@@ -297,7 +298,7 @@ def records_of(file: str) -> list[Record]:
 NS, EW, UD = (
     motion(2500, peak, place, 6) for peak, place in ((0.4704, 2248), (0.5636, 2137), (0.3612, 2000))
 )
-TIMES = 0.01 * np.arange(2500)
+TIMES: Float = np.arange(2500) / 100.0
 
 
 def table(columns: Sequence[Float], between: str, form: str = ".6f", end: str = "") -> list[str]:
@@ -326,7 +327,8 @@ def knet_csv() -> bytes:
         *("#Offset", "#N-S(gal),E-W(gal),U-D(gal)", "#-11.72,-5.26,-11.28"),
         "#Time,RelativeTime(s),N-S(gal),E-W(gal),U-D(gal)",
     ]
-    rows = table([0.01 * np.arange(11500), *columns], ",", ".2f")
+    seconds: Float = np.arange(11500) / 100.0
+    rows = table([seconds, *columns], ",", ".2f")
     start = 8 * 3600 + 44 * 60 + 3
     stamps = (divmod(start + 0.01 * k, 60) for k in range(11500))
     times = (f"{int(m) // 60:02d}:{int(m) % 60:02d}:{s:05.2f}" for m, s in stamps)
