@@ -60,11 +60,19 @@ def test_ingest_imports_no_computation_and_no_package_of_filters(home: Path) -> 
 
 
 def test_responding_imports_numba_and_no_package_of_statistics(home: Path) -> None:
-    """Numba would import `scipy.linalg`, and SciPy's quantiles `scipy.special`: 0.15 s."""
+    """Numba would import `scipy.linalg`, and SciPy's quantiles `scipy.special`: 0.15 s. Figures
+    alone need PyWavelets.
+    """
     words = ("respond", home / "run" / "records.nc", "--margins", "none", "--output")
     ((modules, _),) = imported((*words, home / "response.nc"))
     assert modules & OTHERS == {"numba"}
-    assert not modules & {"scipy.linalg", "scipy.special", "scipy.stats", "scipy.interpolate"}
+    assert not modules & {
+        "pywt",
+        "scipy.linalg",
+        "scipy.special",
+        "scipy.stats",
+        "scipy.interpolate",
+    }
 
 
 def test_a_run_with_nothing_to_do_imports_no_stage_and_verifying_it_draws_nothing(

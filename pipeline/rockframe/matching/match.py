@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
-import pywt
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
@@ -353,6 +352,8 @@ def scalogram(
     >>> [int(i) for i in np.unravel_index(abs(picture).argmax(), picture.shape)]
     [1, 500]
     """
+    import pywt  # for figures alone
+
     if wavelet not in _PYWAVELETS:
         allowed = ", ".join(_PYWAVELETS)
         raise ParameterError(f"Invalid wavelet {wavelet!r}. Must be one of: {allowed}.")
