@@ -219,6 +219,8 @@ def test_a_comparison_has_tables_and_a_page(
     assert "Designs over all 2 records" in printed
     assert "Best designs" in printed
     assert page.read_text(encoding="utf-8").count("<svg") == 7
+    for said in (printed, page.read_text(encoding="utf-8")):
+        assert "bent: compared in one plane, in which alone" in said
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,7 @@ def comparison_content(
     recordings: Mapping[str, Hashable],
     most: int | None = None,
     left_out: Mapping[str, str] | None = None,
+    note: str = "",
 ) -> dict[str, Any]:
     """Return the content of the section on a comparison.
 
@@ -83,6 +84,8 @@ def comparison_content(
         Largest number of rows to list; by default all.
     left_out : mapping of str to str, optional
         Reasons why other records were not computed, by identifier.
+    note : str
+        A note below the chart, see `comparison_note`.
     """
     designs = design_rows(rows, recordings)
     panels = _panels(designs)
@@ -95,6 +98,7 @@ def comparison_content(
         "best": best_rows(designs),
         "best_columns": BEST,
         "legend": DESIGN_LEGEND,
+        "note": note,
         "panels": panels,
         "size": (_CHARACTER * longest + 8.0, _WIDTH, _BESIDE, _LINE * len(designs)),
         "rows": rows[:most],
@@ -108,6 +112,7 @@ def render_comparison(
     rows: Sequence[Row],
     recordings: Mapping[str, Hashable],
     left_out: Mapping[str, str] | None = None,
+    note: str = "",
 ) -> str:
     """Return the page of a comparison: HTML without scripts, which sends no requests.
 
@@ -115,10 +120,10 @@ def render_comparison(
     ----------
     title : str
         Title of the page.
-    rows, recordings, left_out
+    rows, recordings, left_out, note
         As for `comparison_content`.
     """
-    content = comparison_content(rows, recordings, left_out=left_out)
+    content = comparison_content(rows, recordings, left_out=left_out, note=note)
     return render_still(Path(__file__).parent, "still.html", title=title, comparison=content)
 
 

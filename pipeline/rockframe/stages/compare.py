@@ -32,6 +32,7 @@ from rockframe.stages.common import (
     accepted,
     filtered_by,
     horizontal,
+    in_one_plane_alone,
     silent,
     unseen,
 )
@@ -125,7 +126,8 @@ def compare_stage(
             output,
             input_sha256=input_hash(*paths, structures_path),
             parameters={"against": list(compared[0].models)[1:], "structure": structure}
-            | {"ensemble": common.ensemble.stated(), "filters": filters.bounds()},
+            | {"ensemble": common.ensemble.stated(), "filters": filters.bounds()}
+            | in_one_plane_alone([rivals.frame for rivals in compared], True),
             left_out=ChainMap(left_out, filtered),
         )
     written(dataset)
@@ -334,6 +336,7 @@ def write_comparison_page(
     rows: Sequence[Mapping[str, Any]],
     recordings: Mapping[str, Hashable],
     left_out: Mapping[str, str] | None = None,
+    note: str = "",
 ) -> None:
     """Write one HTML page about a comparison: a chart of its designs, and its tables.
 
@@ -349,6 +352,8 @@ def write_comparison_page(
         As for `summary_rows`.
     left_out : mapping of str to str, optional
         Reasons why other records were not computed, by identifier.
+    note : str
+        A note below the chart, see `comparison_note`.
 
     Raises
     ------
@@ -358,5 +363,5 @@ def write_comparison_page(
     from rockframe.report.comparison import render_comparison
 
     with whole_file(path) as partial:
-        page = render_comparison(title, rows, recordings, left_out)
+        page = render_comparison(title, rows, recordings, left_out, note)
         partial.write_text(page, encoding="utf-8")

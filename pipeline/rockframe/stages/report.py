@@ -257,6 +257,7 @@ def report_stage(
     from rockframe.results.run import read_histories, read_run
     from rockframe.results.screen import read_screening
     from rockframe.results.stored import attributes_of
+    from rockframe.results.tables.notes import comparison_note
     from rockframe.results.tables.sentences import members_of
     from rockframe.results.tables.summary import left_out_reasons
 
@@ -274,9 +275,9 @@ def report_stage(
     comparison = None
     if compared in outputs:
         recordings = recordings_of(folder / RECORDS_FILE)
-        left_out = left_out_reasons(attributes_of(compared, "compare"))
-        rows = comparison_rows(compared)
-        comparison = comparison_content(rows, recordings, limits.rows, left_out)
+        attributes = attributes_of(compared, "compare")
+        beside = (limits.rows, left_out_reasons(attributes), comparison_note(attributes))
+        comparison = comparison_content(comparison_rows(compared), recordings, *beside)
     parameters = json.loads(attributes_of(folder / "response.nc", "response")["parameters"])
     others = (screening, comparison, members_of(parameters))
     page = sealed_page(render(content, read_histories(folder, shown), *others))

@@ -69,6 +69,7 @@ def run_compare(options: argparse.Namespace) -> int:
         best_rows,
         design_rows,
     )
+    from rockframe.results.tables.notes import comparison_note
     from rockframe.results.tables.summary import left_out_reasons
     from rockframe.stages.compare import compare_stage, write_comparison_page
     from rockframe.stages.figures import figures_stage
@@ -93,13 +94,15 @@ def run_compare(options: argparse.Namespace) -> int:
     rows = comparison_rows(written[0])
     recordings = ChainMap(*(recordings_of(record) for record in options.records))
     left_out = left_out_reasons(written[0].attrs)
+    note = comparison_note(written[0].attrs)
     designs = design_rows(rows, recordings)
     best = best_rows(designs)
     tables = arguments.write_tables(
         options, {"designs": designs, "best": best, _COMPARISON: rows}, _COMPARISON
     )
     if options.page:
-        write_comparison_page(options.page, options.output.stem, rows, recordings, left_out)
+        name = options.output.stem
+        write_comparison_page(options.page, name, rows, recordings, left_out, note)
         tables.append(str(options.page))
     if options.json:
         rejected = [vars(rejection) for rejection in rejections]
@@ -109,6 +112,8 @@ def run_compare(options: argparse.Namespace) -> int:
         console.show_json({**said, **beside, **named})
     else:
         _show_comparison(rows, designs, best, options.output, left_out)
+        if note:
+            print(console.filled(note))
         print(*tables, sep="\n", end="\n" if tables else "")
     for file in drawn:
         print(options.figures / file)

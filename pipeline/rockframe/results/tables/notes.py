@@ -79,7 +79,7 @@ def with_directions(rows: Iterable[Row], attributes: Mapping[str, str]) -> list[
     >>> row["directions"], row["not_both"][:41]
     (1, 'no station has both horizontal components')
     """
-    alone = set(json.loads(attributes.get("parameters", "{}")).get("in_one_plane", ()))
+    alone = set(_in_one_plane(attributes))
     if not alone:
         return list(rows)
     return [
@@ -92,6 +92,32 @@ def with_directions(rows: Iterable[Row], attributes: Mapping[str, str]) -> list[
         }
         for row in rows
     ]
+
+
+def comparison_note(attributes: Mapping[str, str]) -> str:
+    """Return that round columns are compared in one plane; "" if there are none.
+
+    Parameters
+    ----------
+    attributes : mapping of str to str
+        Attributes of the file of the comparison.
+
+    Examples
+    --------
+    >>> comparison_note({"parameters": '{"in_one_plane": ["bent"]}'})[:37]
+    'bent: compared in one plane, in which'
+    """
+    names = ", ".join(_in_one_plane(attributes))
+    return names and (
+        f"{names}: compared in one plane, in which alone isolated and monolithic bridges are "
+        "computed. Round columns follow both horizontal directions of the ground, and may overturn "
+        "where they stand in a plane: rockframe respond states the share in both."
+    )
+
+
+def _in_one_plane(attributes: Mapping[str, str]) -> list[str]:
+    """Return the structures of round columns that are in one plane alone."""
+    return list(json.loads(attributes.get("parameters", "{}")).get("in_one_plane", ()))
 
 
 def direction_notes(rows: Sequence[Cells]) -> list[str]:
