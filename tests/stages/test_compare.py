@@ -173,7 +173,7 @@ def test_records_of_two_files_are_compared_as_those_of_one(
     assert list(json.loads(found[1].attrs["input_sha256"])) == [
         *("bridge.toml", "records.nc", "records.nc (2)")
     ]
-    with pytest.raises(InputError, match=r"b/records.nc: holds 'second', as .*both/records.nc"):
+    with pytest.raises(InputError, match=r"b/records.nc: has record 'second', which .*both/"):
         compare_stage([both, second], output, bridge, against=["isolated"])
 
 
