@@ -141,6 +141,15 @@ class UnequalBent:
         )
 
     @property
+    def has_equal_columns(self) -> bool:
+        """True if both columns have the same height and width: then the bent is a frame.
+
+        Its columns turn alike and its beam does not turn, whatever their masses and the place of
+        the beam's centre.
+        """
+        return self.heights[0] == self.heights[1] and self.widths[0] == self.widths[1]
+
+    @property
     def height_ratio(self) -> float:
         """Height of the lower column over that of the higher one [1]."""
         return min(self.heights) / max(self.heights)

@@ -14,7 +14,13 @@ from rockframe.engines.engine import on_threads, threads
 from rockframe.rocking.excitation import GroundAcceleration
 from rockframe.rocking.kernels import steps
 from rockframe.rocking.response import as_ground, refuse_flight
-from rockframe.rocking.scenarios import AT_A_TIME, Prepared, coarse_bounds, scales_of
+from rockframe.rocking.scenarios import (
+    AT_A_TIME,
+    Prepared,
+    coarse_bounds,
+    respond_scenarios,
+    scales_of,
+)
 from rockframe.unequal.bent import UnequalBent, bent_positions, require_bent, tables
 from rockframe.unequal.kernels import kernel, lanes
 from rockframe.unequal.kernels.steps import TABLE_SIZE
@@ -116,6 +122,9 @@ def outcomes_of(
 ) -> dict[str, NDArray[Any]]:
     """Return outcomes of scenarios: verdicts, peaks on both sides, and times.
 
+    Bents of equal columns are computed as frames, and have the bits of `respond_scenarios`. Of them
+    both peaks are the larger one, from which the same quantities follow.
+
     Parameters
     ----------
     grounds, bents : sequence
@@ -131,20 +140,58 @@ def outcomes_of(
         ``verdict``; ``peak`` and ``speed``, the largest |theta| to the right and to the left [rad];
         ``uplift_time`` and ``overturning_time`` [s].
     """
+    equal = np.array([structure.has_equal_columns for structure in bents])[bent]
+    results = {name: np.empty(scale.size) for name in ("peak", "speed", *_TIMES)}
+    results = {"verdict": np.empty(scale.size, dtype=np.int8), **results}
+    for some, compute in ((equal, _of_equal_columns), (~equal, _of_unequal_columns)):
+        chosen = np.flatnonzero(some)
+        if chosen.size:
+            asked = ground[chosen], bent[chosen], scale[chosen]
+            for name, values in compute(grounds, bents, *asked).items():
+                results[name][chosen] = values
+    return results
+
+
+#: Names of the times of scenarios.
+_TIMES: Final = ("uplift_time", "overturning_time")
+
+
+def _of_equal_columns(
+    grounds: Sequence[GroundAcceleration],
+    bents: Sequence[UnequalBent],
+    ground: Index,
+    bent: Index,
+    scale: Float,
+) -> dict[str, NDArray[Any]]:
+    """Return the outcomes of bents of equal columns, which are frames."""
+    frames = [structure.equal_bent for structure in bents]
+    results = respond_scenarios(grounds, frames, ground, bent, scale)
+    times = {name: getattr(results, name) for name in _TIMES}
+    peak = results.peak_rotation
+    return {"verdict": results.verdict, "peak": peak, "speed": peak, **times}
+
+
+def _of_unequal_columns(
+    grounds: Sequence[GroundAcceleration],
+    bents: Sequence[UnequalBent],
+    ground: Index,
+    bent: Index,
+    scale: Float,
+) -> dict[str, NDArray[Any]]:
+    """Return the outcomes of other bents from the kernel of the linkage."""
     table = [tables(structure) for structure in bents]
     verdicts, summaries = outcomes(grounds, table, ground, bent, scale)
     peaks = np.empty((scale.size, 2))
     order = np.argsort(bent, kind="stable")
     for chosen in np.split(order, np.flatnonzero(np.diff(bent[order])) + 1):
-        if chosen.size:
-            sides = summaries[chosen][None, :, [kernel.PEAK_RIGHT, kernel.PEAK_LEFT]]
-            peaks[chosen] = rotations(table[bent[chosen[0]]], sides)[0]
+        sides = summaries[chosen][None, :, [kernel.PEAK_RIGHT, kernel.PEAK_LEFT]]
+        peaks[chosen] = rotations(table[bent[chosen[0]]], sides)[0]
+    times = summaries[:, [kernel.UPLIFT_TIME, kernel.OVERTURNING_TIME]].T
     return {
         "verdict": verdicts,
         "peak": peaks[:, 0],
         "speed": peaks[:, 1],
-        "uplift_time": summaries[:, kernel.UPLIFT_TIME],
-        "overturning_time": summaries[:, kernel.OVERTURNING_TIME],
+        **dict(zip(_TIMES, times, strict=True)),
     }
 
 
