@@ -10,14 +10,18 @@ import pytest
 from numpy.testing import assert_allclose
 
 from rockframe import (
+    Ensemble,
     GroundAcceleration,
     Pulse,
     RespondOptions,
     RockingFrame,
     UnequalBent,
     Verdict,
+    bent_ensemble,
     bent_forces,
+    bent_positions,
     column_forces,
+    impact_impulses,
     respond,
     respond_bent,
 )
@@ -26,7 +30,14 @@ from rockframe.results.response import responses_dataset
 from rockframe.results.tables.forces import force_rows, forces_in_words
 from rockframe.rocking import as_ground, reactions, with_contact
 from rockframe.structures.contract import Shaking, respond_each
-from rockframe.unequal.forces import base_shear, demand_of, largest_forces
+from rockframe.unequal.bent import linkage_of
+from rockframe.unequal.forces import (
+    base_shear,
+    demand_of,
+    force_bands,
+    impulses_of,
+    largest_forces,
+)
 from rockframe.units import GRAVITY
 
 from .cases import BENT, Float, random_bent, random_pulse
@@ -98,6 +109,92 @@ def test_moments_about_the_left_base_corner_balance(seed: int) -> None:
         )
 
 
+def momenta(bent: UnequalBent, side: float, rate: float) -> tuple[Float, Float]:
+    """Return momenta of the whole and of the beam as a bent passes rest towards or from a side.
+
+    They are across, upwards, and clockwise about the left column's base, over the mass of columns.
+    """
+    step = 1e-6 * side
+    at = bent_positions(bent, [step, 2.0 * step])
+    slope = np.array([2.0, -0.5]) / step  # at 0, of second order: all is 0 there
+    turn = np.stack([[step, 2.0 * step], at.theta_2]) @ slope
+    masses, tall = np.multiply(bent.heights, bent.widths), np.array(bent.heights)
+    masses = masses / masses.sum()
+    foot = np.array([0.0, bent.spacing]) + 0.5 * side * np.array(bent.widths)
+    level = tall[0] - tall  # of the bases, over that of the left column
+    across, up = 0.5 * tall * turn, 0.5 * side * np.array(bent.widths) * turn
+    x, y = foot - 0.5 * side * np.array(bent.widths), level + 0.5 * tall
+    inertia = masses * (tall**2 + np.array(bent.widths) ** 2) / 12.0
+    whole = [masses @ across, masses @ up, masses @ (y * across - x * up) + inertia @ turn]
+    u, v, psi = (values @ slope for values in (at.u, at.v, at.psi))
+    x, y = 0.5 * bent.spacing + bent.beam_offset, tall[0] + 0.5 * bent.beam_depth
+    _, own = linkage_of(bent).inertias
+    beam = np.array([bent.mass_ratio * u, bent.mass_ratio * v, 0.0])
+    beam[2] = y * beam[0] - x * beam[1] + float(own.squeeze()) * psi
+    return rate * (np.array(whole) + beam), rate * beam
+
+
+@seeds
+def test_impulses_of_impacts_change_the_momenta(seed: int) -> None:
+    """Those of the ground change the momentum of the whole, those of the columns that of the beam,
+    across, upwards, and about the left column's base; the ratio of speeds is that of the linkage.
+    """
+    bent = random_bent(np.random.default_rng(seed))
+    unit = 0.5 * (1.0 + bent.mass_ratio) * GRAVITY
+    sides = ((1.0, -1.0), (-1.0, 1.0))  # after, before: to the right, to the left
+    for direction, (after, before) in enumerate(sides):
+        kept = bent.restitutions[1 - direction]
+        old, new = momenta(bent, before, after), momenta(bent, after, after * kept)
+        widths, tall = np.array(bent.widths), np.array(bent.heights)
+        base, top = unit * impulses_of(bent)[direction]
+        for (across, up), corner, level, change in (
+            (base * [[-after], [1.0]], after, tall[0] - tall, new[0] - old[0]),
+            (top * [[-after], [1.0]], -after, [tall[0]] * 2, new[1] - old[1]),
+        ):
+            place = np.array([0.0, bent.spacing]) + 0.5 * corner * widths
+            pushed = [across.sum(), up.sum(), (np.array(level) * across - place * up).sum()]
+            assert_allclose(pushed, change, rtol=1e-5, atol=1e-5 * np.abs(change).max())
+
+
+def test_impulses_of_equal_columns_are_those_of_the_frame() -> None:
+    """On average, also with a stated loss; the column that the motion loads takes more."""
+    for factor in (1.0, 0.95):
+        bent, frame = (replace(of, restitution_factor=factor) for of in (EQUAL, FRAME))
+        impulses = impact_impulses(frame, 1.0)
+        to_right, to_left = impulses_of(bent)
+        assert_allclose(to_right[..., ::-1], to_left, rtol=1e-10)
+        for k, place in enumerate(("base", "top")):
+            for j, direction in enumerate(("horizontal", "vertical")):
+                expected = getattr(impulses, f"{place}_{direction}") / (5.0 * GRAVITY)
+                assert_allclose(to_right[k, j].mean(), expected, rtol=1e-10)
+        assert to_right[0, 1, 1] > to_right[0, 1, 0]
+
+
+def test_bands_of_members_that_are_alike_are_the_forces_of_the_bent() -> None:
+    alike = Ensemble(members=16, height=0.0, width=0.0, impact_loss=1.0, amplitude=0.0)
+    response = respond_bent(BENT, WEAKER)
+    forces = vars(largest_forces(response, bent_forces(response, WEAKER)))
+    assert min(forces.values()) > 0.0
+    for name, band in vars(force_bands(BENT, WEAKER, alike)).items():
+        assert_allclose(band, forces[name], rtol=1e-12)
+
+
+def test_bands_count_members_that_overturn_as_worst_and_leave_out_those_at_rest() -> None:
+    few = Ensemble(members=16)
+    strong = GroundAcceleration.from_samples(np.full(400, 5.0), 0.01)
+    for name, band in vars(force_bands(BENT, strong, few)).items():
+        assert band == (-np.inf,) * 3 if name.endswith("_least") else band == (np.inf,) * 3
+    weak = GroundAcceleration.from_samples(np.full(5, 0.5), 0.01)
+    assert np.isnan([*vars(force_bands(BENT, weak, few)).values()]).all()
+    # so weak that some members rest: the bands are those of the others
+    limit = min(BENT.uplift_accelerations) * GRAVITY
+    touch = Pulse(wavelet="symmetric_ricker", a_p=1.01 * limit, T_p=1.2, time=3.0)
+    spread = bent_ensemble(BENT, touch, Ensemble(members=16))
+    assert 0 < spread.uplifted < 16
+    bands = force_bands(BENT, touch, Ensemble(members=16))
+    assert np.isfinite([*vars(bands).values()]).all()
+
+
 def test_the_columns_carry_all_that_weighs_at_the_balance() -> None:
     """There the bent hardly accelerates."""
     still = GroundAcceleration.from_samples(np.zeros(3), 1e-6)
@@ -121,17 +218,19 @@ def test_there_are_no_forces_at_rest_and_the_motion_must_fit() -> None:
 EQUAL = UnequalBent(
     heights=(9.6, 9.6), widths=(1.6, 1.6), spacing=12.0, mass_ratio=4.0, beam_depth=2.0
 )
+FRAME = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
 PULSE = Pulse(wavelet="symmetric_ricker", a_p=0.54 * GRAVITY, T_p=1.5, time=3.0)
 #: A weaker one, under which unequal columns stand.
 WEAKER = Pulse(wavelet="symmetric_ricker", a_p=0.5 * GRAVITY, T_p=1.2, time=3.0)
 
 
 def test_largest_forces_of_equal_columns_are_those_of_the_frame() -> None:
-    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    frame = FRAME
     response = respond(frame, PULSE)
     each = column_forces(response, PULSE, spacing=12.0, beam_centre=1.0)
     own: Any
-    [own] = respond_each([EQUAL], Shaking(PULSE, RespondOptions(forces=True, margins="none")))
+    options = RespondOptions(forces=True, margins="none", ensemble=Ensemble(members=0))
+    [own] = respond_each([EQUAL], Shaking(PULSE, options))
     largest = own.column_forces
     for side, name in enumerate(("left", "right")):
         for place in ("base", "top"):
@@ -165,7 +264,7 @@ def test_files_have_the_forces_of_each_column_of_unequal_bents_alone() -> None:
     frame = RockingFrame(name="frame", height=9.6, width=1.6, mass_ratio=4.0)
     heavy = replace(BENT, name="piers", column_masses=(5e4, 4e4))
     structures: list[Any] = [frame, heavy]
-    options = RespondOptions(forces=True, margins="none")
+    options = RespondOptions(forces=True, margins="none", ensemble=Ensemble(members=16))
     responses = respond_each(structures, Shaking(WEAKER, options))
     file = responses_dataset({"pulse": responses}, structures)
     rows = {(row["structure"], row["force"]): row for row in force_rows(file)}
@@ -175,7 +274,13 @@ def test_files_have_the_forces_of_each_column_of_unequal_bents_alone() -> None:
     weight = 0.5 * 4.6 * 9e4 * GRAVITY / 1000.0
     column = bent.column_forces
     assert_allclose(shear["value"], weight * column.left_base_horizontal, rtol=1e-12)
-    assert np.isnan(shear["value_84"])
+    ends = [shear[f"value_{end}"] for end in (16, 50, 84)]
+    expected = force_bands(heavy, WEAKER, options.ensemble).left_base_horizontal
+    assert_allclose(ends, np.multiply(weight, expected), rtol=1e-12)
+    assert ends[0] < ends[2]
+    push = rows["piers", "right_top_impulse_vertical"]
+    assert push["unit"] == "kN s"
+    assert_allclose(push["value"], weight * column.right_top_impulse_vertical, rtol=1e-12)
     assert ("frame", "left_base_horizontal") not in rows
     assert ("piers", "base_joint_horizontal") not in rows
     assert ("frame", "base_joint_horizontal") in rows

@@ -389,6 +389,8 @@ def draw_moment_rotation(
     return Captioned(figure, "Moment and rotation", caption)
 
 
+#: Columns that differ, and their joints.
+_COLUMNS: Final = tuple((side, place) for place in ("base", "top") for side in ("left", "right"))
 #: Forces of each panel, with their labels.
 _PANELS: Final = {
     "horizontal force": {
@@ -397,12 +399,18 @@ _PANELS: Final = {
         "base_key_force": "base key",
         "top_joint_horizontal": "top joint",
         "top_key_force": "top key",
+        **{f"{side}_{place}_horizontal": f"{side} {place}" for side, place in _COLUMNS},
     },
     "vertical force": {
         "base_joint_vertical": "base, largest",
         "base_joint_vertical_least": "base, least",
         "top_joint_vertical": "top, largest",
         "top_joint_vertical_least": "top, least",
+        **{
+            f"{side}_{place}_vertical{least}": f"{side} {place}, {words}"
+            for side, place in _COLUMNS
+            for least, words in (("", "largest"), ("_least", "least"))
+        },
         "peak_tendon_force": "tendon",
         "peak_dissipater_force": "dissipaters",
     },
@@ -411,6 +419,11 @@ _PANELS: Final = {
         "base_impulse_vertical": "base, vertical",
         "top_impulse_horizontal": "top, horizontal",
         "top_impulse_vertical": "top, vertical",
+        **{
+            f"{side}_{place}_impulse_{direction}": f"{side} {place}, {direction}"
+            for side, place in _COLUMNS
+            for direction in ("horizontal", "vertical")
+        },
     },
 }
 

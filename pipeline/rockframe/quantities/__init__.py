@@ -177,30 +177,38 @@ def _at_joint(place: str, joint: str, more: str) -> tuple[Quantity, ...]:
 
 
 def _of_column(side: str, place: str, joint: str) -> tuple[Quantity, ...]:
-    """Declare the forces in the joint at one end of one of two columns that differ."""
+    """Declare forces and impulses in the joint at one end of one of two columns that differ."""
+    at_samples = "at the samples, while the structure rocks"
+    lifts = f"{at_samples}; if it is not positive, the joint would lift off"
     forces = (
-        ("horizontal", "largest horizontal force", "horizontal", ""),
-        ("vertical", "largest vertical force", "vertical, largest", ""),
-        (
-            "vertical_least",
-            "least vertical force",
-            "vertical, least",
-            "; if it is not positive, the joint would lift off",
+        ("horizontal", "largest horizontal force", "horizontal", at_samples),
+        ("vertical", "largest vertical force", "vertical, largest", at_samples),
+        ("vertical_least", "least vertical force", "vertical, least", lifts),
+        *(
+            (
+                f"impulse_{direction}",
+                f"largest {direction} impulse of impacts",
+                f"impact, {direction}",
+                "0 without impacts",
+            )
+            for direction in ("horizontal", "vertical")
         ),
     )
     return tuple(
         Quantity(
             name=f"{side}_{place}_{name}",
-            units="1",
+            units="s" if name.startswith("impulse") else "1",
             long_name=f"{words} in {joint} of the {side} column over half the weight of columns "
             "and beam",
             symbol=f"{side} column, {place} joint, {symbol}",
-            kind="force",
-            shown_unit="W",
+            kind="impulse" if name.startswith("impulse") else "force",
+            shown_unit="W s" if name.startswith("impulse") else "W",
+            of_joints=True,
             taken="column_forces",
-            comment=f"at the samples, while the structure rocks{more}",
+            comment=f"{comment}; of an ensemble, those of the members that uplift",
+            banded=True,
         )
-        for name, words, symbol, more in forces
+        for name, words, symbol, comment in forces
     )
 
 

@@ -67,7 +67,7 @@ _ENVELOPES: Final = tuple(variable.name for variable in ENVELOPES)
 #: Optional parts of a response.
 _PARTS: Final = (
     *("to_pulse", "margin", "ensemble", "contact", "restraint"),
-    *("forces", "force_bands", "column_forces", "parts"),
+    *("forces", "force_bands", "column_forces", "column_bands", "parts"),
 )
 
 
@@ -76,7 +76,9 @@ _CORRELATIONS: Final = "correlations"
 
 
 #: Those that are kept as arrays.
-_AS_ARRAYS: Final = ("ensemble", "contact", "forces", "force_bands", "column_forces")
+_AS_ARRAYS: Final = (
+    *("ensemble", "contact", "forces", "force_bands", "column_forces", "column_bands"),
+)
 
 
 class Components(NamedTuple):

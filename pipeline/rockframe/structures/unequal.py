@@ -32,7 +32,13 @@ from rockframe.rocking.verdict import ModelEnd
 from rockframe.structures.contract import Compared, Motion, Parameter, Shaking, in_one_plane
 from rockframe.unequal import BentResponse, UnequalBent, bent_ensemble, respond_bent
 from rockframe.unequal.ensemble import bent_members, member_peaks
-from rockframe.unequal.forces import base_shear, bent_forces, demand_of, largest_forces
+from rockframe.unequal.forces import (
+    base_shear,
+    bent_forces,
+    demand_of,
+    force_bands,
+    largest_forces,
+)
 from rockframe.unequal.margins import bent_margin
 from rockframe.unequal.scenarios import outcomes_of, quantities_of
 
@@ -195,6 +201,9 @@ def _response(structure: UnequalBent, motion: GroundAcceleration, shaking: Shaki
     if options.forces:
         largest = largest_forces(response, forces)
         response = replace(response, forces=demand, column_forces=largest)
+        if options.ensemble.members:
+            bands = force_bands(structure, motion, options.ensemble, shaking.versions)
+            response = replace(response, column_bands=bands)
     if shaking.parts:
         parts = tuple(_of_part(response, *ends) for ends in with_ends(shaking.parts))
         response = replace(response, parts=parts)

@@ -2,22 +2,31 @@
 
 Both columns and the beam are statically determinate: the moments of each column about its base
 corner, and those of the beam, give the forces at the top joints; the forces at the base follow. The
-equations are Newton's and Euler's, re-derived in coordinates that move with the ground.
+equations are Newton's and Euler's, re-derived in coordinates that move with the ground. Impulses of
+impacts obey the same ones, with changes of velocities in place of accelerations.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import astuple, dataclass, fields
+from functools import lru_cache
+from typing import Generic
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
+from rockframe.options.respond import Ensemble
+from rockframe.rocking.assessments import Band, Value
+from rockframe.rocking.margins.ensemble import quantiles, shaken
+from rockframe.rocking.margins.members import Versions, draws
 from rockframe.rocking.reactions import ColumnForces, ground_at_nodes
 from rockframe.rocking.verdict import Verdict
 from rockframe.unequal.bent import UnequalBent, linkage_of, tables
+from rockframe.unequal.ensemble import bent_members
 from rockframe.unequal.linkage import Linkage, Pose, Velocities
-from rockframe.unequal.response import BentResponse, Motion
+from rockframe.unequal.response import BentResponse, Motion, respond_bent
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -83,37 +92,45 @@ def bent_forces(response: BentResponse, motion: Motion) -> ColumnForces:
 
 
 @dataclass(frozen=True)
-class BentForces:
+class BentForces(Generic[Value]):
     """Largest and least forces in the joints of both columns, over half the weight of all [1].
 
     They are those at the nodes of the motion while the bent rocks, and NaN if it does not uplift,
     or if it overturns. Of vertical forces, a least one that is not positive means that the joint
-    would lift off.
+    would lift off. Impulses are the largest of all impacts [s], 0 without impacts.
 
     Parameters
     ----------
     left_base_horizontal, left_base_vertical, left_base_vertical_least : float
         Largest horizontal force between ground and left column, largest and least vertical one.
-    left_top_horizontal, left_top_vertical, left_top_vertical_least : float
+    left_base_impulse_horizontal, left_base_impulse_vertical : float
+        Largest impulses of impacts there [s].
+    left_top_horizontal, ..., left_top_impulse_vertical : float
         The same between beam and left column.
-    right_base_horizontal, right_base_vertical, right_base_vertical_least : float
-        The same between ground and right column.
-    right_top_horizontal, right_top_vertical, right_top_vertical_least : float
-        The same between beam and right column.
+    right_base_horizontal, ..., right_top_impulse_vertical : float
+        The same of the right column.
     """
 
-    left_base_horizontal: float
-    left_base_vertical: float
-    left_base_vertical_least: float
-    left_top_horizontal: float
-    left_top_vertical: float
-    left_top_vertical_least: float
-    right_base_horizontal: float
-    right_base_vertical: float
-    right_base_vertical_least: float
-    right_top_horizontal: float
-    right_top_vertical: float
-    right_top_vertical_least: float
+    left_base_horizontal: Value
+    left_base_vertical: Value
+    left_base_vertical_least: Value
+    left_base_impulse_horizontal: Value
+    left_base_impulse_vertical: Value
+    left_top_horizontal: Value
+    left_top_vertical: Value
+    left_top_vertical_least: Value
+    left_top_impulse_horizontal: Value
+    left_top_impulse_vertical: Value
+    right_base_horizontal: Value
+    right_base_vertical: Value
+    right_base_vertical_least: Value
+    right_base_impulse_horizontal: Value
+    right_base_impulse_vertical: Value
+    right_top_horizontal: Value
+    right_top_vertical: Value
+    right_top_vertical_least: Value
+    right_top_impulse_horizontal: Value
+    right_top_impulse_vertical: Value
 
 
 @dataclass(frozen=True)
@@ -134,8 +151,8 @@ class BentDemand:
     top_friction_demand: float
 
 
-def largest_forces(response: BentResponse, forces: ColumnForces) -> BentForces:
-    """Return the largest and least forces in the joints of both columns.
+def largest_forces(response: BentResponse, forces: ColumnForces) -> BentForces[float]:
+    """Return the largest and least forces in the joints of both columns, and impulses of impacts.
 
     Parameters
     ----------
@@ -158,9 +175,10 @@ def largest_forces(response: BentResponse, forces: ColumnForces) -> BentForces:
     share = 1.0 + response.bent.mass_ratio
     stands = np.isfinite(response.theta).all() and response.verdict is Verdict.STANDS
     rocks = np.isfinite(forces.base_shear[0]) & stands
+    impulses = _largest_impulses(response) if rocks.any() else np.full((2, 2, 2), math.nan)
     each = {}
     for side, name in enumerate(("left", "right")):
-        for place in ("base", "top"):
+        for k, place in enumerate(("base", "top")):
             shear, vertical = (
                 getattr(forces, f"{place}_{part}")[side, rocks] / share
                 for part in ("shear", "vertical")
@@ -168,7 +186,108 @@ def largest_forces(response: BentResponse, forces: ColumnForces) -> BentForces:
             each[f"{name}_{place}_horizontal"] = _largest(np.abs(shear))
             each[f"{name}_{place}_vertical"] = _largest(vertical)
             each[f"{name}_{place}_vertical_least"] = -_largest(-vertical)
+            for part, impulse in zip(("horizontal", "vertical"), impulses[k, :, side], strict=True):
+                each[f"{name}_{place}_impulse_{part}"] = float(impulse)
     return BentForces(**each)
+
+
+def force_bands(
+    bent: UnequalBent, motion: Motion, ensemble: Ensemble, versions: Versions | None = None
+) -> BentForces[Band]:
+    """Return the 16, 50 and 84 % quantiles of the largest forces over the members of an ensemble.
+
+    They are those of the members that uplift, and NaN if none does: forces of closed joints depend
+    on their stiffness. A member that overturns counts as beyond all others.
+
+    Parameters
+    ----------
+    bent : UnequalBent
+        The nominal bent.
+    motion, ensemble, versions
+        As for `bent_ensemble`; the ensemble has members.
+
+    Examples
+    --------
+    >>> from rockframe import Pulse
+    >>> bent = UnequalBent(heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0, mass_ratio=3.6)
+    >>> pulse = Pulse(wavelet="symmetric_ricker", a_p=0.5 * 9.81, T_p=1.2)
+    >>> bands = force_bands(bent, pulse, Ensemble(members=16))
+    >>> [round(force, 3) for force in bands.left_base_horizontal]
+    [0.201, 0.202, 0.204]
+    """
+    grounds, of_member = shaken([motion], ensemble, [versions])
+    each, fallen = [], []
+    shaking = zip(of_member[0].tolist(), draws(ensemble)[:, 3].tolist(), strict=True)
+    for member, (version, scale) in zip(bent_members(ensemble, bent), shaking, strict=True):
+        ground = grounds[version].scaled(scale)
+        response = respond_bent(member, ground)
+        if response.verdict is not Verdict.NO_UPLIFT:
+            each.append(astuple(largest_forces(response, bent_forces(response, ground))))
+            fallen.append(response.verdict is Verdict.OVERTURNS)
+    bands = {}
+    for k, field in enumerate(fields(BentForces)):
+        worse = -1.0 if field.name.endswith("_least") else 1.0
+        values = np.array([math.inf if falls else worse * forces[k]
+                           for forces, falls in zip(each, fallen, strict=True)])  # fmt: skip
+        bounds = worse * quantiles(values) if each else np.full(3, math.nan)
+        bands[field.name] = tuple(sorted(bounds.tolist()))
+    return BentForces(**bands)
+
+
+def _largest_impulses(response: BentResponse) -> Float:
+    """Return the largest impulses, shape (2: base and top, 2: horizontal and vertical, columns)."""
+    velocities = response.impact_velocities
+    largest = [np.abs(velocities[side]).max(initial=0.0)
+               for side in (velocities > 0.0, velocities < 0.0)]  # fmt: skip
+    impulses = impulses_of(response.bent) * np.array(largest)[:, None, None, None]
+    return np.asarray(impulses.max(axis=0))
+
+
+@lru_cache(maxsize=1024)
+def impulses_of(bent: UnequalBent) -> Float:
+    """Return the impulses of impacts per unit rate of theta just before them.
+
+    Parameters
+    ----------
+    bent : UnequalBent
+        The bent.
+
+    Returns
+    -------
+    array, shape (2, 2, 2, 2)
+        Impulses over half the weight of columns and beam, times the rate [s per rad s-1], of
+        impacts to the right and to the left; at base and top; horizontal, without a sign, and
+        vertical, positive where it presses the joint; on the left and on the right column.
+
+    Notes
+    -----
+    Re-derived: the changes of momentum of both columns and the beam, nine equations. With the
+    restitution of the linkage the eight impulses at corners fulfil them. Where `restitution_factor`
+    states another one, a moment that is the same on both columns is the ninth unknown.
+
+    Examples
+    --------
+    >>> bent = UnequalBent(heights=(9.0, 7.0), widths=(1.4, 1.4), spacing=12.0, mass_ratio=3.6)
+    >>> to_right, _ = impulses_of(bent)
+    >>> to_right[0, 1].round(3)
+    array([0.239, 0.323])
+    """
+    linkage, factor = linkage_of(bent), bent.restitution_factor
+    change = linkage.changes(factor)
+    (columns, beam), (own, turning) = linkage.masses, linkage.inertias
+    pose = linkage.pose(np.zeros((2, 1, 2, 1)))
+    x, y = change.columns
+    moments = 0.5 * columns * (pose.x * y - pose.y * x) - own * change.rotations
+    known = [*moments, -beam * change.beam[1], turning * change.turn, -beam * change.beam[0]]
+    nothing, each = np.zeros_like(pose.x[0]), np.ones_like(pose.x[0])
+    rows = [[*row, each if k < 2 else nothing] for k, row in enumerate(_equations(linkage, pose))]
+    rows.append([each, nothing, each, nothing, nothing])
+    solved = _solved(rows, known)
+    top_x, top_y = solved[:4:2], solved[1:4:2]
+    base_x, base_y = columns * x - top_x, columns * y - top_y
+    impulses = np.array([[np.abs(base_x), base_y], [np.abs(top_x), -top_y]])
+    unit = 2.0 / ((1.0 + bent.mass_ratio) * GRAVITY)
+    return np.moveaxis(unit * impulses[..., 0, :, 0], -1, 0)
 
 
 def demand_of(response: BentResponse, motion: Motion, forces: ColumnForces) -> BentDemand:
@@ -288,20 +407,32 @@ class _Moves:
         moments = 0.5 * columns * (pose.x * (y + gravity) - pose.y * (x + self.across))
         moments = moments - own * self.spins
         vertical = -mass * (self.beam[1] + gravity)
-        first_x, first_y = (-line for line in self.linkage.lever(pose))
-        second_x, second_y = first_x + pose.across, first_y + pose.up
-        # unknown forces: x and y on the first column, x and y on the second
-        nothing = np.zeros_like(pose.x[0])
-        rows = [
-            [-pose.y[0], pose.x[0], nothing, nothing],
-            [nothing, nothing, -pose.y[1], pose.x[1]],
-            [nothing, nothing + 1.0, nothing, nothing + 1.0],
-            [-first_y, first_x, -second_y, second_x],
-        ]
-        matrix = np.moveaxis(np.array(rows), (0, 1), (-2, -1))
-        right = np.stack([moments[0], moments[1], vertical, turning * self.turn], axis=-1)
-        forces = np.moveaxis(np.linalg.solve(matrix, right[..., None])[..., 0], -1, 0)
+        forces = _solved(_equations(self.linkage, pose), [*moments, vertical, turning * self.turn])
         return forces[::2], forces[1::2]
+
+
+def _equations(linkage: Linkage, pose: Pose) -> list[list[Float]]:
+    """Return the factors of the forces of the beam in its equations and those of the columns.
+
+    The forces are x and y on the first column, x and y on the second; the equations the moments of
+    each column about its base corner, the vertical force and the moment of the beam.
+    """
+    first_x, first_y = (-line for line in linkage.lever(pose))
+    second_x, second_y = first_x + pose.across, first_y + pose.up
+    nothing = np.zeros_like(pose.x[0])
+    return [
+        [-pose.y[0], pose.x[0], nothing, nothing],
+        [nothing, nothing, -pose.y[1], pose.x[1]],
+        [nothing, nothing + 1.0, nothing, nothing + 1.0],
+        [-first_y, first_x, -second_y, second_x],
+    ]
+
+
+def _solved(rows: list[list[Float]], known: list[Float]) -> Float:
+    """Return the solution of linear equations at all points, the unknowns in the first axis."""
+    matrix = np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    right = np.stack(np.broadcast_arrays(*known), axis=-1)
+    return np.moveaxis(np.linalg.solve(matrix, right[..., None])[..., 0], -1, 0)
 
 
 def _corner_accelerations(pose: Pose, rates: Float, spins: Float) -> tuple[Float, Float]:

@@ -236,14 +236,33 @@ class Linkage:
         product of the new field with the change of all velocities is zero. For equal columns this
         is eq (43) of Makris and Vassiliou (2013).
         """
+        return np.asarray(self._impact()[2][:, ::-1, 0])
+
+    def changes(self, factor: float) -> Velocities:
+        """Return the changes of all velocities in an impact per unit rate of theta_1 before it.
+
+        They are in the coordinates of the side after the impact. `factor` multiplies the ratio of
+        the speeds of `kept_speeds` [1].
+        """
+        old, new, ratio = self._impact()
+        kept = factor * ratio
+        return Velocities(
+            kept * new.columns - old.columns,
+            kept * new.beam - old.beam,
+            kept * new.rotations - old.rotations,
+            kept * new.turn - old.turn,
+        )
+
+    def _impact(self) -> tuple[Velocities, Velocities, Float]:
+        """Return the fields before and after impacts and the ratio of theta_1', by side after."""
         new = self.closed
         mirrored = np.array([-1.0, 1.0])[:, None, None, None]  # the other side's coordinates
         columns = -mirrored[..., None] * new.columns[:, :, :, ::-1]
         # towards the joints: the mirrored rotation is opposite, and so is its rate
         beam = -mirrored * new.beam[:, :, ::-1]
         old = Velocities(columns, beam, new.rotations[:, :, ::-1], new.turn[:, ::-1])
-        ratios = self.product(old, new) / self.product(new, new)
-        return np.asarray(ratios[:, ::-1, 0])
+        ratio = self.product(old, new) / self.product(new, new)
+        return old, new, np.asarray(ratio)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from rockframe.errors import ParameterError
 from rockframe.notebook import Shown, history_dataset
 from rockframe.record import Record
 from rockframe.rocking.assessments import (
+    Band,
     EnsembleResponse,
     Margin,
     PartResponse,
@@ -81,9 +82,9 @@ class BentResponse(Shown):
         Response of an ensemble of plausible bents, if it was computed.
     to_pulse : ToPulse, optional
         Response to the record's pulse alone, if it was computed.
-    contact, forces, column_forces : object, optional
-        Friction that the joints need, base shear, and forces in the joints of both columns, as
-        `rockframe.unequal.forces` has them, if they were computed.
+    contact, forces, column_forces, column_bands : object, optional
+        Friction that the joints need, base shear, and forces in the joints of both columns with
+        their quantiles over the ensemble, as `rockframe.unequal.forces` has them, if computed.
     parts : tuple of PartResponse
         Responses to the motions of a sequence.
     """
@@ -117,7 +118,8 @@ class BentResponse(Shown):
     to_pulse: ToPulse | None = None
     contact: BentDemand | None = None
     forces: BentDemand | None = None
-    column_forces: BentForces | None = None
+    column_forces: BentForces[float] | None = None
+    column_bands: BentForces[Band] | None = None
     parts: tuple[PartResponse, ...] = ()
 
     @property

@@ -186,7 +186,10 @@ def band(quantity: Quantity, along: str, source: str = "ensemble.bands") -> Vari
 
 
 #: Quantities that need the whole history, which only `--forces` computes; the base shear is one of the bands of peaks, too.
-_OF_JOINTS: Final = tuple(quantity for quantity in FORCES_OF_RESPONSE if quantity.of_joints)
+_OF_JOINTS, _OF_COLUMNS = (
+    tuple(quantity for quantity in FORCES_OF_RESPONSE if quantity.of_joints and quantity.taken == holder)
+    for holder in ("forces", "column_forces")
+)
 OF_FORCES: Final = optional("forces", *(
     of_quantity(quantity_at_joint, "record structure", "forces", "NaN where the structure overturns")
     for quantity_at_joint in (QUANTITIES["peak_base_shear"], *_OF_JOINTS)
@@ -194,12 +197,12 @@ OF_FORCES: Final = optional("forces", *(
 #: Forces of each column of structures whose columns differ.
 OF_COLUMN_FORCES: Final = optional("forces of each column", *(
     of_quantity(force, "record structure", force.taken, "NaN where the structure overturns, or has equal columns")
-    for force in FORCES_OF_RESPONSE
-    if force.taken == "column_forces"
+    for force in _OF_COLUMNS
 ))
 FORCES: Final = tuple(variable.name for variable in (*OF_FORCES, *OF_COLUMN_FORCES))
 #: Bands of these forces; that of the base shear is among the bands of peaks.
 OF_FORCE_BANDS: Final = optional("bands of forces", *(band(joint_force, "record structure", "force_bands") for joint_force in _OF_JOINTS))
+OF_COLUMN_BANDS: Final = optional("bands of forces of each column", *(band(column_force, "record structure", "column_bands") for column_force in _OF_COLUMNS))
 
 
 def of_ensemble(along: str) -> tuple[Variable, ...]:
@@ -304,6 +307,7 @@ RESPONSE_NC: Final = FileKind(
         *OF_FORCES,
         *OF_FORCE_BANDS,
         *OF_COLUMN_FORCES,
+        *OF_COLUMN_BANDS,
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns", "margin", comment=f"NaN if none was found up to largest_scale. Lower edge, with a relative error of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of the lowest intervals at least 1e-4 of the multiple wide, about 3 in 100 are missed"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),

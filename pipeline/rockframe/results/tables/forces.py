@@ -27,7 +27,8 @@ FORCES_LEGEND: Final = (
 #: The same of structures whose columns differ.
 COLUMNS_LEGEND: Final = (
     "Of two columns that differ, forces are those of each column while the structure rocks, over "
-    "half the weight W of columns and beam; without impulses, and without bands."
+    "half the weight W of columns and beam, and impulses the largest of the impacts. Quantiles are "
+    "those of the members that uplift."
 )
 #: What forces without the vertical motion lack.
 NO_VERTICAL: Final = (
@@ -202,7 +203,7 @@ def forces_in_words(rows: Iterable[Mapping[str, Any]]) -> str:
     rows = list(rows)
     forces = [QUANTITIES[row["force"]] for row in rows]
     differ = any(force.taken == "column_forces" for force in forces)
-    alike = any(force.of_joints for force in forces) or not differ
+    alike = any(force.of_joints and force.taken == "forces" for force in forces) or not differ
     said = [*[FORCES_LEGEND] * alike, *[COLUMNS_LEGEND] * differ]
     if _has_bands(rows):
         said.append(
