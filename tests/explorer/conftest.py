@@ -10,12 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rockframe import PairAcceleration
+from rockframe import PairAcceleration, UnequalBent
 from rockframe.explorer.answer import ExploredMotion
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration
 from rockframe.study.structures import bundled_records, read_structures
 
+#: Two unequal columns beside the structures of the package.
+PIERS = UnequalBent(
+    heights=(9.0, 7.0), widths=(1.4, 1.5), spacing=12.0, mass_ratio=3.6, name="piers"
+)
 TOKEN = "a-token-of-the-tests"  # noqa: S105 -- it opens nothing else
 
 
@@ -91,7 +95,7 @@ def explorer(
 
     with socket.create_server(("127.0.0.1", 0)) as listening:
         port = listening.getsockname()[1]
-        app = application([*bundled, long, both], read_structures(), TOKEN, port)
+        app = application([*bundled, long, both], [*read_structures(), PIERS], TOKEN, port)
         server = uvicorn.Server(configured(app))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()

@@ -16,8 +16,10 @@ from rockframe import (
     PairAcceleration,
     ParameterError,
     RockingFrame,
+    bent_ensemble,
     margins,
     respond,
+    respond_bent,
     wobble,
     wobbling_ensemble,
 )
@@ -35,6 +37,9 @@ from rockframe.record import Record
 from rockframe.results.versions import Uncertain
 from rockframe.rocking import as_ground, ensemble_responses, with_envelope
 from rockframe.signals.processing import AsRead, BandPass, correct
+from rockframe.structures.contract import kind_of
+
+from .conftest import PIERS
 
 BENT = {
     "height": "9.6",
@@ -135,7 +140,8 @@ def test_the_envelope_on_the_page_contains_that_of_all_samples(
     ground = bundled[0].ground
     assert isinstance(ground, GroundAcceleration)
     across = replace(ground, vertical=None)
-    full = with_envelope(respond(settings.frame, across), across)
+    frame = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
+    full = with_envelope(respond(frame, across), across)
     place = np.searchsorted(envelope["time"], full.time, side="right") - 1
     assert (np.array(envelope["low"])[place] <= np.asarray(full.theta_low) + 1e-6).all()
     assert (np.array(envelope["high"])[place] >= np.asarray(full.theta_high) - 1e-6).all()
@@ -150,7 +156,7 @@ def test_vertical_motion_counts_where_there_is_one(bundled: list[ExploredMotion]
     assert isinstance(ground, GroundAcceleration)
     assert plain.response.peak_rotation != both.response.peak_rotation
     assert both.response.peak_rotation == pytest.approx(
-        respond(plain.response.frame, ground).peak_rotation, rel=1e-12
+        respond(plain.response.structure, ground).peak_rotation, rel=1e-12
     )
 
 
@@ -159,7 +165,7 @@ def test_the_pulse_alone_is_that_of_the_record(bundled: list[ExploredMotion]) ->
     reply = asked(bundled, pulse="1", scale="2")
     best = find_pulses(bundled[0].record, options=PulseOptions(surrogates=0))
     pulse = best.matches[best.used].pulse
-    expected = respond(reply.response.frame, GroundAcceleration.from_pulse(pulse).scaled(2.0))
+    expected = respond(reply.response.structure, GroundAcceleration.from_pulse(pulse).scaled(2.0))
     assert reply.response.peak_rotation == pytest.approx(expected.peak_rotation, rel=1e-3)
     assert reply.facts()["pulse_words"].endswith(f"T_p {pulse.T_p:.3g} s")
     assert asked(bundled).facts()["pulse_words"] is None
@@ -172,11 +178,78 @@ def test_a_record_without_a_usable_period_has_no_pulse(bundled: list[ExploredMot
 
 def test_the_section_counts(bundled: list[ExploredMotion]) -> None:
     ratios = [
-        asked(bundled, section=section).response.frame.inertia_ratio
+        asked(bundled, section=section).response.structure.inertia_ratio
         for section in ("rectangular", "circular", "1.25")
     ]
     assert "above 50" in asked(bundled, mass_ratio="51").facts()["unusual"]
     assert ratios == [4.0 / 3.0, pytest.approx(1.331081, abs=1e-6), 1.25]
+
+
+SLOPE = {
+    **{name: str(value) for name, value in kind_of(PIERS).sliders(PIERS).items()},
+    **{name: BENT[name] for name in ("scale", "vertical", "pulse", "from", "to")},
+    "kind": "unequal",
+}
+
+
+def sloping(motions: list[ExploredMotion], **other: str) -> tuple[Any, Settings]:
+    held = {motion.record.record_id: motion for motion in motions}
+    settings = read_settings({"record": next(iter(held)), **SLOPE, **other})
+    return held, settings
+
+
+def test_two_unequal_columns_answer_as_respond_bent(bundled: list[ExploredMotion]) -> None:
+    held, settings = sloping(bundled, scale="1.5")
+    reply = answer(held, settings)
+    expected = respond_bent(PIERS, as_ground(bundled[0].record).scaled(1.5))
+    facts, (_, _, theta, u, v) = unpacked(reply.packed())
+    assert facts["peak_rotation_ratio"] == expected.peak_rotation_ratio > 0.0
+    for drawn, history in ((theta, expected.theta), (u, expected.u), (v, expected.v)):
+        np.testing.assert_allclose(drawn, history, rtol=1e-6, atol=1e-12)
+    assert (facts["heights"], facts["spacing"]) == ([9.0, 7.0], 12.0)
+    assert facts["balance"] == [*PIERS.balance_rotations]
+    level = f"{100.0 * expected.peak_level_difference:.1f} cm"
+    assert ["nominal level difference", level] in facts["peaks"]
+    assert ["width of the right column", "1.5 m"] in facts["properties"]
+    assert len(reply.table().splitlines()) == expected.time.size + 1
+
+
+def test_the_margin_of_two_unequal_columns_has_their_ensemble(strong: Record) -> None:
+    motion = ExploredMotion(strong, as_ground(strong))
+    reply = margin(*sloping([motion]))
+    assert reply["bands"] == bent_ensemble(PIERS, strong).facts()
+    assert reply["envelope"] is None
+    assert "strip" in reply["strip"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("height_left", "tall", "Invalid height_left 'tall'. Must be a finite number."),
+        ("height_right", "0", "Invalid heights (9.0, 0.0) of bent 'own'. Must be between"),
+        ("spacing", "1", "Invalid spacing 1.0 of bent 'own'. Must be above 1.45 m"),
+        ("section", "circular", "Invalid setting 'section'. Must be one of: record"),
+        ("kind", "fixed", "Invalid kind 'fixed'. Must be one of: rocking, unequal."),
+    ],
+)
+def test_a_wrong_value_of_two_columns_is_named(
+    bundled: list[ExploredMotion], name: str, value: str, words: str
+) -> None:
+    with pytest.raises(ParameterError) as error:
+        sloping(bundled, **{name: value})
+    assert words in str(error.value)
+
+
+def test_two_unequal_columns_rock_in_one_plane_only(both: ExploredMotion) -> None:
+    with pytest.raises(ParameterError, match=r"not computed for both directions\. Must be in one"):
+        answer(*sloping([both]))
+
+
+def test_columns_of_two_densities_are_not_shown() -> None:
+    alike = replace(PIERS, column_masses=(9.0 * 1.4e4, 7.0 * 1.5e4))
+    kind = kind_of(PIERS)
+    assert kind.sliders(alike) == kind.sliders(PIERS) != {}
+    assert kind.sliders(replace(PIERS, column_masses=(5e4, 5e4))) == {}
 
 
 def test_a_long_record_keeps_its_extremes(long: ExploredMotion) -> None:
@@ -311,7 +384,8 @@ def test_the_margin_of_both_components_is_that_of_their_ensemble(both: ExploredM
     settings = read_settings({**BENT, **ROUND})
     found = margin({"CCC-both": both}, settings)
     ground = in_both(both).scaled(0.6)
-    spread = wobbling_ensemble(settings.frame, ground)
+    assert isinstance(settings.structure, RockingFrame)
+    spread = wobbling_ensemble(settings.structure, ground)
     assert found["bands"] == spread.facts()
     assert found["envelope"] is None
     assert "nominal outcome not computed" in found["strip"]

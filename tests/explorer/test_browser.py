@@ -10,10 +10,18 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
-from rockframe import GroundAcceleration, PairAcceleration, RockingFrame, respond, wobble
+from rockframe import (
+    GroundAcceleration,
+    PairAcceleration,
+    RockingFrame,
+    bent_positions,
+    respond,
+    respond_bent,
+    wobble,
+)
 from rockframe.explorer.answer import ExploredMotion
 
-from .conftest import Address
+from .conftest import PIERS, Address
 
 SCREENSHOTS: Final = Path(__file__).parents[2] / "outputs" / "explorer"
 #: Script that returns the largest |theta| / alpha in the data of the plot of rotation.
@@ -158,6 +166,37 @@ def test_a_structure_sets_the_sliders(page: Any, explorer: Address) -> None:
     assert page.input_value("#structure") == "slender-column"
     assert "overturns " in page.inner_text("#verdict-line")
     assert page.locator("svg.frame .beam").count() == 0
+
+
+def test_two_unequal_columns_have_sliders_and_rock_with_their_beam(
+    page: Any, explorer: Address, bundled: list[ExploredMotion], complaints: list[str]
+) -> None:
+    opened(page, explorer)
+    choose(page, "structure", "piers")
+    assert page.locator("#height_left-slider").is_visible()
+    assert not page.locator("#height-slider").is_visible()
+    assert not page.locator("#section").is_visible()
+    slide(page, "height_right", 6.0)
+    bent = replace(PIERS, heights=(9.0, 6.0))
+    record = bundled[0].record
+    ground = GroundAcceleration.from_samples(record.acceleration, record.time_step)
+    expected = respond_bent(bent, ground)
+    balance = np.where(expected.theta > 0.0, *bent.balance_rotations)
+    plotted = page.evaluate(PLOTTED)
+    assert plotted == pytest.approx(np.abs(expected.theta / balance).max(), rel=1e-6)
+    assert "heights_m = [9, 6]" in page.inner_text("#toml")
+    assert "height of the right column" in page.inner_text("#structure-facts")
+    moment = float(page.get_attribute("#at-theta", "data-value"))
+    turn = float(page.get_attribute("svg.frame", "data-turn"))
+    assert turn == pytest.approx(float(bent_positions(bent, moment).psi), abs=1e-6)
+    assert abs(turn) > 1e-5
+    page.fill("#height_left", "none")
+    page.wait_for_function("() => document.documentElement.dataset.asking === 'false'")
+    assert page.get_attribute("#height_left", "aria-invalid") == "true"
+    complaints.clear()
+    choose(page, "structure", "bridge-bent")
+    assert page.locator("#height-slider").is_visible()
+    assert not page.locator("#height_left-slider").is_visible()
 
 
 def test_the_window_follows_the_rocking_until_one_is_chosen(page: Any, explorer: Address) -> None:

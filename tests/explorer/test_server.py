@@ -358,7 +358,7 @@ def test_structures_that_the_page_cannot_show_are_named() -> None:
     deck = IsolatedDeck(period=3.0, strength_ratio=0.05, yield_displacement=0.01, name="isolated")
     with pytest.warns(RockframeWarning, match=r"only: without 'isolated'\."):
         assert _shown([free, deck]) == [free]
-    with pytest.raises(ParameterError, match=r"columns only\. .* 'tied' are not"):
+    with pytest.raises(ParameterError, match=r"density, only\. .* 'tied' are not"):
         _shown([tied])
 
 

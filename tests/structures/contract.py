@@ -215,10 +215,14 @@ def is_resized_in_proportion(structures: Sequence[Any]) -> None:
 def has_sliders_that_make_it_again(structures: Sequence[Any]) -> None:
     """Rule 15: numbers are those of the structure; kinds that do not rock have none."""
     for structure in structures:
-        sliders = kind_of(structure).sliders(structure)
+        kind: Any = kind_of(structure)
+        sliders = kind.sliders(structure)
         assert not sliders or KINDS[structure.kind].rocks
-        for name, value in sliders.items():
-            assert isinstance(value, str) or value == getattr(structure, name)
+        if sliders:
+            assert [*sliders] == [*kind.slider_names]
+            again = kind.of_sliders(sliders)
+            assert again.kind == structure.kind
+            assert kind.sliders(again) == sliders
 
 
 def says_what_it_does_not_compute(structures: Sequence[Structure]) -> None:

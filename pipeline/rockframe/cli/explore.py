@@ -91,7 +91,10 @@ def _shown(stated: Sequence[Structure]) -> list[Structure]:
 
     structures = [structure for structure in stated if kind_of(structure).sliders(structure)]
     names = ", ".join(repr(setting.name) for setting in stated if setting not in structures)
-    shows = "The explorer shows free frames with prismatic columns only"
+    shows = (
+        "The explorer shows free frames with prismatic columns, and bents of two columns of one "
+        "density, only"
+    )
     if not structures:
         raise ParameterError(f"{shows}. State at least one such structure: {names} are not.")
     if names:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 
 from rockframe.cells import DASH, decimal
 from rockframe.errors import ParameterError, require_known
-from rockframe.frame import RockingFrame, unusual
 from rockframe.matching.record_pulses import find_pulses
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import Ensemble, RespondOptions
-from rockframe.parts import inertia_ratio_of
-from rockframe.quantities import PEAKS, Quantity
+from rockframe.quantities import PEAKS, QUANTITIES, Quantity
 from rockframe.record import Record
 from rockframe.results.versions import Uncertain
 from rockframe.rocking import (
@@ -27,35 +25,40 @@ from rockframe.rocking import (
     Response,
     Verdict,
     Versions,
-    respond,
-    with_ensemble,
     with_envelope,
-    with_margins,
 )
 from rockframe.rocking.verdict import Strip
-from rockframe.structures.contract import Shaking, StructureResponse, kind_of
+from rockframe.structures.contract import (
+    Shaking,
+    Structure,
+    StructureResponse,
+    kind_named,
+    kind_of,
+)
+from rockframe.study.kinds import KINDS
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
-from rockframe.web import deck_path, strip_svg, tone
+from rockframe.web import deck_path, drawn_shape, strip_svg, tone
 
 if TYPE_CHECKING:
-    from rockframe.wobbling import PairAcceleration, WobblingResponse
+    from rockframe.wobbling import PairAcceleration
 
 #: Largest scale of the ground motion [1].
 _LARGEST_SCALE: Final = 100.0
-_NUMBERS: Final = ("height", "width", "mass_ratio", "restitution_factor", "scale", "from", "to")
+_NUMBERS: Final = ("scale", "from", "to")
 _SWITCHES: Final = ("vertical", "pulse")
-_NAMES: Final = ("record", *_SWITCHES, "section", *_NUMBERS)
+#: A setting that is a word or a number.
+_SECTION: Final = "section"
 
 
 @dataclass(frozen=True)
 class Settings:
-    """A frame, a motion, and the window of time that is shown.
+    """A structure, a motion, and the window of time that is shown.
 
     Parameters
     ----------
-    frame : RockingFrame
-        The frame.
+    structure : Structure
+        The structure.
     record : str
         Identifier of the record.
     scale : float
@@ -63,12 +66,12 @@ class Settings:
     vertical : bool
         True if the vertical component is included.
     pulse : bool
-        True if only the record's pulse shakes the frame horizontally.
+        True if only the record's pulse shakes the structure horizontally.
     window : (float, float)
         Start and end of the time that is drawn in full detail [s].
     """
 
-    frame: RockingFrame
+    structure: Structure
     record: str
     scale: float
     vertical: bool
@@ -82,9 +85,10 @@ def read_settings(given: Mapping[str, str]) -> Settings:
     Parameters
     ----------
     given : mapping of str to str
-        ``record``; ``height`` and ``width`` of a column [m]; ``mass_ratio``,
-        ``restitution_factor``, ``scale`` [1]; ``section``: rectangular, circular, or an inertia
-        ratio [1]; ``vertical`` and ``pulse``: 0 or 1; ``from`` and ``to`` [s].
+        ``record``; ``kind`` of the structure, by default rocking, and the sliders of this kind: of
+        frames ``height`` and ``width`` of a column [m], ``mass_ratio``, ``restitution_factor`` [1],
+        and ``section``: rectangular, circular, or an inertia ratio [1]; ``scale`` [1];
+        ``vertical`` and ``pulse``: 0 or 1; ``from`` and ``to`` [s].
 
     Raises
     ------
@@ -96,18 +100,23 @@ def read_settings(given: Mapping[str, str]) -> Settings:
     >>> wide = {"record": "A", "height": "9.6", "width": "1.6", "mass_ratio": "4", "scale": "1",
     ...         "restitution_factor": "1", "section": "rectangular", "vertical": "0",
     ...         "pulse": "0", "from": "0", "to": "60"}
-    >>> read_settings(wide).frame.mass_ratio
+    >>> read_settings(wide).structure.mass_ratio
     4.0
     >>> read_settings({**wide, "scale": "nought"})
     Traceback (most recent call last):
     rockframe.errors.ParameterError: Invalid scale 'nought'. Must be a finite number.
     """
-    for name in _NAMES:
+    kind = _kind(given.get("kind", "rocking"))
+    sliders: Sequence[str] = kind.slider_names
+    names = ("record", *_SWITCHES, *sliders, *_NUMBERS)
+    for name in names:
         if name not in given:
             raise ParameterError(f"Missing setting {name!r}. State each setting once.")
     for name in given:
-        require_known("setting", name, _NAMES)
-    numbers = {name: _number(name, given[name]) for name in _NUMBERS}
+        require_known("setting", name, (*names, "kind"))
+    numbers = {
+        name: _number(name, given[name]) for name in (*sliders, *_NUMBERS) if name != _SECTION
+    }
     scale = numbers["scale"]
     if not 0.0 < scale <= _LARGEST_SCALE:
         raise ParameterError(
@@ -116,24 +125,25 @@ def read_settings(given: Mapping[str, str]) -> Settings:
     for name in _SWITCHES:
         if given[name] not in ("0", "1"):
             raise ParameterError(f"Invalid {name} {given[name]!r}. Must be 0 or 1.")
-    height, width, section = numbers["height"], numbers["width"], given["section"]
-    # The dimensions are checked before an inertia is computed from them.
-    frame = RockingFrame(height=height, width=width, name="own")
-    is_number = section[:1].isdigit()
-    ratio = _number("section", section) if is_number else inertia_ratio_of(section, height, width)
+    values: dict[str, float | str] = {name: numbers[name] for name in sliders if name in numbers}
+    if _SECTION in sliders:
+        section = given[_SECTION]
+        values[_SECTION] = _number(_SECTION, section) if section[:1].isdigit() else section
     return Settings(
-        frame=replace(
-            frame,
-            mass_ratio=numbers["mass_ratio"],
-            inertia_ratio=ratio,
-            restitution_factor=numbers["restitution_factor"],
-        ),
+        structure=kind.of_sliders(values),
         record=given["record"],
         scale=scale,
         vertical=given["vertical"] == "1",
         pulse=given["pulse"] == "1",
         window=(numbers["from"], numbers["to"]),
     )
+
+
+def _kind(name: str) -> Any:
+    """Return the kind of a name, if the page shows structures of it."""
+    shown = [each for each in KINDS if hasattr(kind_named(each), "of_sliders")]
+    require_known("kind", name, shown)
+    return kind_named(name)
 
 
 def _number(name: str, text: str) -> float:
@@ -191,13 +201,21 @@ class ExploredMotion:
         return self.ground.z is not None
 
 
+#: Numbers of rocking frames, and of all structures, that the page shows.
+_OF_FRAMES: Final = (
+    *("height", "width", "inertia_ratio", "slenderness", "size", "frequency_parameter"),
+    *("effective_frequency_parameter", "restitution", "uplift_acceleration"),
+)
+_OF_ALL: Final = ("mass_ratio", "restitution_factor")
+
+
 @dataclass(frozen=True, eq=False)
 class Answer:
     """A response, and the samples to draw.
 
     Parameters
     ----------
-    response : Response or WobblingResponse
+    response : StructureResponse
         The computed response.
     ground : GroundAcceleration or PairAcceleration
         The motion that caused it.
@@ -205,10 +223,10 @@ class Answer:
         Indices of the samples to draw, increasing: all samples of a short record, otherwise the
         extremes of rotation, lift and acceleration in many intervals.
     pulse : Pulse, optional
-        The unscaled pulse of the record, if the pulse alone shakes the frame.
+        The unscaled pulse of the record, if the pulse alone shakes the structure.
     """
 
-    response: Response | WobblingResponse
+    response: Any
     ground: GroundAcceleration | PairAcceleration
     places: Places
     pulse: Pulse | None = None
@@ -220,30 +238,37 @@ class Answer:
 
     def facts(self) -> dict[str, Any]:
         """Return verdict, peaks and parameters as JSON values in SI units; None if undefined."""
-        response, frame = self.response, self.response.frame
-        verdict = response.spread_verdict
-        numbers = {
+        response, structure = self.response, self.response.structure
+        verdict, kind = response.spread_verdict, kind_of(structure)
+        properties = kind.parameters(structure)
+        of_structure = {
+            name: getattr(structure, name)
+            for name in _OF_FRAMES + _OF_ALL
+            if hasattr(structure, name)
+        }
+        of_structure |= {each.name: each.value for each in properties}
+        shape, words = drawn_shape(of_structure)
+        numbers = of_structure | {
             name: getattr(response, name, np.nan)  # columns that roll have no impacts
             for name in (
                 *(quantity.name for quantity in PEAKS),
                 *("uplift_time", "overturning_time", "impacts"),
             )
-        } | {
-            name: getattr(frame, name)
-            for name in (
-                *("height", "width", "mass_ratio", "inertia_ratio", "restitution_factor"),
-                *("slenderness", "size", "frequency_parameter", "effective_frequency_parameter"),
-                *("restitution", "uplift_acceleration"),
-            )
         }
+        shown = [*PEAKS, *(QUANTITIES[name] for name in kind.quantities)]
         finite = {name: value if np.isfinite(value) else None for name, value in numbers.items()}
         return {
             "verdict": response.verdict.name.lower(),
             "tone": tone(verdict),
             "words": f"nominally {verdict.words}",
-            "unusual": unusual(frame.height, frame.mass_ratio, frame.slenderness),
+            "unusual": words,
+            "properties": [
+                [each.label, f"{each.value:.4g} {each.units.removeprefix('1')}".strip()]
+                for each in properties
+            ],
             **finite,
-            "peaks": [[f"nominal {quantity.symbol}", self._peak(quantity)] for quantity in PEAKS],
+            **shape,
+            "peaks": [[f"nominal {quantity.symbol}", self._peak(quantity)] for quantity in shown],
             "pulse_words": None if self.pulse is None else _words(self.pulse),
             "path": self._path(),
             "series": list(self._series()),
@@ -256,7 +281,7 @@ class Answer:
 
     def _path(self) -> str:
         """Return the path of the deck seen from above, under a motion in both directions."""
-        if isinstance(self.response, Response):
+        if isinstance(self.ground, GroundAcceleration):
             return ""
         response = self.response
         return deck_path(response.theta, response.u_x, response.u_y, response.frame.slenderness)
@@ -264,16 +289,13 @@ class Answer:
     def _series(self) -> dict[str, Float]:
         """Return the samples to draw, by name: see `packed`."""
         response, places = self.response, self.places
-        theta = response.theta[places]
-        frame = response.frame
         series = {
             "time": response.time[places],
             "acceleration": self.acceleration[places],
-            "theta": theta,
-            "u": frame.horizontal_displacement(theta),
-            "v": frame.vertical_displacement(theta),
+            **{name: np.asarray(getattr(response, name))[places] for name in ("theta", "u", "v")},
         }
-        return series if isinstance(response, Response) else series | {"phi": response.phi[places]}
+        in_one_plane = isinstance(self.ground, GroundAcceleration)
+        return series if in_one_plane else series | {"phi": response.phi[places]}
 
     def _peak(self, quantity: Quantity) -> str:
         """Return a peak with its unit; a dash if the structure overturns."""
@@ -288,7 +310,7 @@ class Answer:
         response, ground = self.response, self.ground
         series = {"time_s": response.time, "acceleration_m_s2": self.acceleration}
         moves = {"theta_rad": response.theta, "u_m": response.u, "v_m": response.v}
-        if not (isinstance(response, Response) or isinstance(ground, GroundAcceleration)):
+        if not isinstance(ground, GroundAcceleration):
             series |= {"acceleration_x_m_s2": ground.x, "acceleration_y_m_s2": ground.y}
             moves |= {"phi_rad": response.phi, "u_x_m": response.u_x, "u_y_m": response.u_y}
         series |= moves
@@ -317,7 +339,7 @@ def _acceleration(ground: GroundAcceleration | PairAcceleration) -> Float:
 
 
 def answer(motions: Mapping[str, ExploredMotion], settings: Settings) -> Answer:
-    """Compute the response of the frame to the motion.
+    """Compute the response of the structure to the motion.
 
     Parameters
     ----------
@@ -330,10 +352,11 @@ def answer(motions: Mapping[str, ExploredMotion], settings: Settings) -> Answer:
     ------
     ParameterError
         If the record is unknown, lacks the requested vertical component or a pulse, or accelerates
-        downwards faster than gravity; if columns are not circular under both components.
+        downwards faster than gravity; if columns are not circular under both components, or differ.
     """
     scaled = _ground_motion(motions, settings)
-    response: Any = kind_of(settings.frame).history(settings.frame, scaled)
+    structure = _possible(settings, scaled)
+    response: Any = kind_of(structure).history(structure, scaled)
     pulse = _pulse_of(motions[settings.record]) if settings.pulse else None
     return Answer(response, scaled, _places(response, scaled, settings.window), pulse)
 
@@ -348,29 +371,48 @@ def margin(motions: Mapping[str, ExploredMotion], settings: Settings) -> dict[st
         As in `answer`, which raises the same errors.
     """
     ground = _ground_motion(motions, settings)
+    structure = _possible(settings, ground)
     if not isinstance(ground, GroundAcceleration):
-        response, ensemble = _rolling(settings.frame, ground)
+        response, ensemble = _rolling(structure, ground)
         assert response.margin is not None  # noqa: S101 -- the options request it
         # of columns that roll, no scale of the structure as given is searched
         strip = replace(response.margin.strip, nominal_to=0.0)
         return _told(response, ensemble, strip) | {"envelope": None}
-    nominal = respond(settings.frame, ground)
+    kind, options = kind_of(structure), Ensemble()
+    nominal: Any = kind.history(structure, ground)
     versions = _versions(motions[settings.record], settings)
-    robust = with_margins([nominal], ground, Ensemble())
-    [response] = with_ensemble(robust, ground, versions=versions)
-    assert response.margin is not None  # noqa: S101 -- with_margins adds it
-    assert response.ensemble is not None  # noqa: S101 -- with_ensemble adds it
-    envelope = _envelope(with_envelope(nominal, ground, versions=versions))
-    return _told(response, response.ensemble, response.margin.strip) | {"envelope": envelope}
+    [[robust]] = kind.margins([structure], [ground], options)
+    [[ensemble]] = kind.ensembles([structure], [ground], options, [versions])
+    # kinds whose responses have no envelope show the nominal history only
+    drawn = hasattr(nominal, "theta_low")
+    envelope = _envelope(with_envelope(nominal, ground, versions=versions)) if drawn else None
+    response = replace(nominal, margin=robust, ensemble=ensemble)
+    return _told(response, ensemble, robust.strip) | {"envelope": envelope}
+
+
+def _possible(settings: Settings, ground: GroundAcceleration | PairAcceleration) -> Structure:
+    """Return the structure of the settings, if its kind computes it under the motion.
+
+    Frames say themselves which columns do not roll.
+    """
+    structure = settings.structure
+    kind: Any = kind_of(structure)
+    reason = "" if _SECTION in kind.slider_names else kind.why_not(structure, ground)
+    if reason:
+        raise ParameterError(
+            f"Invalid record {settings.record!r} for this structure: {reason}. Must be in one "
+            "plane."
+        )
+    return structure
 
 
 def _rolling(
-    frame: RockingFrame, ground: PairAcceleration
+    structure: Structure, ground: PairAcceleration
 ) -> tuple[StructureResponse, EnsembleResponse]:
     """Return the response to a motion in both directions with its margin, and the ensemble."""
-    kind = kind_of(frame)
-    [response] = kind.respond([frame], Shaking(ground, RespondOptions(histories="none")))
-    [[ensemble]] = kind.ensembles([frame], [ground], Ensemble(), [None])
+    kind = kind_of(structure)
+    [response] = kind.respond([structure], Shaking(ground, RespondOptions(histories="none")))
+    [[ensemble]] = kind.ensembles([structure], [ground], Ensemble(), [None])
     return replace(response, ensemble=ensemble), ensemble  # type: ignore[type-var]
 
 
@@ -458,7 +500,7 @@ def _words(pulse: Pulse) -> str:
 
 
 def _places(
-    response: Response | WobblingResponse,
+    response: Any,
     ground: GroundAcceleration | PairAcceleration,
     window: tuple[float, float],
 ) -> Places:
@@ -468,8 +510,7 @@ def _places(
     standing = response.theta.size
     if response.verdict is Verdict.OVERTURNS:
         standing = int(np.isfinite(response.theta).sum())
-    theta = np.nan_to_num(response.theta)
-    lift = response.frame.vertical_displacement(theta)
+    theta, lift = np.nan_to_num(response.theta), np.nan_to_num(response.v)
     series = (theta, lift, _acceleration(ground))
     first, last = np.searchsorted(response.time, window)
     first, last = max(0, int(first) - 1), min(count, int(last) + 1)

@@ -258,4 +258,5 @@ def _record(motion: ExploredMotion) -> dict[str, Any]:
 
 
 def _structure(structure: Structure) -> dict[str, Any]:
-    return {"name": structure.name, **kind_of(structure).sliders(structure)}
+    sliders = kind_of(structure).sliders(structure)
+    return {"name": structure.name, "kind": structure.kind, **sliders}

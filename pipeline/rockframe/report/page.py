@@ -18,7 +18,6 @@ from markupsafe import Markup
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.cells import Column, write_table
-from rockframe.frame import unusual
 from rockframe.provenance import source_code_hash
 from rockframe.quantities import PEAKS
 from rockframe.results.run import MOST_ENTRIES, Ground, History, Run, concern, rank
@@ -78,6 +77,7 @@ from rockframe.web import (
     Plot,
     bars_svg,
     deck_path,
+    drawn_shape,
     plot_path,
     plot_place,
     render_page,
@@ -289,29 +289,11 @@ def _ground(run: Run, ground: Ground, record: str, entry: Mapping[str, str]) -> 
 
 def drawn_structure(facts: Sequence[LabelledValue]) -> dict[str, Any]:
     """Return the geometry for the drawing, and the labelled values."""
-    values: dict[str, Any] = {fact.name.removeprefix("parameter_"): fact.value for fact in facts}
-    if math.isnan(values.get("spacing", math.nan)):
-        wanted = ("height", "width", "top_contact_width", "mass_ratio", "slenderness")
-        shape = {name: values[name] for name in wanted if name in values}
-        words = unusual(*(shape[name] for name in ("height", "mass_ratio", "slenderness")))
-    else:
-        shape = _two_columns(values)
-        least = min(shape["balance"])
-        each = [unusual(height, shape["mass_ratio"], least) for height in shape["heights"]]
-        words = "; ".join(dict.fromkeys(filter(None, each)))
+    values = {fact.name.removeprefix("parameter_"): fact.value for fact in facts}
+    shape, words = drawn_shape(values)
     return {
         **shape,
         "facts": [*([["unusual", words]] if words else []), *_texts(facts)],
-    }
-
-
-def _two_columns(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the geometry of two columns that differ, the left one first."""
-    return {
-        "heights": [values["height_left"], values["height_right"]],
-        "widths": [values["width_left"], values["width_right"]],
-        "balance": [values["balance_rotation_right"], values["balance_rotation_left"]],
-        **{name: values[name] for name in ("spacing", "beam_depth", "beam_offset", "mass_ratio")},
     }
 
 

@@ -44,7 +44,9 @@ The rules of a kind:
 14. A kind may have the method ``nominal(structures, motions, pulses)``: nominal responses to many
     motions at once, as `NominalResponses` has them, or None. They agree with those of `respond`.
 15. `sliders` are the values that the explorer lets people change, and from which its page draws the
-    structure; empty for structures that it cannot show.
+    structure; empty for structures that it cannot show. A kind that has some also has their names,
+    ``slider_names``, and the method ``of_sliders(values)``, which returns the structure of the
+    values that the page states.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -66,6 +66,9 @@ class RockingKind:
 
     name: str = "rocking"
     quantities: tuple[str, ...] = ()
+    slider_names: tuple[str, ...] = (
+        *("height", "width", "mass_ratio", "restitution_factor", "section"),
+    )
 
     def parameters(self, _structure: RockingFrame) -> tuple[Parameter, ...]:
         """Return none: all properties of frames have variables of their own."""
@@ -248,9 +251,21 @@ class RockingKind:
         """Return the dimensions of a free frame with prismatic columns; none of other frames."""
         if structure.restrained or not structure.prismatic:
             return {}
-        names = ("height", "width", "mass_ratio", "restitution_factor")
-        values = {name: float(getattr(structure, name)) for name in names}
+        values = {name: float(getattr(structure, name)) for name in self.slider_names[:-1]}
         return {**values, "section": _section(structure)}
+
+    def of_sliders(self, values: Mapping[str, Any]) -> RockingFrame:
+        """Return the frame of dimensions, and of a section or an inertia ratio."""
+        height, width, section = values["height"], values["width"], values["section"]
+        # The dimensions are checked before an inertia is computed from them.
+        frame = RockingFrame(height=height, width=width, name="own")
+        given = not isinstance(section, str)
+        return replace(
+            frame,
+            mass_ratio=values["mass_ratio"],
+            inertia_ratio=section if given else inertia_ratio_of(section, height, width),
+            restitution_factor=values["restitution_factor"],
+        )
 
     def compared(self, structure: RockingFrame, motion: Motion) -> Compared:
         """Return the response of a frame in the quantities that all bridges have."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -51,6 +51,10 @@ class UnequalKind:
 
     name: str = "unequal"
     quantities: tuple[str, ...] = ("peak_level_difference",)
+    slider_names: tuple[str, ...] = (
+        *("height_left", "height_right", "width_left", "width_right"),
+        *("spacing", "beam_depth", "beam_offset", "mass_ratio", "restitution_factor"),
+    )
 
     def parameters(self, structure: UnequalBent) -> list[Parameter]:
         """Return dimensions of a bent, and what differs between its sides."""
@@ -162,9 +166,25 @@ class UnequalKind:
             "Choose a rocking structure for the design."
         )
 
-    def sliders(self, _structure: UnequalBent) -> dict[str, float | str]:
-        """Return none: the page of the explorer draws equal columns."""
-        return {}
+    def sliders(self, structure: UnequalBent) -> dict[str, float | str]:
+        """Return the dimensions of a bent whose columns have one density and depth."""
+        sections = np.multiply(structure.heights, structure.widths)
+        densities = np.divide(structure.column_masses or sections, sections)
+        if abs(densities[1] / densities[0] - 1.0) > _ONE_DENSITY:
+            return {}
+        values = {name: float(getattr(structure, name)) for name in self.slider_names[4:]}
+        for name, attribute in _OF_COLUMNS.items():
+            pair = getattr(structure, attribute)
+            values |= zip((f"{name}_left", f"{name}_right"), map(float, pair), strict=True)
+        return {name: values[name] for name in self.slider_names}
+
+    def of_sliders(self, values: Mapping[str, Any]) -> UnequalBent:
+        """Return the bent of dimensions."""
+        heights, widths = (
+            (values[f"{name}_left"], values[f"{name}_right"]) for name in _OF_COLUMNS
+        )
+        others = {name: values[name] for name in self.slider_names[4:]}
+        return UnequalBent(name="own", heights=heights, widths=widths, **others)
 
     def compared(self, structure: UnequalBent, motion: Motion) -> Compared:
         """Return the response of a bent in the quantities that all bridges have."""
@@ -226,6 +246,8 @@ def _of_part(response: BentResponse, part: Part, end: float) -> PartResponse:
     return PartResponse(part, float(ratio[0]), float(ratio.max()), u, math.nan, math.nan)
 
 
+#: Largest relative difference of the densities of columns that count as of one density [1].
+_ONE_DENSITY: Final = 1e-6
 #: Properties of both columns, and of rocking to both sides: name and attribute.
 _OF_COLUMNS: Final = {"height": "heights", "width": "widths"}
 _OF_BEAM: Final = ("spacing", "beam_depth", "beam_offset")

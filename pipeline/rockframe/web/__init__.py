@@ -22,12 +22,41 @@ from markupsafe import Markup
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.cells import plain, plain_values
+from rockframe.frame import unusual
 from rockframe.provenance import package_versions
 from rockframe.rocking import MARGIN_LEGEND, VERDICT_RULE, SpreadVerdict, Strip
 
 _HOME: Final = Path(__file__).parent
 #: Shared parts of the script; each may use those before it.
 _PARTS: Final = ("page", "frame", "plots", "player")
+
+
+def drawn_shape(values: Mapping[str, Any]) -> tuple[dict[str, Any], str]:
+    """Return the geometry of a structure for its drawing, and what is unusual of it, in words.
+
+    Parameters
+    ----------
+    values : mapping of str to value
+        Properties of the structure by name; a finite ``spacing`` means two columns that differ.
+
+    Examples
+    --------
+    >>> drawn_shape({"height": 9.6, "width": 1.6, "mass_ratio": 60.0, "slenderness": 0.165})[1]
+    'mass_ratio 60 is above 50'
+    """
+    if math.isnan(values.get("spacing", math.nan)):
+        wanted = ("height", "width", "top_contact_width", "mass_ratio", "slenderness")
+        shape = {name: values[name] for name in wanted if name in values}
+        return shape, unusual(*(shape[name] for name in ("height", "mass_ratio", "slenderness")))
+    shape = {
+        "heights": [values["height_left"], values["height_right"]],
+        "widths": [values["width_left"], values["width_right"]],
+        "balance": [values["balance_rotation_right"], values["balance_rotation_left"]],
+        **{name: values[name] for name in ("spacing", "beam_depth", "beam_offset", "mass_ratio")},
+    }
+    least = min(shape["balance"])
+    each = [unusual(height, shape["mass_ratio"], least) for height in shape["heights"]]
+    return shape, "; ".join(dict.fromkeys(filter(None, each)))
 
 
 def render_page(

@@ -23,7 +23,7 @@ function number(value, factor, digits, unit) {
 function words(motion) {
   const fell = motion.verdict === "overturns";
   const { bands } = motion;
-  const line = verdictLine(motion.words, fell, motion.peak, bands?.["θ/α, 16 50 84 %"]);
+  const line = verdictLine(motion.words, fell, motion.peak, bands?.["θ/α, 16 50 84 %"], balanceName(motion));
   at("verdict-line").textContent = line;
   at("verdict-line").className = `verdict-line ${motion.tone}`;
   list(at("pair-facts"), [
@@ -35,7 +35,9 @@ function words(motion) {
     ...(motion.pulse_words ? [["pulse", motion.pulse_words]] : []),
   ]);
   at("pair-facts").dataset.peak = motion.peak;
-  list(at("structure-facts"), [
+  list(at("structure-facts"), motion.properties.length ? [
+    ...motion.properties, ...(motion.unusual ? [["unusual", motion.unusual]] : []),
+  ] : [
     ["slenderness α", `${number(motion.slenderness, 180 / Math.PI, 3, "°")}`],
     ["semi-diagonal of a column R", number(motion.size, 1, 3, "m")],
     ["frequency parameter of a column p", number(motion.frequency_parameter, 1, 4, "rad/s")],
@@ -49,10 +51,19 @@ function words(motion) {
 }
 
 function tables(motion) {
+  const name = `name = "${at("structure").value}"`;
+  if (motion.heights) {
+    return [
+      "[[structure]]", name, 'kind = "unequal"', `heights_m = [${motion.heights.join(", ")}]`,
+      `widths_m = [${motion.widths.join(", ")}]`, `spacing_m = ${motion.spacing}`,
+      `beam_depth_m = ${motion.beam_depth}`, `beam_offset_m = ${motion.beam_offset}`,
+      `mass_ratio = ${motion.mass_ratio}`, `restitution_factor = ${motion.restitution_factor}`,
+    ].join("\n");
+  }
   const { section } = settings;
   const kind = /^\d/.test(section) ? `inertia_ratio = ${section}` : `section = "${section}"`;
   return [
-    "[[structure]]", `name = "${at("structure").value}"`, `height_m = ${motion.height}`,
+    "[[structure]]", name, `height_m = ${motion.height}`,
     `width_m = ${motion.width}`, `mass_ratio = ${motion.mass_ratio}`, kind,
     `restitution_factor = ${motion.restitution_factor}`,
   ].join("\n");

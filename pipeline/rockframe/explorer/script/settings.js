@@ -1,6 +1,8 @@
 // The settings: each has a slider for the usual range and a field for any value.
 const facts = JSON.parse(at("facts").textContent);
-const NUMBERS = ["height", "width", "mass_ratio", "restitution_factor", "scale"];
+// A kind of structure has some of these; the others are hidden.
+const NUMBERS = [...document.querySelectorAll(".setting input[type=text]")].map(({ id }) => id);
+const numbersOf = (structure) => NUMBERS.filter((name) => name === "scale" || name in structure);
 const OWN = "own";
 
 class Settings {
@@ -49,18 +51,23 @@ class Settings {
   }
 
   write(structure) {
-    for (const name of NUMBERS) {
+    this.written = structure;
+    for (const name of [...NUMBERS, "section"]) {
+      at(name).parentElement.hidden = name !== "scale" && !(name in structure);
+    }
+    for (const name of numbersOf(structure)) {
       const value = structure[name] ?? at(name).value;
       at(name).value = value;
       at(`${name}-slider`).value = value;
     }
+    at("structure").value = structure.name;
+    if (!structure.section) return;
     const known = [...at("section").options].some(({ value }) => value === structure.section);
     if (!known) {
       at("section").append(element("option", { value: structure.section },
         `inertia ratio ${Number(structure.section).toPrecision(5)}`));
     }
     at("section").value = structure.section;
-    at("structure").value = structure.name;
   }
 
   record() {
@@ -82,9 +89,10 @@ class Settings {
   }
 
   stated([from, to]) {
-    const numbers = Object.fromEntries(NUMBERS.map((name) => [name, at(name).value.trim()]));
+    const numbers = Object.fromEntries(numbersOf(this.written).map((name) => [name, at(name).value.trim()]));
+    const section = this.written.section ? { section: this.section } : {};
     return new URLSearchParams({
-      ...numbers, record: at("record").value, section: this.section,
+      ...numbers, ...section, kind: this.written.kind, record: at("record").value,
       vertical: at("vertical").checked ? "1" : "0", pulse: at("pulse").checked ? "1" : "0", from, to,
     });
   }
@@ -92,6 +100,8 @@ class Settings {
   // Find the field that an error names.
   blame(error) {
     const name = (/^Invalid (\w+)/.exec(error ?? "") ?? [])[1];
-    for (const field of NUMBERS) at(field).setAttribute("aria-invalid", String(field === name));
+    const pair = name?.replace(/s$/, ""); // heights and widths have a field for each column
+    const named = [name, `${pair}_left`, `${pair}_right`];
+    for (const field of NUMBERS) at(field).setAttribute("aria-invalid", String(named.includes(field)));
   }
 }

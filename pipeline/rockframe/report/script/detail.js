@@ -22,7 +22,7 @@ class Detail {
     const { pair, ground, structure } = motion;
     at("detail-title").textContent = `${pair.structure} under ${pair.record}`;
     const event = pair.event ? `${pair.event}. ` : "";
-    const line = `${event}${verdictLine(pair.words, pair.overturns, pair.peak, pair.band)}`;
+    const line = `${event}${verdictLine(pair.words, pair.overturns, pair.peak, pair.band, balanceName(structure))}`;
     at("verdict-line").textContent = line;
     at("verdict-line").className = `verdict-line ${pair.tone}`;
     at("pulse-key").textContent = ground.pulse || "matched pulse";

@@ -24,6 +24,11 @@ function balanceAt(structure, theta) {
   return structure.balance ? structure.balance[theta < 0 ? 1 : 0] : structure.slenderness;
 }
 
+// What that rotation is called.
+function balanceName(structure) {
+  return structure.balance ? "rotation of balance" : "slenderness";
+}
+
 // A vector [right, up] turned clockwise.
 function turnedBy(angle, [x, y]) {
   const [cosine, sine] = [Math.cos(angle), Math.sin(angle)];

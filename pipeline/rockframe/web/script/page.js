@@ -24,12 +24,13 @@ function save(name, text) {
   setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }
 
-// The verdict as a sentence, with the same words as in tables and figures.
-function verdictLine(words, overturns, peak, band) {
+// The verdict as a sentence, with the same words as in tables and figures. A rotation is over that at
+// which the structure balances: of equal columns the slenderness.
+function verdictLine(words, overturns, peak, band, balance = "slenderness") {
   const start = `${words[0].toUpperCase()}${words.slice(1)}.`;
   const nominal = overturns ? "overturns" : peak.toFixed(3);
   if (band) return `${start} Largest θ/α: ${band.replaceAll(" ", ", ")} (16, 50, 84 % of the ensemble), nominal ${nominal}.`;
-  return overturns || peak === 0 ? start : `${start} The largest rotation is ${nominal} of the slenderness.`;
+  return overturns || peak === 0 ? start : `${start} The largest rotation is ${nominal} of the ${balance}.`;
 }
 
 // The strip over the multiples of the motion, as the server or the run drew it; none if unknown.
