@@ -23,6 +23,7 @@ from rockframe.provenance import whole_file
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration, Response
 from rockframe.signals.processing import peak
+from rockframe.unequal import BentResponse, UnequalBent
 from rockframe.units import GRAVITY
 
 #: Metadata to omit; without dates and versions, the same figure has the same bytes.
@@ -141,8 +142,18 @@ def label_of(text: str) -> str:
     return "\n".join(lines).replace("$", r"\$")
 
 
-def of_structure(frame: RockingFrame) -> str:
+def of_structure(frame: RockingFrame | UnequalBent) -> str:
     """Return the sentence of a caption about the structure."""
+    if isinstance(frame, UnequalBent):
+        (left, right), widths = frame.heights, frame.widths
+        uplift, kept = frame.uplift_accelerations, frame.restitutions
+        return (
+            f"Structure {frame.name}: columns {left:g} and {right:g} m tall, {widths[0]:g} and "
+            f"{widths[1]:g} m wide, {frame.spacing:g} m apart, mass ratio γ = "
+            f"{frame.mass_ratio:g}, uplift to the right and to the left at {uplift[0]:.3f} and "
+            f"{uplift[1]:.3f} g, √r = {kept[0]:.3f} and {kept[1]:.3f}; α is "
+            "the rotation of the left column at balance."
+        )
     return (
         f"Structure {frame.name}: columns {frame.height:g} m tall, {frame.width:g} m wide, "
         f"mass ratio γ = {frame.mass_ratio:g}, slenderness α = {frame.slenderness:.4f} rad, "
@@ -155,7 +166,7 @@ def wavelet_words(names: str) -> str:
     return names.replace("_", " ").replace("ricker", "Ricker")
 
 
-def of_record(record: Record, response: Response, ground: GroundAcceleration) -> str:
+def of_record(record: Record, response: Response | BentResponse, ground: GroundAcceleration) -> str:
     """Return the sentence of a caption about the record and the response of the structure."""
     end, impacts = response.overturning_time, f"{response.impacts} impacts, "
     # The time is NaN without overturning. After overturning, the peak only describes the fall.

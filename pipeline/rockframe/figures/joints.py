@@ -23,6 +23,7 @@ from rockframe.figures.captioned import (
     styled,
     time_limits,
 )
+from rockframe.figures.moving import over_balance
 from rockframe.frame import RockingFrame
 from rockframe.record import Record
 from rockframe.results.tables.forces import forces_in_words, kilonewtons
@@ -43,6 +44,7 @@ from rockframe.rocking import (
 )
 from rockframe.rocking.contact import static_vertical, uplift_friction_demand
 from rockframe.rocking.reactions import model_end, valid_reactions
+from rockframe.unequal import UnequalBent, bent_forces, respond_bent
 
 Float = NDArray[np.float64]
 
@@ -52,6 +54,121 @@ _CURVES_TO: Final = 1.3
 _FRICTION: Final = 0.5
 #: Demands are drawn up to this multiple of the available friction [1]; they may be infinite.
 _SHOWN: Final = 2.0
+
+
+def draw_any_joints(
+    record: Record,
+    structure: RockingFrame | UnequalBent,
+    motion: GroundAcceleration | None = None,
+    *,
+    friction: float | None = None,
+    spacing: float | None = None,
+    beam_centre: float | None = None,
+) -> Captioned:
+    """Draw the joints of a frame, as `draw_joints`, or of two columns that differ.
+
+    Raises
+    ------
+    ParameterError
+        As `draw_joints`; or if a spacing is stated of two columns that differ.
+    """
+    if not isinstance(structure, UnequalBent):
+        beside = {"friction": friction, "spacing": spacing, "beam_centre": beam_centre}
+        return draw_joints(record, structure, motion, **beside)
+    if spacing is not None:
+        raise ParameterError(
+            f"--spacing {spacing:g} has no effect on bent {structure.name!r}: it has its own. "
+            "Leave it out."
+        )
+    return draw_bent_joints(record, structure, motion, friction=friction)
+
+
+def draw_bent_joints(
+    record: Record,
+    bent: UnequalBent,
+    motion: GroundAcceleration | None = None,
+    *,
+    friction: float | None = None,
+) -> Captioned:
+    """Draw rotation, friction demand and vertical forces of each of two columns that differ.
+
+    Parameters
+    ----------
+    record, motion, friction
+        As for `draw_joints`; the bent states no friction.
+    bent : UnequalBent
+        The bent.
+    """
+    ground = as_ground(motion or record)
+    response = respond_bent(bent, ground)
+    forces = bent_forces(response, ground)
+    coefficient, source = _FRICTION if friction is None else friction, "assumed"
+    weighed = not math.isnan(bent.weight)
+    unit = (kilonewtons(1.0, bent.weight) if weighed else 1.0) / (1.0 + bent.mass_ratio)
+    demands = _of_each(forces.base_friction_demand, forces.top_friction_demand)
+    verticals = {
+        name: unit * each
+        for name, each in _of_each(forces.base_vertical, forces.top_vertical).items()
+    }
+    ratio = over_balance(bent, response.theta)
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 4.6), layout="constrained")
+        panels = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.0, 1.0])
+        panels[0].plot(response.time, ratio, color="0.35")
+        furthest = max(1.1 * min(response.peak_rotation_ratio, DRAWN_TO), 0.01)
+        panels[0].set(ylabel="θ/α", ylim=(-furthest, furthest))
+        for panel, drawn in zip(panels[1:], (demands, verticals), strict=True):
+            for name, values in drawn.items():
+                style = "-" if "base" in name else "--"
+                colour = "C0" if "left" in name else "C1"
+                panel.plot(response.time, values, style, color=colour, linewidth=0.8, label=name)
+        panels[1].axhline(coefficient, color="black", linestyle=":", linewidth=0.9)
+        shown = min(_largest(np.stack([*demands.values()])), _SHOWN * coefficient)
+        panels[1].set(ylabel="friction demand", ylim=(0.0, 1.1 * max(coefficient, shown or 0.0)))
+        panels[2].axhline(0.0, color="black", linewidth=0.9)
+        panels[2].set(ylabel=f"vertical force [{'kN' if weighed else 'W'}]", xlabel="time [s]")
+        for panel in panels[1:]:
+            _legend_above(panel)
+        rotated = np.nan_to_num(np.abs(response.theta), nan=0.0) > 1e-4
+        panels[0].set_xlim(*time_limits(response.time, rotated, 1.5))
+        figure.align_ylabels(list(panels))
+    caption = (
+        "Rotation, friction demand and vertical forces of each joint while the bent rocks; forces "
+        f"of closed joints depend on their stiffness. {_bent_in_words(demands, verticals, weighed)}"
+        f"Dotted: a coefficient of friction of {coefficient:g}, {source}"
+        f"{' and not measured' if friction is None else ''}. "
+        f"{of_structure(bent)} {of_record(record, response, ground)}"
+    )
+    return Captioned(figure, "Forces at the joints of each column", caption)
+
+
+def _of_each(base: Float, top: Float) -> dict[str, Float]:
+    """Return histories of both columns by the names of their joints."""
+    joints = (("base", base), ("top", top))
+    return {
+        f"{side} {place}": values[k]
+        for place, values in joints
+        for k, side in enumerate(("left", "right"))
+    }
+
+
+def _bent_in_words(
+    demands: Mapping[str, Float], verticals: Mapping[str, Float], weighed: bool
+) -> str:
+    """Return the sentences about the extremes of each joint; empty if the bent does not rock."""
+    if not np.isfinite(np.stack([*verticals.values()])).any():
+        return "It does not rock at any sample. "
+    unit = " [kN]" if weighed else ", over half the weight W of columns and beam"
+    needed = ", ".join(f"{name} {_largest(each):.3f}" for name, each in demands.items())
+    form = ".0f" if weighed else ".3f"
+    ends = ", ".join(
+        f"{name} {_least(each):{form}} to {_largest(each):{form}}"
+        for name, each in verticals.items()
+    )
+    return (
+        f"Friction needed at most, at the samples of the record: {needed}. Vertical forces{unit}: "
+        f"{ends}; one that is not positive would lift the joint off. "
+    )
 
 
 def draw_joints(

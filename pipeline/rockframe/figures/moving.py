@@ -33,6 +33,7 @@ from rockframe.provenance import whole_file
 from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration, as_ground, respond
 from rockframe.signals.processing import integrate
+from rockframe.unequal import UnequalBent, bent_positions, respond_bent
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -95,9 +96,7 @@ def outlines(frame: RockingFrame, theta: float, spacing: float) -> tuple[list[Fl
     b, top, height = 0.5 * frame.width, 0.5 * frame.top_contact_width, frame.height
     side = math.copysign(1.0, theta)
     corners = np.array([[-b, 0.0], [b, 0.0], [top, height], [-top, height]])
-    pivot = np.array([side * b, 0.0])
-    turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
-    turned = (corners - pivot) @ turn.T + pivot
+    turned = _turned(corners, np.array([side * b, 0.0]), theta)
     if frame.mass_ratio == 0.0:
         return [turned], None
     axes = spacing * (np.arange(count_of(frame)) - 0.5 * (count_of(frame) - 1))
@@ -109,13 +108,45 @@ def outlines(frame: RockingFrame, theta: float, spacing: float) -> tuple[list[Fl
     return columns, beam + np.array([0.0, height]) + moved
 
 
-def count_of(frame: RockingFrame) -> int:
+def bent_outlines(bent: UnequalBent, theta: float) -> tuple[list[Float], Float]:
+    """Return the corners of both columns and of the beam of a bent, as `outlines`.
+
+    The bases stand on two levels; the lower one is at 0. The beam turns about the top corner of the
+    left column that carries it.
+    """
+    at, side, tall = bent_positions(bent, theta), math.copysign(1.0, theta), max(bent.heights)
+    columns = []
+    for k, turned in enumerate((theta, float(at.theta_2))):
+        half, height = 0.5 * bent.widths[k], bent.heights[k]
+        rest = np.array([[-half, 0.0], [half, 0.0], [half, height], [-half, height]])
+        rest += [(k - 0.5) * bent.spacing, tall - height]
+        columns.append(_turned(rest, rest[1 if side > 0.0 else 0], turned))
+    carrying = 3 if side > 0.0 else 2
+    corner = np.array([-0.5 * (bent.spacing + side * bent.widths[0]), tall])
+    half = 0.5 * bent.spacing + 0.8 * max(bent.widths)
+    depth = bent.beam_depth or BEAM * tall
+    beam = np.array([[-half, tall], [half, tall], [half, tall + depth], [-half, tall + depth]])
+    moved = columns[0][carrying] - corner
+    return columns, _turned(beam, corner, float(at.psi)) + moved
+
+
+def _turned(corners: Float, pivot: Float, theta: float) -> Float:
+    """Return corners that are turned clockwise about a point."""
+    turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
+    return np.asarray((corners - pivot) @ turn.T + pivot)
+
+
+def count_of(frame: RockingFrame | UnequalBent) -> int:
     """Return the number of columns that are drawn."""
+    if isinstance(frame, UnequalBent):
+        return 2
     return frame.columns or (1 if frame.mass_ratio == 0.0 else 2)
 
 
-def spacing_of(frame: RockingFrame, spacing: float | None) -> float:
+def spacing_of(frame: RockingFrame | UnequalBent, spacing: float | None) -> float:
     """Return the distance of the axes of neighbouring columns that are drawn [m]."""
+    if isinstance(frame, UnequalBent):
+        return frame.spacing
     return spacing or max(_SPACING[0] * frame.height, _SPACING[1] * frame.width)
 
 
@@ -126,7 +157,7 @@ def times_of(low: float, high: float) -> Float:
 
 def draw_animation(
     record: Record,
-    frame: RockingFrame,
+    frame: RockingFrame | UnequalBent,
     motion: GroundAcceleration | None = None,
     *,
     spacing: float | None = None,
@@ -137,24 +168,24 @@ def draw_animation(
     ----------
     record : Record
         The ground motion.
-    frame : RockingFrame
-        The frame.
+    frame : RockingFrame or UnequalBent
+        The frame, or two columns that differ.
     motion : GroundAcceleration, optional
         Motion of the ground, if it includes the vertical acceleration.
     spacing : float, optional
-        Distance of the axes of neighbouring columns [m]; by default three quarters of the
-        height, or two and a half widths.
+        Distance of the axes of neighbouring columns of a frame [m]; by default three quarters of
+        the height, or two and a half widths.
     """
     ground = as_ground(motion or record)
-    response = respond(frame, ground)
+    response = history_of(frame, ground)
     distance = spacing_of(frame, spacing)
     time = np.asarray(response.time)
     theta = np.nan_to_num(np.asarray(response.theta), nan=0.0)
+    ratio = over_balance(frame, theta)
     samples = record.time_step * np.arange(record.acceleration.size)
     velocity = integrate(record.acceleration, record.time_step)
     travel = integrate(velocity, record.time_step)
-    rocking = np.abs(theta) > 1e-3 * frame.slenderness
-    low, high = time_limits(time, rocking, 1.0)
+    low, high = time_limits(time, np.abs(ratio) > 1e-3, 1.0)
     if math.isfinite(response.overturning_time):
         high = min(high, response.overturning_time + 1.0)
     with styled():
@@ -163,9 +194,9 @@ def draw_animation(
         shapes = _scene(scene, frame, distance, float(np.abs(travel).max()))
         below.plot(samples, record.acceleration / GRAVITY, color="0.45", linewidth=0.7)
         below.set_ylabel("ground [g]")
-        last.plot(time, theta / frame.slenderness, linewidth=0.9)
+        last.plot(time, ratio, linewidth=0.9)
         last.set_ylabel("θ/α")
-        reach = min(max(1.1 * float(np.abs(theta).max()) / frame.slenderness, 0.01), DRAWN_TO)
+        reach = min(max(1.1 * float(np.abs(ratio).max()), 0.01), DRAWN_TO)
         last.set_ylim(-reach, reach)
         last.set_xlabel("time [s]")
         marks = [panel.axvline(low, color="C3", linewidth=1.0) for panel in (below, last)]
@@ -176,12 +207,12 @@ def draw_animation(
     def move(now: float) -> None:
         turned = float(np.interp(now, time, theta))
         moved = float(np.interp(now, samples, travel))
-        columns, beam = outlines(frame, turned, distance)
+        columns, beam = _outlines_of(frame, turned, distance)
         for shape, corners in zip(
             shapes[:-1], [*columns, *([] if beam is None else [beam])], strict=True
         ):
             shape.set_xy(corners + np.array([moved, 0.0]))
-        shapes[-1].set_xy(_ground(scene, moved))
+        shapes[-1].set_xy(_ground(scene, moved, _levels(frame)))
         for mark in marks:
             mark.set_xdata([now, now])
         scene.set_title(f"{frame.name} under {at_record}, {now:.2f} s")
@@ -190,7 +221,9 @@ def draw_animation(
     with styled():
         move(furthest)
     drawn = "One column" if count_of(frame) == 1 else f"{count_of(frame)} columns"
-    if frame.mass_ratio > 0.0:
+    if isinstance(frame, UnequalBent):
+        drawn = "Both columns and the beam, which turns,"
+    elif frame.mass_ratio > 0.0:
         drawn += " and the beam" if frame.columns else " of the frame and the beam"
     caption = (
         f"{drawn} from the side, to scale, with the ground, which moves by "
@@ -200,29 +233,65 @@ def draw_animation(
     return Moving(figure, "The structure as it rocks", caption, times_of(low, high), move)
 
 
-def _scene(scene: Axes, frame: RockingFrame, spacing: float, travel: float) -> list[Polygon]:
+def history_of(structure: RockingFrame | UnequalBent, ground: GroundAcceleration) -> Any:
+    """Return the bare response of a structure with its histories."""
+    if isinstance(structure, UnequalBent):
+        return respond_bent(structure, ground)
+    return respond(structure, ground)
+
+
+def over_balance(structure: RockingFrame | UnequalBent, theta: Float) -> Float:
+    """Return rotations over that at which a structure balances on the same side [1]."""
+    if isinstance(structure, UnequalBent):
+        right, left = structure.balance_rotations
+        return np.asarray(theta / np.where(theta < 0.0, left, right))
+    return np.asarray(theta / structure.slenderness)
+
+
+def _outlines_of(
+    structure: RockingFrame | UnequalBent, theta: float, spacing: float
+) -> tuple[list[Float], Float | None]:
+    if isinstance(structure, UnequalBent):
+        return bent_outlines(structure, theta)
+    return outlines(structure, theta, spacing)
+
+
+def _levels(structure: RockingFrame | UnequalBent) -> tuple[float, float]:
+    """Return the levels of the ground under the left and the right half of a structure [m]."""
+    if isinstance(structure, UnequalBent):
+        left, right = (max(structure.heights) - height for height in structure.heights)
+        return left, right
+    return 0.0, 0.0
+
+
+def _scene(
+    scene: Axes, frame: RockingFrame | UnequalBent, spacing: float, travel: float
+) -> list[Polygon]:
     """Set up the axes, and return the shapes: columns, beam if there is one, ground."""
-    beam = frame.mass_ratio > 0.0
-    half = 0.5 * spacing * (count_of(frame) - 1) + 0.9 * frame.height + travel
-    top = (1.25 + BEAM) * frame.height if beam else 1.25 * frame.height
+    height = max(frame.heights) if isinstance(frame, UnequalBent) else frame.height
+    beam = isinstance(frame, UnequalBent) or frame.mass_ratio > 0.0
+    half = 0.5 * spacing * (count_of(frame) - 1) + 0.9 * height + travel
+    top = (1.25 + BEAM) * height if beam else 1.25 * height
     scene.set_xlim(-half, half)
-    scene.set_ylim(-0.1 * frame.height, top)
+    scene.set_ylim(-0.1 * height, top)
     scene.set_aspect("equal")
     scene.set_ylabel("[m]")
     scene.grid(visible=False)
     shapes = [Polygon(np.zeros((4, 2)), **STONE) for _ in range(count_of(frame) + beam)]
     for shape in shapes:
         scene.add_patch(shape)
-    soil = Polygon(_ground(scene, 0.0), **GROUND)
+    soil = Polygon(_ground(scene, 0.0, _levels(frame)), **GROUND)
     scene.add_patch(soil)
     return [*shapes, soil]
 
 
-def _ground(scene: Axes, moved: float) -> Float:
-    """Return the corners of the ground, whose ends move with it."""
-    (left, right), (bottom, _) = scene.get_xlim(), scene.get_ylim()
-    ends = 0.94 * np.array([left, right]) + moved
-    return np.array([[ends[0], bottom], [ends[1], bottom], [ends[1], 0.0], [ends[0], 0.0]])
+def _ground(scene: Axes, moved: float, levels: tuple[float, float]) -> Float:
+    """Return the corners of the ground, which move with it, with a step where levels differ."""
+    (low, high), (bottom, _) = scene.get_xlim(), scene.get_ylim()
+    start, end = (0.94 * np.array([low, high]) + moved).tolist()
+    left, right = levels
+    step = [[moved, right], [moved, left]] if left != right else []
+    return np.array([[start, bottom], [end, bottom], [end, right], *step, [start, left]])
 
 
 def save_moving(drawn: Moving, path: Path) -> Path:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from rockframe.components import BothDirections
+from rockframe.errors import ParameterError
 from rockframe.figures.captioned import DRAWN_TO, PAGE_WIDTH, of_structure, styled, time_limits
 from rockframe.figures.moving import (
     BEAM,
@@ -30,6 +31,7 @@ from rockframe.record import Record
 from rockframe.rocking import GroundAcceleration
 from rockframe.rocking.verdict import Verdict
 from rockframe.signals.processing import integrate
+from rockframe.unequal import UnequalBent
 from rockframe.units import GRAVITY
 from rockframe.wobbling import PairAcceleration, WobblingResponse, wobble
 
@@ -151,12 +153,23 @@ def draw_rolling(
 
 def draw_either(
     motion: Record | BothDirections,
-    frame: RockingFrame,
+    frame: RockingFrame | UnequalBent,
     ground: GroundAcceleration | PairAcceleration | None = None,
 ) -> Moving:
-    """Draw the structure under a record, as `draw_animation`, or under both directions."""
+    """Draw the structure under a record, as `draw_animation`, or under both directions.
+
+    Raises
+    ------
+    ParameterError
+        If the columns cannot rock in both directions.
+    """
     if isinstance(motion, Record):
         return draw_animation(motion, frame, cast("GroundAcceleration | None", ground))
+    if isinstance(frame, UnequalBent):
+        raise ParameterError(
+            f"Invalid motion in both directions of bent {frame.name!r}. Must be one record: "
+            "columns that differ rock in one plane."
+        )
     return draw_rolling(motion, frame, cast("PairAcceleration | None", ground))
 
 

@@ -58,7 +58,7 @@ _SHAKEN: Final = ("record", "structure", "vertical")
 #: The fields that the functions of `rockframe.stages.named_figures.shown` read.
 _TAKEN: Final[Mapping[str, tuple[str, ...]]] = {
     "nothing": (),
-    **dict.fromkeys(("one_record", "one_or_both", "records", "responses"), _SHAKEN),
+    **dict.fromkeys(("one_record", "one_of_any", "one_or_both", "records", "responses"), _SHAKEN),
     "unequal": ("record", "structure", "spacing"),
     **dict.fromkeys(("best_matched", "pulses", "one_recorded"), ("record",)),
 }
@@ -90,7 +90,7 @@ FIGURES: Final[Mapping[str, Drawing]] = {
         "match index against period", "pulses.draw_match_curves", "best_matched"
     ),
     "joints": Drawing(
-        "friction demand and vertical forces", "joints.draw_joints", "one_record", _OF_JOINTS
+        "friction demand and vertical forces", "joints.draw_any_joints", "one_of_any", _OF_JOINTS
     ),
     "rocking-spectrum": Drawing(
         "peak rotation and rate over 2 pi / p", "spectra.draw_record_spectrum", "one_record"

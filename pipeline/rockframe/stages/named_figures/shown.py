@@ -24,7 +24,7 @@ from rockframe.stages.common import choose_structures, horizontal, only_frames
 from rockframe.stages.pulse import usable
 from rockframe.stages.respond import WITHOUT_VERTICAL, pairs_of, with_vertical
 from rockframe.study.structures import SHIPPED_STRUCTURES
-from rockframe.unequal import UnequalBent
+from rockframe.unequal import UnequalBent, respond_bent
 from rockframe.wavelets.family import RICKERS
 from rockframe.wobbling import PairAcceleration
 
@@ -102,6 +102,12 @@ class FigureRequest:
         chosen = choose_structures(self.structures, self.structure)
         return only_frames(chosen[:1], "this figure")[0]
 
+    @property
+    def frame_or_bent(self) -> RockingFrame | UnequalBent:
+        """The structure, which may have two columns that differ."""
+        chosen = choose_structures(self.structures, self.structure)[0]
+        return chosen if isinstance(chosen, UnequalBent) else self.frame
+
     def chosen(self, file: RecordsFile) -> list[str]:
         """Return the names of the requested records, or of all horizontal records."""
         names = horizontal(file)
@@ -124,18 +130,26 @@ def nothing(_request: FigureRequest) -> Shown:
 
 
 def one_record(request: FigureRequest) -> Shown:
-    """Return a record, the structure, and the motion with the vertical component if requested."""
-    frame = request.frame
+    """Return a record, the frame, and the motion with the vertical component if requested."""
+    return _one(request, request.frame)
+
+
+def one_of_any(request: FigureRequest) -> Shown:
+    """Return what `one_record` returns; the structure may have two columns that differ."""
+    return _one(request, request.frame_or_bent)
+
+
+def _one(request: FigureRequest, structure: RockingFrame | UnequalBent) -> Shown:
     request.require_at_most(1)
     with request.records() as (path, status), open_records(path) as file:
         motions, rejected = _motions(request, file, request.chosen(file))
-    record = _largest_rotation(motions, frame)
+    record = _largest_rotation(motions, structure)
     motion = motions[record.record_id][1] if request.vertical else None
-    return (record, frame, motion), request.report(rejected) or status
+    return (record, structure, motion), request.report(rejected) or status
 
 
 def one_or_both(request: FigureRequest) -> Shown:
-    """Return what `one_record` returns, or the motion in both directions that is named.
+    """Return what `one_of_any` returns, or the motion in both directions that is named.
 
     A motion in both directions has the name that `respond` gives it, such as CCC-both.
     """
@@ -147,8 +161,8 @@ def one_or_both(request: FigureRequest) -> Shown:
             if request.vertical and both.vertical is None:
                 raise ParameterError(f"record {request.record[0]!r}: {WITHOUT_VERTICAL}")
             ground = PairAcceleration.from_pair(both, vertical=True) if request.vertical else None
-            return (both, request.frame, ground), status
-    return one_record(request)
+            return (both, request.frame_or_bent, ground), status
+    return one_of_any(request)
 
 
 def one_recorded(request: FigureRequest) -> Shown:
@@ -187,12 +201,16 @@ def _motions(
     return motions, rejected
 
 
-def _largest_rotation(motions: _Motions, frame: RockingFrame) -> Record:
+def _largest_rotation(motions: _Motions, structure: RockingFrame | UnequalBent) -> Record:
     """Return the record with the largest rotation without overturning, or the first."""
     (best, _), *_ = motions.values()
     furthest = 0.0
     for record, motion in motions.values() if len(motions) > 1 else ():
-        response = respond(frame, motion)
+        response: Any = (
+            respond_bent(structure, motion)
+            if isinstance(structure, UnequalBent)
+            else respond(structure, motion)
+        )
         if response.verdict is Verdict.STANDS and response.peak_rotation > furthest:
             best, furthest = record, response.peak_rotation
     return best
