@@ -177,6 +177,7 @@ validation: $(MADE)
 	@nice $(BIN)/python -m tests.validation.independent
 	@nice $(BIN)/python -m tests.validation.run
 	@$(BIN)/python -m tests.validation.compare
+	@nice $(BIN)/python -m tests.validation.bents
 	@nice $(BIN)/python -m tests.validation.mujoco
 	@$(BIN)/python -m tests.validation.round_columns
 

@@ -343,7 +343,9 @@ def bent_positions(bent: UnequalBent, theta_1: ArrayLike) -> BentPositions:
         pose = linkage.pose(theta)
         gap = 0.5 * (pose.across**2 + pose.up**2 - linkage.span**2)
         slope = pose.across * pose.y[1] - pose.up * pose.x[1]
-        theta = np.stack([theta[0], theta[1] - gap / slope])
+        step = np.full_like(gap, math.nan)  # at a dead centre
+        np.divide(gap, slope, out=step, where=slope != 0.0)
+        theta = np.stack([theta[0], theta[1] - step])
     sign = np.array([1.0, -1.0])[:, None]
     pose = linkage.pose(theta)
     gains = linkage.gains(pose)
