@@ -44,7 +44,7 @@ from rockframe.rocking import (
 )
 from rockframe.rocking.contact import static_vertical, uplift_friction_demand
 from rockframe.rocking.reactions import model_end, valid_reactions
-from rockframe.unequal import UnequalBent, bent_forces, respond_bent
+from rockframe.unequal import BentResponse, UnequalBent, bent_forces, respond_bent
 
 Float = NDArray[np.float64]
 
@@ -67,10 +67,7 @@ def draw_any_joints(
 ) -> Captioned:
     """Draw the joints of a frame, as `draw_joints`, or of two columns that differ.
 
-    Raises
-    ------
-    ParameterError
-        As `draw_joints`; or if a spacing is stated of two columns that differ.
+    `ParameterError` as for `draw_joints`, or if a spacing is stated of two columns that differ.
     """
     if not isinstance(structure, UnequalBent):
         beside = {"friction": friction, "spacing": spacing, "beam_centre": beam_centre}
@@ -110,28 +107,8 @@ def draw_bent_joints(
         name: unit * each
         for name, each in _of_each(forces.base_vertical, forces.top_vertical).items()
     }
-    ratio = over_balance(bent, response.theta)
-    with styled():
-        figure = Figure(figsize=(PRINT_WIDTH, 4.6), layout="constrained")
-        panels = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.0, 1.0])
-        panels[0].plot(response.time, ratio, color="0.35")
-        furthest = max(1.1 * min(response.peak_rotation_ratio, DRAWN_TO), 0.01)
-        panels[0].set(ylabel="θ/α", ylim=(-furthest, furthest))
-        for panel, drawn in zip(panels[1:], (demands, verticals), strict=True):
-            for name, values in drawn.items():
-                style = "-" if "base" in name else "--"
-                colour = "C0" if "left" in name else "C1"
-                panel.plot(response.time, values, style, color=colour, linewidth=0.8, label=name)
-        panels[1].axhline(coefficient, color="black", linestyle=":", linewidth=0.9)
-        shown = min(_largest(np.stack([*demands.values()])), _SHOWN * coefficient)
-        panels[1].set(ylabel="friction demand", ylim=(0.0, 1.1 * max(coefficient, shown or 0.0)))
-        panels[2].axhline(0.0, color="black", linewidth=0.9)
-        panels[2].set(ylabel=f"vertical force [{'kN' if weighed else 'W'}]", xlabel="time [s]")
-        for panel in panels[1:]:
-            _legend_above(panel)
-        rotated = np.nan_to_num(np.abs(response.theta), nan=0.0) > 1e-4
-        panels[0].set_xlim(*time_limits(response.time, rotated, 1.5))
-        figure.align_ylabels(list(panels))
+    named = "kN" if weighed else "W"
+    figure = _draw_each_joint(response, demands, verticals, coefficient, named)
     caption = (
         "Rotation, friction demand and vertical forces of each joint while the bent rocks; forces "
         f"of closed joints depend on their stiffness. {_bent_in_words(demands, verticals, weighed)}"
@@ -142,14 +119,40 @@ def draw_bent_joints(
     return Captioned(figure, "Forces at the joints of each column", caption)
 
 
+def _draw_each_joint(
+    response: BentResponse,
+    demands: Mapping[str, Float],
+    verticals: Mapping[str, Float],
+    friction: float,
+    unit: str,
+) -> Figure:
+    """Draw rotation, friction demands, and vertical forces in a unit, of each joint."""
+    with styled():
+        figure = Figure(figsize=(PRINT_WIDTH, 4.6), layout="constrained")
+        panels = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.0, 1.0])
+        panels[0].plot(response.time, over_balance(response.bent, response.theta), color="0.35")
+        furthest = max(1.1 * min(response.peak_rotation_ratio, DRAWN_TO), 0.01)
+        panels[0].set(ylabel="θ/α", ylim=(-furthest, furthest))
+        for panel, drawn in zip(panels[1:], (demands, verticals), strict=True):
+            for name, values in drawn.items():
+                line = f"{'C0' if 'left' in name else 'C1'}{'-' if 'base' in name else '--'}"
+                panel.plot(response.time, values, line, linewidth=0.8, label=name)
+            _legend_above(panel)
+        panels[1].axhline(friction, color="black", linestyle=":", linewidth=0.9)
+        shown = min(_largest(np.stack([*demands.values()])), _SHOWN * friction)
+        panels[1].set(ylabel="friction demand", ylim=(0.0, 1.1 * max(friction, shown or 0.0)))
+        panels[2].axhline(0.0, color="black", linewidth=0.9)
+        panels[2].set(ylabel=f"vertical force [{unit}]", xlabel="time [s]")
+        rotated = np.nan_to_num(np.abs(response.theta), nan=0.0) > 1e-4
+        panels[0].set_xlim(*time_limits(response.time, rotated, 1.5))
+        figure.align_ylabels(list(panels))
+    return figure
+
+
 def _of_each(base: Float, top: Float) -> dict[str, Float]:
     """Return histories of both columns by the names of their joints."""
-    joints = (("base", base), ("top", top))
-    return {
-        f"{side} {place}": values[k]
-        for place, values in joints
-        for k, side in enumerate(("left", "right"))
-    }
+    names = [f"{side} {place}" for place in ("base", "top") for side in ("left", "right")]
+    return dict(zip(names, [*base, *top], strict=True))
 
 
 def _bent_in_words(
@@ -161,10 +164,8 @@ def _bent_in_words(
     unit = " [kN]" if weighed else ", over half the weight W of columns and beam"
     needed = ", ".join(f"{name} {_largest(each):.3f}" for name, each in demands.items())
     form = ".0f" if weighed else ".3f"
-    ends = ", ".join(
-        f"{name} {_least(each):{form}} to {_largest(each):{form}}"
-        for name, each in verticals.items()
-    )
+    pairs = {name: (_least(each), _largest(each)) for name, each in verticals.items()}
+    ends = ", ".join(f"{name} {low:{form}} to {high:{form}}" for name, (low, high) in pairs.items())
     return (
         f"Friction needed at most, at the samples of the record: {needed}. Vertical forces{unit}: "
         f"{ends}; one that is not positive would lift the joint off. "
@@ -523,11 +524,8 @@ _PANELS: Final = {
         "base_joint_vertical_least": "base, least",
         "top_joint_vertical": "top, largest",
         "top_joint_vertical_least": "top, least",
-        **{
-            f"{side}_{place}_vertical{least}": f"{side} {place}, {words}"
-            for side, place in _COLUMNS
-            for least, words in (("", "largest"), ("_least", "least"))
-        },
+        **{f"{side}_{place}_vertical": f"{side} {place}, largest" for side, place in _COLUMNS},
+        **{f"{side}_{place}_vertical_least": f"{side} {place}, least" for side, place in _COLUMNS},
         "peak_tendon_force": "tendon",
         "peak_dissipater_force": "dissipaters",
     },
