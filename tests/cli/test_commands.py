@@ -344,6 +344,12 @@ def test_an_interrupted_table_resumes(
     assert "rockframe: 1/5 respond, " in capsys.readouterr().err
     assert run("table1", "--records", motion, *words) == 0
     assert capsys.readouterr().err == ""  # nothing to do
+    before = motion.read_text(encoding="utf-8")
+    motion.write_text(f"{before}0.0\n", encoding="utf-8")
+    assert run("status", folder) == 0
+    said = "`rockframe table1` would repeat the steps that depend on them"
+    assert said in capsys.readouterr().out
+    motion.write_text(before, encoding="utf-8")
     assert run("table1", "--records", motion, *words, "--surrogates", "19") == 0
     said = "rockframe: repeating pulse: option surrogates changed from 0 to 19\n"
     assert said in capsys.readouterr().err

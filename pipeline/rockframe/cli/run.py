@@ -212,13 +212,14 @@ def run_status(options: argparse.Namespace) -> None:
         ]
         console.show_json({**facts, "steps": steps})
     else:
-        _show_status(options.folder, facts, states, len(inputs))
+        again = f"`rockframe {plan.study if plan.of_command else 'run'}`"
+        _show_status(options.folder, facts, states, len(inputs), again)
 
 
 def _show_status(
-    folder: Path, facts: Mapping[str, Any], states: Sequence[StepState], inputs: int
+    folder: Path, facts: Mapping[str, Any], states: Sequence[StepState], inputs: int, again: str
 ) -> None:
-    """Print the state of a run in words."""
+    """Print the state of a run in words; `again` is the command that repeats it."""
     from rockframe.results.tables.summary import reasons_in_words
 
     print(f"{facts['study']} in {folder}")
@@ -235,9 +236,9 @@ def _show_status(
         path, how = next(iter(changed.items()))
         many = f"{len(changed)} of {inputs} inputs changed or are missing"
         print(f"{many} since the run was planned: {path} {how}.")
-        print("`rockframe run` would repeat the steps that depend on them")
+        print(f"{again} would repeat the steps that depend on them")
     if not facts["same_source"]:
-        print("made by another version of the source code: `rockframe run` would repeat the run")
+        print(f"made by another version of the source code: {again} would repeat the run")
     done = "complete for the inputs as planned" if changed else "complete"
     waits = "a run is in progress" if facts["running"] else "not complete"
     print(done if facts["complete"] else waits)
