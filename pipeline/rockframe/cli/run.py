@@ -189,8 +189,6 @@ def run_status(options: argparse.Namespace) -> None:
     planned = states_of(plan, options.folder)
     running = is_locked(options.folder)
     inputs = (*plan.inputs, *plan.study_files)
-    changed = dict(changed_inputs(inputs))
-    same_source = plan.source == source_code_hash()
     faults = faults_of(damaged(options.folder, plan.files), planned)
     complete = all(state.is_done for state in planned) and not faults
     states = outlook(plan, planned, options.folder)
@@ -201,9 +199,9 @@ def run_status(options: argparse.Namespace) -> None:
         "running": running,
         "counts": dict(Counter(state.state for state in states)),
         "faults": faults,
-        "inputs_changed": changed,
+        "inputs_changed": dict(changed_inputs(inputs)),
         "left_out": left_out,
-        "same_source": same_source,
+        "same_source": plan.source == source_code_hash(),
     }
     if options.json:
         steps = [
@@ -212,8 +210,8 @@ def run_status(options: argparse.Namespace) -> None:
         ]
         console.show_json({**facts, "steps": steps})
     else:
-        again = f"`rockframe {plan.study if plan.of_command else 'run'}`"
-        _show_status(options.folder, facts, states, len(inputs), again)
+        command = plan.study if plan.of_command else "run"
+        _show_status(options.folder, facts, states, len(inputs), f"`rockframe {command}`")
 
 
 def _show_status(
