@@ -269,7 +269,7 @@ def test_the_plots_fit_the_sheet_and_come_back(page: Any, bundled_run: Path) -> 
     page.set_viewport_size({"width": 688, "height": 900})  # A4 without its margins
     page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    beyond = """() => [...document.querySelectorAll('.plot')].map(
+    beyond = """() => [...document.querySelectorAll('figure:not([hidden]) > .plot')].map(
       (host) => host.firstElementChild.getBoundingClientRect().right
         - host.getBoundingClientRect().right)"""
     assert max(page.evaluate(beyond)) < 1.0
