@@ -147,7 +147,7 @@ def test_a_page_has_the_name_as_text_in_its_words_and_facts(name: str) -> None:
 EMPTY: Final[dict[str, Any]] = {
     "designs": [], "records": 0, "panels": [], "size": (1.0, 1.0, 1.0, 1.0), "legend": "",
     "design_columns": [], "best": [], "best_columns": [], "rows": [], "columns": [], "total": 0,
-    "left_out_words": "",
+    "left_out_words": "", "note": "",
 }  # fmt: skip
 
 
