@@ -214,6 +214,31 @@ def test_balanced_on_the_barrier_counts_as_overturned_without_a_time() -> None:
     assert response.peak_rotation == 0.5 * math.pi
 
 
+@pytest.mark.parametrize("distance", [1e-9, 1e-4, 0.01, 0.04])
+def test_however_slow_close_to_the_balance_point_a_frame_never_leans(distance: float) -> None:
+    """A body that moves slowly is not at rest: only the side of the balance point decides."""
+    still = GroundAcceleration.from_samples([0.0, 0.0], 0.1)
+    below, above = (
+        respond(BENT, still, initial_rotation=share * BENT.slenderness).verdict
+        for share in (1.0 - distance, 1.0 + distance)
+    )
+    assert (below, above) == (Verdict.STANDS, Verdict.OVERTURNS)
+
+
+def test_whole_numbers_are_the_same_sizes_and_motion_as_decimal_ones() -> None:
+    acceleration = [0, 4, 6, 4, 0, -4, -6, -4, 0]
+    whole = respond(
+        RockingFrame(height=8, width=2, mass_ratio=3),
+        GroundAcceleration.from_samples(np.array(acceleration), 1),
+    )
+    decimal = respond(
+        RockingFrame(height=8.0, width=2.0, mass_ratio=3.0),
+        GroundAcceleration.from_samples(np.array(acceleration, dtype=float), 1.0),
+    )
+    assert whole.peak_rotation == decimal.peak_rotation > 0.0
+    assert whole.verdict is decimal.verdict
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [

@@ -46,7 +46,9 @@ def test_phase_is_kept() -> None:
     assert int(np.correlate(corrected, signal, "same").argmax()) == signal.size // 2
 
 
-@pytest.mark.parametrize(("low", "high", "step"), [(0.1, 40.0, 0.005), (0.05, 0.2, 0.01)])
+@pytest.mark.parametrize(
+    ("low", "high", "step"), [(0.1, 40.0, 0.005), (0.05, 0.2, 0.01), (0.1, 20.0, 0.002)]
+)
 def test_the_correction_is_that_of_scipy(low: float, high: float, step: float) -> None:
     noise = np.random.default_rng(1).normal(0.2, 1.0, 9000)
     corrected, *_ = correct(noise, step, BandPass(low, high))
