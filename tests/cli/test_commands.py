@@ -350,9 +350,11 @@ def test_an_interrupted_table_resumes(
     said = "`rockframe table1` would repeat the steps that depend on them"
     assert said in capsys.readouterr().out
     motion.write_text(before, encoding="utf-8")
+    assert run("report", folder) == 0
     assert run("table1", "--records", motion, *words, "--surrogates", "19") == 0
-    said = "rockframe: repeating pulse: option surrogates changed from 0 to 19\n"
-    assert said in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "rockframe: repeating pulse: option surrogates changed from 0 to 19\n" in said
+    assert "report.html: showed former results; removed. `rockframe report` writes a new" in said
     assert run("verify", folder, "--recompute") == 0
 
 

@@ -99,6 +99,20 @@ def test_what_an_interrupted_run_left_is_a_fault(run: Path) -> None:
     assert "left by an interrupted run" in verify_run(run).faults[0]
 
 
+def test_page_that_the_user_changed_stays_and_is_a_fault(
+    run: Path, made: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is no step of the command, which shows its results and leaves the page to `verify`."""
+    page = run / "report.html"
+    page.write_text("<p>my notes</p>")
+    motion = ["--records", str(made.with_name("motion.csv")), "--output", str(run)]
+    words = ["--units", "g", "--time-step", "0.01", "--surrogates", "0", *FEW]
+    assert main(["table1", *motion, *words, "--format", "markdown"]) == 0
+    assert page.read_text() == "<p>my notes</p>"
+    assert main(["verify", str(run)]) == 1
+    assert "report.html: is corrupted. Write it again" in capsys.readouterr().err
+
+
 def test_without_a_manifest_no_run_ended(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (run / MANIFEST).unlink()
     assert main(["verify", str(run)]) == 2

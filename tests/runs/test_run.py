@@ -330,6 +330,28 @@ def test_folder_of_another_study_is_refused_unless_asked(
     assert main(["verify", str(home / "run")]) == 0
 
 
+def test_command_keeps_the_run_of_a_study_that_has_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It would not write the outputs of further stages, and would remove them."""
+    study, folder = make_study(tmp_path, 1, FEW.replace('"small"', '"table1"')), tmp_path / "run"
+    assert run(study, folder, "--plan") == 0
+    written, response = contents(folder), folder / "response.nc"
+    response.write_text("of the study")
+    words = ["--records", str(tmp_path / "motions"), "--output", str(folder)]
+    assert main(["table1", *words]) == 2
+    said = capsys.readouterr().err
+    assert f"{folder}: holds the run of the study 'table1'. Use another folder.\n" in said
+    assert contents(folder) == {**written, "response.nc": b"of the study"}
+    write_plan(replace(read_plan(folder), of_command=True), folder)
+    assert run(study, folder) == 2
+    assert "holds the run of the command table1. Use another folder, or --replace" in (
+        capsys.readouterr().err
+    )
+    assert response.read_text() == "of the study"
+    assert run(study, folder, "--plan", "--replace") == 0
+
+
 def test_folder_of_something_else_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

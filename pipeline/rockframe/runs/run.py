@@ -103,6 +103,7 @@ def run_plan(
             perform_all(plan, todo, folder, engine, on_step)
             states = [StepState(s, "removed" if s.temporary else "done") for s in plan.steps]
         remove_spent(plan, folder, states)
+        _remove_page_of_former_run(plan, folder, on_fault)
     return [step.name for step in todo], faults
 
 
@@ -154,6 +155,18 @@ def prepare(
     return states, faults
 
 
+def _remove_page_of_former_run(plan: Plan, folder: Path, on_fault: Report) -> None:
+    """Remove the page that `rockframe report` wrote of former results, if no step writes one."""
+    page = folder / PAGE
+    if PAGE in plan.outputs or not page.is_file():
+        return
+    from rockframe.stages.report import shows_another_run  # it imports the schema of all files
+
+    if shows_another_run(folder):
+        remove_file(page)
+        on_fault(f"{page}: showed former results; removed. `rockframe report` writes a new one.")
+
+
 def _corrupted(plan: Plan, former: Plan | None, folder: Path) -> dict[Path, str]:
     """Return the run's own files that match neither the former plan nor this one."""
     before = former.files if former is not None else {}
@@ -165,16 +178,17 @@ def _corrupted(plan: Plan, former: Plan | None, folder: Path) -> dict[Path, str]
 def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> Plan | None:
     """Refuse a folder with other files, and remove files that the study no longer writes.
 
-    Returns the former plan of the same study.
+    Returns the former plan of the same study. The study of a command is another than a user's study
+    of that name; where the file of a study lies does not matter, so that it can be moved.
     """
     former, damage = _former_plan(folder)
-    if former is not None and former.study == plan.study:
+    if former is not None and _named(former) == _named(plan):
         remove_partials(former, folder)
         for gone in remove_former(plan, former, folder):
             if gone in former.outputs:
                 on_fault(f"{folder / gone}: no longer an output of the study; removed.")
         return former
-    content = f"the run of the study {former.study!r}" if former else _foreign_file(plan, folder)
+    content = f"the run of {_named(former)}" if former else _foreign_file(plan, folder)
     if not content:
         return None
     if former is None and _has_own_manifest(plan, folder):
@@ -191,6 +205,11 @@ def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> 
     for name in (*listed_outputs(folder / MANIFEST), Path(MANIFEST)):
         remove_file(folder / name)
     return None
+
+
+def _named(plan: Plan) -> str:
+    """Return the name of the study of a plan, or of the command whose study it is."""
+    return f"the command {plan.study}" if plan.of_command else f"the study {plan.study!r}"
 
 
 def _former_plan(folder: Path) -> tuple[Plan | None, str]:

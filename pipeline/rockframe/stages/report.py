@@ -469,12 +469,15 @@ def files_as_run(files: Sequence[Path]) -> Iterator[Path]:
 def require_whole(folder: Path) -> None:
     """Raise an error if a run is incomplete or changed.
 
+    A page that is no step of the run, but was written by `rockframe report`, does not matter.
+
     Raises
     ------
     InputError
         If the run has a fault; the message states the first one.
     """
-    for fault in (*verify_run(folder).faults, *strange_report(folder)):
+    faults = verify_run(folder).faults
+    for fault in (*faults, *(strange_report(folder) if _has_page(folder) else ())):
         raise InputError(folder, f"is not a complete run: {fault}")
 
 
@@ -482,13 +485,20 @@ def strange_report(folder: Path) -> Sequence[str]:
     """Return the reasons why the page in a folder does not belong to its run; empty if none."""
     page = folder / PAGE
     if not page.is_file():
-        steps = json.loads((folder / MANIFEST).read_text(encoding="utf-8")).get("steps", {})
         missing = f"{page}: missing. Write it with `rockframe report {folder}`."
-        return [missing] if "report" in steps else []
-    content = page.read_bytes()
+        return [missing] if _has_page(folder) else []
     again = f"Write it again with `rockframe report {folder}`."
-    if not is_whole_page(content):
+    if not is_whole_page(page.read_bytes()):
         return [f"{page}: is corrupted. {again}"]
-    if sha256_of(folder / MANIFEST).encode() not in content:
-        return [f"{page}: shows another run. {again}"]
-    return []
+    return [f"{page}: shows another run. {again}"] if shows_another_run(folder) else []
+
+
+def shows_another_run(folder: Path) -> bool:
+    """Return True if the page in a folder is intact, but not of the run there."""
+    content = (folder / PAGE).read_bytes()
+    return is_whole_page(content) and sha256_of(folder / MANIFEST).encode() not in content
+
+
+def _has_page(folder: Path) -> bool:
+    """Return True if the page is a step of the run in a folder."""
+    return "report" in json.loads((folder / MANIFEST).read_text(encoding="utf-8")).get("steps", {})
