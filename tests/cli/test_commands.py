@@ -363,10 +363,15 @@ def test_a_record_too_short_for_a_pulse_is_listed_and_the_others_go_on(
 ) -> None:
     tiny = motion.with_name("tiny.csv")
     tiny.write_text("0.1\n0.3\n0.2\n")
+    bad = motion.with_name("bad.csv")
+    bad.write_text("0.1\ninf\n")
     words = ("--units", "g", "--time-step", "0.01", "--output", tmp_path / "run", "--json")
-    assert run("table1", "--records", motion, tiny, *ONE, *words) == 1
+    assert run("table1", "--records", motion, tiny, bad, *ONE, *words) == 1
     captured = capsys.readouterr()
     assert "rejected: tiny: Invalid range of periods" in captured.err
+    assert "rejected: bad.csv:2: " in captured.err
+    lines = {entry["file"]: entry["line"] for entry in json.loads(captured.out)["rejected"]}
+    assert lines == {"bad.csv": 2, "tiny": None}
     rows = {row["record_id"]: row for row in json.loads(captured.out)["rows"]}
     assert rows["tiny"]["T_p_s"] is None
     assert rows["tiny"]["verdict"] == "stands"

@@ -10,18 +10,22 @@ from tests.commands import run
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.outcome import InputOutcome
-from rockframe.results.tables.entries import rejections_of, write_entries
+from rockframe.results.tables.entries import rejected_inputs, rejections_of, write_entries
 
 
 def test_each_record_of_a_file_keeps_its_reason(tmp_path: Path) -> None:
     names = ("CCC-090", "CCC-360")
-    rows = [InputOutcome("CCC.V1", f"record {name!r}: clipped.", record_id=name) for name in names]
+    rows = [
+        InputOutcome("CCC.V1", f"record {name!r}: clipped.", line, record_id=name)
+        for line, name in enumerate(names, 9)
+    ]
     write_entries(
         [*rows, InputOutcome("ok.csv", status="accepted", record_id="ok")], tmp_path / "records.csv"
     )
     assert rejections_of(tmp_path) == {
         "CCC.V1": "record 'CCC-090': clipped. record 'CCC-360': clipped."
     }
+    assert rejected_inputs(tmp_path) == rows
 
 
 @pytest.mark.parametrize("table_format", ["markdown", "latex", "xlsx", "parquet"])

@@ -48,7 +48,7 @@ def add_run(parser: argparse.ArgumentParser) -> None:
 
 def run_run(options: argparse.Namespace) -> int:
     """Perform the steps that are not done yet, and print what was done."""
-    from rockframe.results.tables.entries import rejections_of
+    from rockframe.results.tables.entries import rejected_inputs, rejections_of
     from rockframe.runs.plan import make_plan
     from rockframe.study.study import read_study
 
@@ -60,7 +60,7 @@ def run_run(options: argparse.Namespace) -> int:
     done, faults, reasons = carry_out(
         plan, options.output, engine=_engine(options), replace=options.replace
     )
-    rejected = rejections_of(options.output)
+    rejected = rejected_inputs(options.output)
     if options.json:
         console.show_json(
             {
@@ -69,12 +69,12 @@ def run_run(options: argparse.Namespace) -> int:
                 "steps_done": done,
                 "reasons": reasons,
                 "made_again": faults,
-                "rejected": rejected,
+                "rejected": rejections_of(options.output),
             }
         )
-    else:
-        _show(options.output, len(done), rejected)
-    return 1 if rejected else 0
+        return 1 if rejected else 0
+    _show(options.output, len(done))
+    return console.show_rejections(rejected)
 
 
 def carry_out(
@@ -147,7 +147,7 @@ def _restrained(structures: Iterable[Any]) -> str:
     return ", ".join(f"{name} ({', '.join(own)})" for name, own in tables.items() if own)
 
 
-def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
+def _show(folder: Path, done: int) -> None:
     from rockframe.options import STRUCTURES
     from rockframe.provenance import MANIFEST, listed_outputs
     from rockframe.results.tables.entries import rows_of
@@ -162,8 +162,6 @@ def _show(folder: Path, done: int, rejected: dict[str, str]) -> None:
         print(f"With their restraints: {restrained}. `[compare]` has them without.")
     did = f"{done} steps done" if done else "nothing to do"
     print(f"{did}; {files} files and their manifest in {folder}")
-    for name, reason in rejected.items():
-        console.complain(f"rejected: {name}: {reason}")
 
 
 def add_status(parser: argparse.ArgumentParser) -> None:

@@ -164,7 +164,7 @@ def _computed(
     """Run a study, unless its folder has its results already; return the rejected records."""
     from rockframe.engines.choice import choose_engine
     from rockframe.engines.engine import OneProcess
-    from rockframe.results.tables.entries import rejections_of
+    from rockframe.results.tables.entries import rejected_inputs
     from rockframe.runs.plan import make_plan
 
     arguments.refuse_folder_of_records(options)
@@ -174,8 +174,7 @@ def _computed(
     with _helped():
         engine = OneProcess(workers) if few or workers == 0 else choose_engine(workers)
         carry_out(plan, options.output, engine=engine)
-    rejected = rejections_of(options.output)
-    return [InputOutcome(name, reason) for name, reason in rejected.items()]
+    return rejected_inputs(options.output)
 
 
 def _count(folder: Path) -> int:

@@ -438,10 +438,11 @@ def refuse_other_table(path: Path, first: Sequence[str], what: str) -> None:
 _MAY_REJECT: Final = {stage.file: stage.kind for stage in STAGES.values() if stage.of_records}
 
 
-def rejections_of(folder: Path) -> dict[str, str]:
-    """Return the reasons why records and files of a run were rejected, by their names.
+def rejected_inputs(folder: Path) -> list[InputOutcome]:
+    """Return the rejected files and records of a run, each with its reason and its line.
 
-    Records outside the user's filters are not included.
+    Records outside the user's filters are not included. A record that several stages rejected has
+    the reason of the last one.
 
     Parameters
     ----------
@@ -453,15 +454,34 @@ def rejections_of(folder: Path) -> dict[str, str]:
     InputError
         If a file of the run cannot be read.
     """
-    rejected: dict[str, str] = {}
-    for row in rows_of(folder / "records.csv"):
-        if row["status"] == "rejected":  # several records of one file may be rejected
-            rejected[row["file"]] = f"{rejected.get(row['file'], '')} {row['reason']}".lstrip()
+    rejected = [
+        InputOutcome(
+            *(row["file"], row["reason"], int(row["line"]) if row["line"] else None),
+            record_id=row["record_id"],
+        )
+        for row in rows_of(folder / "records.csv")
+        if row["status"] == "rejected"
+    ]
+    reasons: dict[str, str] = {}
     for attributes in _attributes(folder).values():
         filtered = json.loads(attributes.get("filtered", "[]"))
-        reasons = json.loads(attributes["left_out"])
-        rejected |= {record: reason for record, reason in reasons.items() if record not in filtered}
-    return rejected
+        left_out = json.loads(attributes["left_out"])
+        reasons |= {record: reason for record, reason in left_out.items() if record not in filtered}
+    return [*rejected, *(InputOutcome(record, reason) for record, reason in reasons.items())]
+
+
+def rejections_of(folder: Path) -> dict[str, str]:
+    """Return the reasons of `rejected_inputs`, all reasons of a file together, by its name.
+
+    Raises
+    ------
+    InputError
+        If a file of the run cannot be read.
+    """
+    reasons: dict[str, str] = {}
+    for rejection in rejected_inputs(folder):
+        reasons[rejection.file] = f"{reasons.get(rejection.file, '')} {rejection.reason}".lstrip()
+    return reasons
 
 
 def left_out_of(folder: Path) -> dict[str, dict[str, str]]:
