@@ -75,7 +75,7 @@ def responses_of(scenarios: tuple[Scenario, ...]) -> list[StructureResponse]:
 
     Examples
     --------
-    >>> from rockframe import RockingFrame
+    >>> from rockframe import Record, RockingFrame
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
     >>> scenario = Scenario(shake, RockingFrame(height=9.6, width=1.6), 0.1)
     >>> [response.verdict.name for response in responses_of((scenario,))]
@@ -106,7 +106,7 @@ def peaks_of(task: ScreeningTask) -> Arrays:
 
     Examples
     --------
-    >>> from rockframe import RockingFrame
+    >>> from rockframe import Record, RockingFrame
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
     >>> task = ScreeningTask((shake,), (RockingFrame(height=9.6, width=1.6),), (0.1, 1.0))
     >>> peaks_of(task)["verdict"].tolist()
@@ -129,7 +129,7 @@ def member_peaks_of(task: ScreeningTask) -> Arrays:
 
     Examples
     --------
-    >>> from rockframe import RockingFrame
+    >>> from rockframe import Record, RockingFrame
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
     >>> frame, ensemble = RockingFrame(height=9.6, width=1.6), Ensemble(members=16)
     >>> task = ScreeningTask((shake,), (frame,), (0.1, 1.0), ensemble)
@@ -161,7 +161,7 @@ def margins_of(task: ScreeningTask) -> Arrays:
 
     Examples
     --------
-    >>> from rockframe import RockingFrame
+    >>> from rockframe import Record, RockingFrame
     >>> shake = Record(record_id="shake", acceleration=[0.0, 3.0, 0.0], time_step=0.1)
     >>> task = ScreeningTask((shake,), (RockingFrame(height=9.6, width=1.6),))
     >>> margins_of(task)["safe_islands"].tolist()
