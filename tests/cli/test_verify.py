@@ -20,6 +20,8 @@ from rockframe.wavelets.pulse import Pulse
 
 #: Options of responses that take little time.
 FEW = ("--structure", "bridge-bent", "--margins", "none", "--ensemble-members", "0")
+#: All options of the run but its records and folder.
+WORDS = ("--units", "g", "--time-step", "0.01", "--surrogates", "0", *FEW)
 
 
 @pytest.fixture(scope="module")
@@ -28,9 +30,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("verify")
     pulse = Pulse(wavelet="symmetric_ricker", a_p=0.4, T_p=1.0, time=3.0)
     np.savetxt(home / "motion.csv", pulse.acceleration(0.01 * np.arange(801)), fmt="%.8f")
-    words = ["--units", "g", "--time-step", "0.01", "--surrogates", "0", *FEW]
     paths = ["--records", str(home / "motion.csv"), "--output", str(home / "run")]
-    assert main(["table1", *paths, *words]) == 0
+    assert main(["table1", *paths, *WORDS]) == 0
     return home / "run"
 
 
@@ -99,6 +100,20 @@ def test_what_an_interrupted_run_left_is_a_fault(run: Path) -> None:
     assert "left by an interrupted run" in verify_run(run).faults[0]
 
 
+def test_lost_plan_is_written_by_the_same_command(
+    run: Path, made: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`rockframe run` could not: there is no study file of the user."""
+    plan = run / ".rockframe" / "plan.json"
+    plan.unlink()
+    assert main(["verify", str(run)]) == 1
+    said = capsys.readouterr().err
+    assert f"{plan}: missing. Repeat the command that computed the run.\n" in said
+    motion = ["--records", str(made.with_name("motion.csv")), "--output", str(run)]
+    assert main(["table1", *motion, *WORDS]) == 0
+    assert main(["verify", str(run)]) == 0
+
+
 def test_page_that_the_user_changed_stays_and_is_a_fault(
     run: Path, made: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -106,8 +121,7 @@ def test_page_that_the_user_changed_stays_and_is_a_fault(
     page = run / "report.html"
     page.write_text("<p>my notes</p>")
     motion = ["--records", str(made.with_name("motion.csv")), "--output", str(run)]
-    words = ["--units", "g", "--time-step", "0.01", "--surrogates", "0", *FEW]
-    assert main(["table1", *motion, *words, "--format", "markdown"]) == 0
+    assert main(["table1", *motion, *WORDS, "--format", "markdown"]) == 0
     assert page.read_text() == "<p>my notes</p>"
     assert main(["verify", str(run)]) == 1
     assert "report.html: is corrupted. Write it again" in capsys.readouterr().err

@@ -234,7 +234,7 @@ def _plan_faults(folder: Path) -> list[str]:
         except InputError as error:
             faults.append(str(error))
     elif plan.parent.is_dir():
-        faults.append(f"{plan}: missing. `rockframe run` writes it again.")
+        faults.append(f"{plan}: missing. Repeat the command that computed the run.")
     return faults
 
 

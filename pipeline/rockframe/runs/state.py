@@ -339,9 +339,7 @@ def remove_partials(plan: Plan, folder: Path) -> list[str]:
 
 
 def _remove_batches(plan: Plan, folder: Path) -> list[str]:
-    """Remove the batches of a screening, unless the plan has a screening, which resumes from
-    them.
-    """
+    """Remove the batches of a screening, unless a screening of the plan resumes from them."""
     if any(step.stage == "screen" for step in plan.steps):
         return []
     left = [path for path in folder.glob(".*") if _BATCHES.fullmatch(path.name)]
@@ -358,7 +356,8 @@ def _remove(path: Path) -> None:
 
 
 _PLAN: Final = "plan.json"
-_AGAIN: Final = "Restore the file, or write it again with `rockframe run`."
+_AGAIN: Final = "Restore the file, or repeat the command that computed the run."
+_NO_RUN: Final = "contains no run of a study. Start one, or repeat the command that computed it."
 
 
 def write_plan(plan: Plan, folder: Path) -> None:
@@ -399,7 +398,7 @@ def read_plan(folder: Path) -> Plan:
     """
     path = folder / KEPT / _PLAN
     if not path.is_file():
-        raise InputError(folder, "contains no run of a study. Start one with `rockframe run`.")
+        raise InputError(folder, _NO_RUN)
     try:
         text = path.read_bytes()
         content = read_json(text)
