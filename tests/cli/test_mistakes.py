@@ -408,6 +408,8 @@ def test_help_states_the_unit_of_a_velocity_not_that_of_its_last_letter(
     ("words", "said"),
     [
         (["ingset", "a.csv"], "unknown command 'ingset'. Did you mean ingest? See"),
+        (["draw", "screen.nc"], "unknown command 'draw'. Did you mean figure? See"),
+        (["plan", "a.toml"], "unknown command 'plan'. Did you mean run --plan? See"),
         (["ingest", "a.csv", "--xyzzy"], "unknown option --xyzzy. See"),
         (["ingest", "--", "--odd"], "arguments are required: --output/-o. See"),
         (

@@ -60,6 +60,8 @@ _VERBS: Final = {
         "list the supported formats of records, or show how files would be read",
     ),
 }
+#: Commands of earlier versions, and what does their work now.
+_FORMER: Final = {"draw": "figure", "plan": "run --plan"}
 #: An example of each command, printed below its help.
 EXAMPLES: Final = {
     "table1": "rockframe table1 --records FOLDER --structures bents.toml -o outputs/mine",
@@ -233,7 +235,9 @@ class _Parser(argparse.ArgumentParser):
         ]
         choice = re.search(r"COMMAND: invalid choice: '([^']*)'", message)
         if choice:
-            message = f"unknown command {choice[1]!r}.{meant(choice[1], _VERBS)}"
+            former = _FORMER.get(choice[1])
+            hint = f" Did you mean {former}?" if former else meant(choice[1], _VERBS)
+            message = f"unknown command {choice[1]!r}.{hint}"
         elif unknown:
             *_, command = self.prog.split()
             where = _where_else(unknown[0]) if command in _OF_RECORDS else ""
