@@ -89,7 +89,7 @@ def test_a_folder_that_is_renamed_while_files_are_written_is_not_made_anew(tmp_p
             folder.rename(elsewhere)
 
     def write_several() -> None:
-        with provenance.whole_folder(folder, ["a.txt"]) as partial:
+        with provenance.replaced_folder(folder / "figures") as partial:
             folder.rename(elsewhere)
             with provenance.whole_file(partial / "a.txt"):
                 pass

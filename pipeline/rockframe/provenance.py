@@ -482,27 +482,6 @@ def refuse_overwriting(
 
 
 @contextmanager
-def whole_folder(folder: Path, names: Iterable[str]) -> Iterator[Path]:
-    """Yield a temporary folder for a run; if the block succeeds, move its files to `folder`.
-
-    Until then, an older run in the folder does not change. Then the files listed in its manifest
-    are replaced or removed. ``manifest.json`` is removed first and written last, so a folder
-    without it is an incomplete run. A missing folder is created. `names` are files that the block
-    writes.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be created or written to, or if a folder is in the place of a file.
-    """
-    refuse_obstacles(folder / name for name in (*names, MANIFEST))
-    with _partial_folder(folder, folder, ".partial-") as partial:
-        with _removed(partial):
-            yield partial
-        _move_in(partial, folder)
-
-
-@contextmanager
 def scratch_folder() -> Iterator[Path]:
     """Yield a temporary folder, which is removed at the end of the block.
 
@@ -540,19 +519,6 @@ def _partial_folder(folder: Path, parent: Path, prefix: str, suffix: str = "") -
         shutil.rmtree(partial, ignore_errors=True)
         if is_new and parent.is_dir() and not any(parent.iterdir()):
             parent.rmdir()
-
-
-def _move_in(partial: Path, folder: Path) -> None:
-    manifest = folder / MANIFEST
-    old = listed_outputs(manifest)
-    new = sorted(path.relative_to(partial) for path in partial.rglob("*") if path.is_file())
-    refuse_obstacles(folder / name for name in new)
-    remove_file(manifest)
-    for name in sorted(old - set(new)):
-        remove_file(folder / name)
-    for name in sorted(new, key=lambda path: path.name == MANIFEST):
-        make_folder((folder / name).parent)
-        (partial / name).replace(folder / name)
 
 
 def listed_outputs(manifest: Path) -> set[Path]:
