@@ -41,3 +41,4 @@ def test_the_figure_shows_shares_and_medians(monkeypatch: pytest.MonkeyPatch) ->
     equal = bent_ensemble(BENT.with_height_ratio(1.0), strong.scaled(0.5), few)
     assert_allclose(exact.share_overturned[1, 0], equal.share_overturned)
     assert "the ratio of the stated bent, 0.78" in drawn.caption
+    assert "heights, under one record with 64 plausible bents." in drawn.caption

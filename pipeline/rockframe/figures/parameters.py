@@ -193,10 +193,11 @@ def _of_unequal(
         for k, scale in enumerate(_MULTIPLES)
     )
     mean, (left, right) = 0.5 * sum(bent.heights), bent.widths
+    records = "one record" if len(motions) == 1 else f"{len(motions)} records, each"
     return (
         f"Two columns with a mean height of {mean:g} m, {left:g} and {right:g} m wide and "
         f"{bent.spacing:g} m apart, under a beam of {bent.mass_ratio:g} times their mass, over the "
-        f"ratio of their heights, under {len(motions)} records, each with 64 plausible bents. "
+        f"ratio of their heights, under {records} with 64 plausible bents. "
         "Left: median of the largest rotation over that of the balance, over the same of columns "
         f"of equal height, under the records themselves ({peaks}). Middle: share that overturns; "
         f"at ratios of 0.6 and 1 it is {each}; it differs from that at ratio 1 by at most "
