@@ -43,7 +43,8 @@ import rockframe.quantities as quantities
 text = Path(quantities.__file__).read_text(encoding="utf-8")
 new = '''_DECLARED: Final = (
     Quantity(name="peak_path", units="m", long_name="longest way of the deck", symbol="path",
-             shown_unit="cm", factor=100.0, form=".1f", taken="response"),'''
+             shown_unit="cm", factor=100.0, form=".1f", taken="response",
+             later=True),'''
 before = "_DECLARED: Final = ("
 assert before in text
 exec(compile(text.replace(before, new), quantities.__file__, "exec"), vars(quantities))
@@ -71,6 +72,18 @@ times = {"from": "0", "to": "100", "record": record.record_id}
 motions = {record.record_id: ExploredMotion(record, as_ground(record))}
 facts = answer(motions, read_settings({**sizes, **asked, **times})).facts()
 print(json.dumps(facts["peaks"]))
+
+import math
+from rockframe.results.reading import opened
+from rockframe.results.tables.table import response_rows
+from rockframe.results.writing import write
+
+earlier = Path(folder, "earlier.nc")
+with opened(Path(folder, "response.nc"), "response") as file:
+    rest = file.load().drop_vars("peak_path")
+    write(rest, earlier, "response", input_sha256={}, parameters={})
+rows = response_rows(earlier)
+assert rows and all(math.isnan(row["peak_path_m"]) for row in rows)
 """
 
 

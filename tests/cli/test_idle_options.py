@@ -84,7 +84,7 @@ def pairs() -> list[tuple[str, str]]:
 def test_each_pair_of_command_and_option_is_declared() -> None:
     """A new option states in the file what it needs, and in its model, if these are options."""
     stated = declared()
-    assert sorted(stated) == sorted(pairs())
+    assert sorted(stated) == sorted(pairs()), "tests/cli/effects.csv must list each option"
     assert conditions().items() <= stated.items()
     of_options = {pair for pair, needs in stated.items() if not needs.startswith(FREE)}
     assert of_options == {*conditions(), *OF_COMMANDS}

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import rockframe
-from rockframe import Pulse, RespondOptions, RockingFrame, bent_positions
+from rockframe import Pulse, RespondOptions, RockingFrame, assess, bent_positions
 from rockframe.report.page import drawn_structure
 from rockframe.results.response import responses_dataset
 from rockframe.results.run import with_parameters
-from rockframe.results.tables.rows import LabelledValuesOf
+from rockframe.results.tables.rows import LabelledValue, LabelledValuesOf
 from rockframe.structures.contract import Shaking, respond_each
 
 from .cases import BENT, random_bent
@@ -40,6 +42,24 @@ def test_the_page_has_the_geometry_of_both_columns() -> None:
     assert own["balance"] == [*BENT.balance_rotations]
     assert "heights" not in frame
     assert frame["height"] == 8.0
+
+
+def test_parameters_of_another_kind_do_not_hide_those_of_a_frame() -> None:
+    """In files they are NaN for it, whatever their names are."""
+    own = LabelledValue("height", "height of the columns", 8.0, "m")
+    foreign = LabelledValue("parameter_height", "height of a block", math.nan, "m")
+    shape = [LabelledValue(name, name, 1.0, "m") for name in ("width", "top_contact_width")]
+    rest = [LabelledValue(name, name, 0.2, "1") for name in ("mass_ratio", "slenderness")]
+    assert drawn_structure([own, *shape, *rest, foreign])["height"] == 8.0
+
+
+def test_a_plot_of_verdicts_shows_displacements_of_bents() -> None:
+    figure = plt.figure()
+    axes = figure.add_subplot()
+    assess(BENT, PULSE, RespondOptions(margins="none")).draw(axes)
+    assert axes.get_ylabel() == "u [m]"
+    assert len(axes.lines) == 1
+    plt.close(figure)
 
 
 def test_the_script_places_columns_and_beam_where_they_are() -> None:

@@ -109,8 +109,10 @@ class Assessment(Shown):
         return {f"{name}, {label.strip()}": value for name, label, value in self._lines()}
 
     def draw(self, axes: Axes) -> None:
-        """Draw theta / alpha of all responses over time, or u if one of them does not rock."""
-        rocks = all(hasattr(response, "theta") for _, response in self)
+        """Draw theta / alpha of all responses over time, or u if one of them is of no frame."""
+        rocks = all(
+            hasattr(response, "theta") and hasattr(response, "frame") for _, response in self
+        )
         for name, response in self:
             if response.time.size:
                 values = response.theta / response.frame.slenderness if rocks else response.u

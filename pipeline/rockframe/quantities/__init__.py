@@ -61,6 +61,9 @@ class Quantity:
         Limits of it define damage states, and designs can keep it below a limit.
     matrix : bool
         Tables show it as a matrix of records and structures, and summaries over all records.
+    later : bool
+        Files of earlier releases lack it, and still open: it is NaN in their tables. True for each
+        quantity that is added after 1.0.
 
     Examples
     --------
@@ -84,6 +87,7 @@ class Quantity:
     banded: bool = False
     limited: bool = False
     matrix: bool = False
+    later: bool = False
 
     @property
     def suffix(self) -> str:

@@ -289,7 +289,11 @@ def _ground(run: Run, ground: Ground, record: str, entry: Mapping[str, str]) -> 
 
 def drawn_structure(facts: Sequence[LabelledValue]) -> dict[str, Any]:
     """Return the geometry for the drawing, and the labelled values."""
-    values = {fact.name.removeprefix("parameter_"): fact.value for fact in facts}
+    values = {
+        fact.name.removeprefix("parameter_"): fact.value
+        for fact in facts
+        if fact.value == fact.value or not fact.name.startswith("parameter_")  # of another kind
+    }
     shape, words = drawn_shape(values)
     return {
         **shape,

@@ -29,7 +29,9 @@ class DeclaredKind:
     table : str
         Module and name of the model of a ``[[structure]]`` table of this kind.
     rocks : bool
-        Its structures uplift, and have joints; their largest rotation is theta / alpha.
+        Its structures uplift, and have joints; their largest rotation is theta / alpha. Pages draw
+        them from ``height``, ``width``, ``top_contact_width``, ``mass_ratio`` and ``slenderness``,
+        or from the parameters of unequal bents.
     frames : bool
         Its structures have all properties of `RockingFrame`, so that a file without one is damaged.
     columns_differ : bool

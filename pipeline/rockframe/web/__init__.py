@@ -133,6 +133,8 @@ def _template(home: Path, name: str) -> Template:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    # browsers refuse NaN in JSON, and then show an empty page
+    environment.policies["json.dumps_kwargs"] = {"sort_keys": True, "allow_nan": False}
     return environment.get_template(name)
 
 

@@ -133,7 +133,8 @@ def peaks(along: str, source: str = "") -> tuple[Variable, ...]:
 def of_quantity(quantity: Quantity, along: str, source: str = "", comment: str = "") -> Variable:
     """Declare the variable of a quantity; `comment` follows that of the quantity."""
     comments = "; ".join(filter(None, (quantity.comment, comment)))
-    return Variable(quantity.name, along, float, quantity.units, quantity.long_name, source, comment=comments)
+    group = quantity.name if quantity.later else ""  # files of earlier releases lack it
+    return Variable(quantity.name, along, float, quantity.units, quantity.long_name, source, comment=comments, group=group)
 
 #: Records of both horizontal components of a motion in both directions.
 _COMPONENTS: Final = (
