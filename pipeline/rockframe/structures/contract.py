@@ -27,8 +27,8 @@ The rules of a kind:
    not have is left out: files have NaN in its place, tables a blank.
 7. `quantities` names those of them that only some kinds have, such as the ductility. `parameters`
    are the properties of a structure, with their units, that files and pages state; those of rocking
-   frames have variables of their own. A quantity of rocking frames that needs a history must also be
-   computed by their kernel of many lanes (`nominal`): without histories only that one answers.
+   frames have variables of their own. A quantity of rocking frames that needs a history must also
+   be computed by their kernel of many lanes (`nominal`): without histories only that one answers.
 8. ``time`` is empty, and the histories with it, unless `Histories` keeps them.
 9. Overturning or collapse is a result, `Verdict.OVERTURNS`; peaks then only describe the fall.
    After an event of ``ModelEnd`` the model is no longer valid: its time is an attribute.
@@ -37,9 +37,9 @@ The rules of a kind:
 11. `members` are plausible structures of the same kind, drawn from the seed and the spreads of the
     ensemble alone; `ensembles` are their responses. Names of spreads are options of the ensemble.
 12. `peaks` and `member_peaks` are for many scenarios, without histories: two numbers of each
-    (`PEAKS`; a third one changes all kinds), from which `quantities_of` computes the quantities that the kind has, for structures and members
-    alike. They agree with the responses of `history`. All motions of a call are in one plane, or
-    all in both directions.
+    (`PEAKS`; a third one changes all kinds), from which `quantities_of` computes the quantities
+    that the kind has, for structures and members alike. They agree with the responses of `history`.
+    All motions of a call are in one plane, or all in both directions.
 13. `resized` keeps the proportions that the dimension leaves free, and raises a `ParameterError` if
     the structure has no such dimension.
 14. A kind may have the method ``nominal(structures, motions, pulses)``: nominal responses to many
