@@ -22,7 +22,6 @@ from hypothesis import settings
 from hypothesis.internal.constants_ast import Constants
 
 from rockframe.cli.main import main, parser
-from rockframe.engines.engine import OneProcess
 from rockframe.ingest import collection
 from rockframe.options.respond import ScreenOptions
 from rockframe.wavelets.pulse import Pulse
@@ -141,12 +140,11 @@ def examples(count: int) -> settings:
 
 @contextmanager
 def coarse() -> Iterator[None]:
-    """Draw with few dots and without ticks, do not arrange panels, and start no process that draws,
+    """Draw with few dots and without ticks, do not arrange panels, and compile in no other process,
     for tests of files and texts of figures; `tests/figures` has tests of what figures show.
     """
     with pytest.MonkeyPatch.context() as patch:
-        alone = False, OneProcess()
-        patch.setattr("rockframe.cli.shipped._helped", lambda **_: nullcontext(alone))
+        patch.setattr("rockframe.cli.shipped._helped", nullcontext)
         for resolution in ("_PRINT", "_SCREEN"):
             patch.setattr(f"rockframe.figures.captioned.{resolution}", 20)
         for what in ("axis.Axis.draw", "layout_engine.ConstrainedLayoutEngine.execute"):

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from rockframe.cells import Column
-from rockframe.cli.console import show_rows, show_summary, show_table
+from rockframe.cli.console import progress_of_steps, show_rows, show_summary, show_table
 from rockframe.results.tables.rows import response_columns, titled
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import part_columns
@@ -23,6 +23,24 @@ def _eighty(monkeypatch: pytest.MonkeyPatch) -> None:
 def printed(capsys: pytest.CaptureFixture[str], columns: list[str], row: list[str]) -> list[str]:
     show_table("", columns, [row])
     return capsys.readouterr().out.splitlines()
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_a_run_shows_its_steps_and_on_a_terminal_the_parts_of_each(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], is_terminal: bool
+) -> None:
+    """A step of many records may take an hour."""
+    monkeypatch.setattr("sys.stderr.isatty", lambda: is_terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    with progress_of_steps("mine") as (on_step, on_progress):
+        on_step("ingest", 1, 7)
+        on_progress("respond [x]", 2, 9)
+    said = capsys.readouterr().err
+    shown = ("mine 2 of 7", "respond [x] 3 of 9")
+    assert [words in said for words in (*shown, "rockframe: 1/7 ingest, ")] == [
+        *(is_terminal, is_terminal),
+        not is_terminal,
+    ]
 
 
 def test_a_title_longer_than_its_table_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:

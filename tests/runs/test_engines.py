@@ -84,9 +84,12 @@ def test_an_executor_of_python_gets_every_step(
 
 
 def test_an_engine_elsewhere_gets_tasks_of_every_stage(home: Path) -> None:
-    """The run performs the steps, because only it can read and write the folder."""
+    """The run performs the steps, because only it can read and write the folder; so it hears of
+    the progress of each.
+    """
     plan = make_plan(read_study(home / "small.toml"), home / "there")
     counts: dict[str, int] = {}
+    reports: dict[str, list[tuple[int, int | None]]] = {}
     with ThreadPoolExecutor(2) as executor:
         engine = Noting(executor)
 
@@ -94,10 +97,17 @@ def test_an_engine_elsewhere_gets_tasks_of_every_stage(home: Path) -> None:
             counts[name] = len(engine.tasks)
             engine.tasks.clear()
 
-        run_plan(plan, home / "there", engine=engine, on_step=note)
+        def hear(name: str, done: int, total: int | None) -> None:
+            reports.setdefault(name, []).append((done, total))
+
+        run_plan(plan, home / "there", engine=engine, on_step=note, on_progress=hear)
     computing = {step.name: step.stage for step in plan.steps if step.stage in STAGES}
     assert set(computing.values()) == STAGES.keys()
     assert [name for name in computing if not counts[name]] == []
+    reporting = {name for name, stage in computing.items() if STAGES[stage].progress}
+    for done, total in (reports.pop(name)[-1] for name in reporting):
+        assert done == total
+    assert reports.pop("ingest motion-0.csv") == [(0, None)]
     assert contents(home / "there") == contents(home / "here")
 
 

@@ -36,7 +36,8 @@ def test_declared_function_takes_what_the_declaration_says(stage: Stage) -> None
     taken = inspect.signature(loaded(stage.function)).parameters
     files = {f"{Path(name).stem}_path" for name in stage.inputs}
     assert {"output", "options", "written", *files} <= taken.keys()
-    assert ("batch" in taken, "engine" in taken) == (stage.batches, stage.engine)
+    declared = {"batch": stage.batches, "engine": stage.engine, "progress": stage.progress}
+    assert {name: name in taken for name in declared} == declared
 
 
 @pytest.mark.parametrize("stage", STAGES.values(), ids=list(STAGES))

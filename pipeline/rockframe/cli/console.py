@@ -332,11 +332,14 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def progress_of_steps(what: str) -> Iterator[Callable[[str, int, int], None]]:
-    """Yield a callback that takes the finished step, its number and the total.
+def progress_of_steps(
+    what: str,
+) -> Iterator[tuple[Callable[[str, int, int], None], Callable[[str, int, int | None], None]]]:
+    """Yield two callbacks, one for steps and one for the progress within a step.
 
-    On a terminal the callback draws a bar; elsewhere it prints a line with the time since the
-    start.
+    The first takes the finished step, its number and the total; the second the step under way, the
+    number of its finished parts, and the total or None. On a terminal each draws a bar; elsewhere
+    the first prints a line with the time since the start.
     """
     began = time.monotonic()
 
@@ -344,5 +347,25 @@ def progress_of_steps(what: str) -> Iterator[Callable[[str, int, int], None]]:
         passed = time.monotonic() - began
         print(f"rockframe: {done}/{total} {name}, {passed:.1f} s", file=sys.stderr, flush=True)
 
-    with progress_bar(what) as bar:
-        yield (lambda _name, *counts: bar(*counts)) if sys.stderr.isatty() else line
+    if not sys.stderr.isatty():
+        yield line, lambda _name, _done, _total: None
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import Progress
+
+    from rockframe.cells import plain
+
+    with Progress(console=Console(stderr=True), transient=True) as bars:
+        steps, parts = bars.add_task(what, total=None), bars.add_task("", visible=False, total=None)
+
+        def on_step(_name: str, done: int, total: int) -> None:
+            now = f"{what} {min(done + 1, total)} of {total}"
+            bars.update(steps, completed=done, total=total, description=now)
+            bars.reset(parts, visible=False)
+
+        def on_progress(name: str, done: int, total: int | None) -> None:
+            now = escape(plain(name)) + (f" {min(done + 1, total)} of {total}" if total else "")
+            bars.update(parts, completed=done, total=total, description=now, visible=True)
+
+        yield on_step, on_progress

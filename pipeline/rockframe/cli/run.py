@@ -92,7 +92,7 @@ def carry_out(
         reasons.update((state.step.name, state.reason) for state in waiting)
         _explain(waiting)
 
-    with keeping(_RESUMES), console.progress_of_steps(plan.study) as on_step:
+    with keeping(_RESUMES), console.progress_of_steps(plan.study) as (on_step, on_progress):
         done, faults = run_plan(
             *(plan, folder),
             engine=engine,
@@ -100,6 +100,7 @@ def carry_out(
             on_fault=_warn,
             on_start=on_start,
             on_step=on_step,
+            on_progress=on_progress,
         )
     return done, faults, reasons
 

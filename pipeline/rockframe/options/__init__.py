@@ -49,6 +49,8 @@ class Stage:
         True if the stage can compute a batch of the records.
     engine : bool
         True if the stage computes in several processes.
+    progress : bool
+        True if the function reports its progress to a callback.
     memory : int
         Memory that the stage may need [MB].
     minutes : int
@@ -69,6 +71,7 @@ class Stage:
     requested: bool = True
     batches: bool = False
     engine: bool = True
+    progress: bool = True
     memory: int = 4000
     minutes: int = 720
 
@@ -154,6 +157,7 @@ _DECLARED: Final = (
         foreseen="stages.spectrum.foresee_spectrum",
         variables="response.SPECTRUM_NC",
         figures="stages.spectrum.spectrum_figures",
+        progress=False,
         command="stages.respond",
         summary="compute overturning spectra of pulses, or rocking spectra of records",
     ),
@@ -166,6 +170,7 @@ _DECLARED: Final = (
         foreseen="stages.spectrum.foresee_rocking_spectrum",
         variables="response.ROCKING_SPECTRUM_NC",
         figures="stages.spectrum.rocking_spectrum_figures",
+        progress=False,
     ),
     Stage(
         name="compare",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,6 +31,13 @@ from rockframe.stages.common import Batch
 from rockframe.stages.ingest import ingest_stage
 from rockframe.stages.table import merge_stage, shipped_table_stage, table_stage
 
+#: Callback that takes the name of a step under way, the number of its finished parts, and of all.
+Report = Callable[[str, int, int | None], None]
+
+
+def unreported(_name: str, _done: int, _total: int | None) -> None:
+    """Ignore the progress within a step."""
+
 
 @dataclass(frozen=True)
 class Work:
@@ -38,7 +46,7 @@ class Work:
     Outputs are written into `into`, by default the folder of the run. `workers` is the largest
     number of processes that read files, draw, or compute without a given engine, by default one for
     each core; `origin` is everything that the step depends on. `given` is the engine of the run, if
-    the step is performed outside it.
+    the step is performed outside it. `report` is called in this process only.
     """
 
     step: Step
@@ -47,6 +55,7 @@ class Work:
     origin: Mapping[str, Any] = field(default_factory=dict)
     into: Path | None = None
     given: Engine | None = None
+    report: Report = unreported
 
     @property
     def inputs(self) -> list[Path]:
@@ -126,6 +135,7 @@ def perform_all(
     folder: Path,
     engine: Engine | None,
     on_step: Callable[..., None],
+    on_progress: Report = unreported,
 ) -> None:
     """Perform steps of a plan, each after the steps whose outputs it reads.
 
@@ -141,9 +151,13 @@ def perform_all(
         Gets the steps or their tasks, as rule 9 of `Engine` says; by default a process pool.
     on_step : callable
         Called with the name of each finished step, its number, and the number of all steps.
+    on_progress : callable, optional
+        Called with the name of a step under way, the number of its finished parts, and of all parts
+        (None while that is unknown), unless the step is performed in another process.
     """
     try:
-        _perform(plan, todo, folder, choose_engine() if engine is None else engine, on_step)
+        chosen = choose_engine() if engine is None else engine
+        _perform(plan, todo, folder, chosen, on_step, on_progress)
     except BaseException:
         remove_partials(plan, folder)  # workers that ended with this run left partial files
         raise
@@ -155,9 +169,10 @@ def _perform(
     folder: Path,
     engine: Engine,
     on_step: Callable[..., None],
+    on_progress: Report,
 ) -> None:
     done = 0
-    for works, how, where in _parallel_work(plan, todo, folder, engine):
+    for works, how, where in _parallel_work(plan, todo, folder, engine, on_progress):
         raise_if_interrupted()
         for work, _ in zip(works, map_tasks(how, works, engine=where), strict=True):
             done += 1
@@ -166,7 +181,7 @@ def _perform(
 
 
 def _parallel_work(
-    plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine
+    plan: Plan, todo: Sequence[Step], folder: Path, engine: Engine, report: Report
 ) -> Iterator[tuple[list[Work], Callable[[Work], int], Engine]]:
     """Yield groups of independent work, the function that performs it, and the engine that calls
     the function.
@@ -185,7 +200,7 @@ def _parallel_work(
         if len(batches) > 1:  # one step needs no worker
             yield batches, perform, engine
             works = [work for work in works if work.step.workers]
-        yield from (([replace(work, given=engine)], perform, here) for work in works)
+        yield from (([replace(work, given=engine, report=report)], perform, here) for work in works)
 
 
 def do(work: Work) -> Any:
@@ -209,6 +224,8 @@ def _compute(stage: Stage, work: Work) -> Any:
         values["batch"] = work.batch
     if stage.engine:
         values["engine"] = work.engine
+    if stage.progress:
+        values["progress"] = partial(work.report, work.step.name)
     return loaded(stage.function)(output=work.output, options=options, **values)
 
 
@@ -220,6 +237,7 @@ def _ingest(work: Work) -> Ingested:
         IngestOptions(**options["records"]),
         filters=Filters(**options["filters"]),
         workers=work.workers,
+        progress=lambda file: work.report(f"{work.step.name} {file}", 0, None),
     )
 
 
@@ -244,7 +262,8 @@ def _draw(work: Work) -> None:
     from rockframe.stages.figures import figures_stage  # workers that compute draw nothing
 
     options = FigureOptions(**work.step.options)
-    figures_stage(work.inputs, work.output, options, workers=work.workers)
+    progress = partial(work.report, work.step.name)
+    figures_stage(work.inputs, work.output, options, progress=progress, workers=work.workers)
 
 
 def _manifest(work: Work) -> None:

@@ -57,6 +57,7 @@ def run_plan(
     on_fault: Report = _ignore,
     on_start: Report = _ignore,
     on_step: Report = _ignore,
+    on_progress: Report = _ignore,
 ) -> tuple[list[str], list[str]]:
     """Perform the steps of a plan that are not done.
 
@@ -77,6 +78,9 @@ def run_plan(
         Called with the states of the steps to do, which say why, before the first is performed.
     on_step : callable, optional
         Called with the name of each finished step, its number, and the number of all steps to do.
+    on_progress : callable, optional
+        Called with the name of a step under way, the number of its finished parts, and of all parts
+        (None while that is unknown); not of steps that workers perform.
 
     Returns
     -------
@@ -100,7 +104,7 @@ def run_plan(
             on_start(waiting)
             from rockframe.runs.performing import perform_all  # it imports every stage
 
-            perform_all(plan, todo, folder, engine, on_step)
+            perform_all(plan, todo, folder, engine, on_step, on_progress)
             states = [StepState(s, "removed" if s.temporary else "done") for s in plan.steps]
         remove_spent(plan, folder, states)
         _remove_page_of_former_run(plan, folder, on_fault)
