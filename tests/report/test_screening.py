@@ -50,8 +50,8 @@ def test_curves_are_the_probabilities(screen: Screen, tmp_path: Path) -> None:
     shares = points_of(dict(content["design"]["plot"].curves)["stout"])[:, 1]
     assert_allclose(1.0 - shares / HEIGHT, found["design_share"].sel(structure="stout"), atol=1e-3)
     assert [len(one["rates"]) for one in content["summary"]] == [2, 2]
-    ranks = [motion[0]["mean_rank"] for motion in content["ranking"]]
-    assert ranks == sorted(found["mean_rank"].values)
+    ranks = [motion[0]["mean_relative_rank"] for motion in content["ranking"]]
+    assert ranks == sorted(found["mean_relative_rank"].values)
 
 
 def test_of_many_structures_the_first_are_shown(

@@ -200,7 +200,7 @@ def test_candidates_are_screened_as_structures_are(screen: Screen) -> None:
 
 def test_ranks_put_the_strongest_first(screen: Screen) -> None:
     found = screen(site(6))
-    assert int(np.argmin(found["mean_rank"].values)) == 5
+    assert int(np.argmin(found["mean_relative_rank"].values)) == 5
     assert (found["demand_rank"].sum("record") == 21.0).all()
 
 

@@ -179,6 +179,16 @@ def test_columns_that_roll_have_no_limit_of_impacts(both: xr.Dataset) -> None:
     assert "peak_impact_velocity_0.1m_s" in limits["square"]
 
 
+def test_ranks_among_few_motions_are_comparable_with_those_among_many(both: xr.Dataset) -> None:
+    """Two motions count for one structure, five for the other; both groups have the same mean."""
+    ranks = both["mean_relative_rank"].values
+    of_pairs, in_plane = ranks[[2, 5]], ranks[[0, 1, 3, 4, 6]]
+    assert_allclose([of_pairs.mean(), in_plane.mean()], 0.5)
+    rows = [row["record_id"] for row in screen_rows(both) if row["structure"] == "round"]
+    assert rows == [PLACES[place] for place in np.argsort(ranks, kind="stable")]
+    assert not {*rows[:2]} <= {"a-e-both", "b-e-both"}
+
+
 def test_the_pooled_fragility_has_the_motions_that_count_for_each(both: xr.Dataset) -> None:
     fit = both.sel(pooled_limit_state="overturning", pooled_measure="pga")
     assert fit["pooled_fragility_observations"] == 3 * (2 + 5)

@@ -53,7 +53,8 @@ def test_no_column_is_left_out(tmp_path: Path) -> None:
     screening = read_screening(tmp_path / "screen.nc")
     motion = (
         "event station azimuth_degree magnitude epicentral_distance_km vs30_m_s pga_g pgv_m_s "
-        "a_p_g T_p_s L_p_m mean_rank height_m width_m mass_ratio slenderness_deg verdict_words"
+        "a_p_g T_p_s L_p_m mean_relative_rank height_m width_m mass_ratio slenderness_deg "
+        "verdict_words"
     )
     pair = "record_id structure scale verdict peak_rotation_ratio peak_u_m peak_v_m demand_rank"
     assert list(next(screen_rows(screening))) == [*pair.split(), *motion.split()]

@@ -546,7 +546,7 @@ def screening_content(screening: xr.Dataset) -> dict[str, Any]:
     of_all = screening.sizes["structure"]
     screening = screening.isel(structure=slice(_MOST_STRUCTURES))
     structures = [str(name) for name in screening["structure"].values]
-    severe = np.argsort(screening["mean_rank"].values, kind="stable")[:_MOTIONS]
+    severe = np.argsort(screening["mean_relative_rank"].values, kind="stable")[:_MOTIONS]
     first = screen_rows(screening.isel(record=severe))
     rows = [row | {"demand": demand_words(row)} for row in first]
     width = len(structures)

@@ -68,7 +68,7 @@ _OF_BANDS: Final = {
 }
 _OF_MOTION: Final = columns_of(
     "event station azimuth_degree=azimuth magnitude epicentral_distance_km=epicentral_distance",
-    "vs30_m_s=vs30 pga_g=pga pgv_m_s=pgv a_p_g=a_p T_p_s=T_p L_p_m=L_p mean_rank",
+    "vs30_m_s=vs30 pga_g=pga pgv_m_s=pgv a_p_g=a_p T_p_s=T_p L_p_m=L_p mean_relative_rank",
 )
 _OF_FRAME: Final = columns_of(
     "height_m=height width_m=width mass_ratio slenderness_deg=slenderness"
@@ -94,8 +94,9 @@ def screen_rows(screening: xr.Dataset) -> Rows:
 def screen_columns(screening: xr.Dataset) -> Blocks:
     """Yield the columns of each motion, a value for each structure, at the scale nearest to 1.
 
-    The names of columns end in units. Motions are ordered by mean rank, the most severe first, and
-    those that count for no structure last. `screening` is that of `read_screening`.
+    The names of columns end in units. Motions are ordered by mean relative rank, the most
+    severe first, and those that count for no structure last. `screening` is that of
+    `read_screening`.
     """
     if "scale" in screening["verdict"].dims:
         reference = float(screening["reference_scale"])
@@ -112,7 +113,7 @@ def screen_columns(screening: xr.Dataset) -> Blocks:
             column = spectral(float(period), end).column
             screening = screening.assign({column: screening[variable].isel(spectral_period=k)})
             columns[column] = column
-    order = np.argsort(screening["mean_rank"].values, kind="stable")
+    order = np.argsort(screening["mean_relative_rank"].values, kind="stable")
     for some in np.split(order, range(_MOTIONS, len(order), _MOTIONS)):
         for block in columns_along(screening.isel(record=some), "record structure", columns):
             yield block | {"verdict_words": _words(block)}

@@ -321,18 +321,31 @@ def demand_ranks(peaks: ArrayLike, shares: ArrayLike | None = None) -> Float:
     return ranks
 
 
-def mean_ranks(ranks: Float) -> Float:
-    """Return the mean rank of each motion over the structures for which it counts; NaN for none.
+def mean_relative_ranks(ranks: Float) -> Float:
+    """Return the mean relative rank of each motion over the structures for which it counts.
+
+    The relative rank is the share of the motions that count for a structure which are more severe;
+    the motion itself and its ties count half. It is 0.5 on average, whatever the number of motions,
+    so that structures for which different motions count can be compared.
 
     Parameters
     ----------
     ranks : array, shape (motions, structures)
         Ranks; NaN where a motion does not count.
 
+    Returns
+    -------
+    array, shape (motions,)
+        Mean relative ranks [1], small for the most severe motions; NaN for those that count for no
+        structure.
+
     Examples
     --------
-    >>> mean_ranks(np.array([[1.0, 2.0], [2.0, np.nan], [np.nan, np.nan]])).tolist()
-    [1.5, 2.0, nan]
+    >>> ranks = np.array([[1.0, np.nan], [2.0, np.nan], [np.nan, 1.0], [np.nan, np.nan]])
+    >>> mean_relative_ranks(ranks).tolist()
+    [0.25, 0.75, 0.5, nan]
     """
-    counts = np.isfinite(ranks).sum(axis=1)
-    return np.where(counts > 0, np.nansum(ranks, axis=1) / np.maximum(counts, 1), np.nan)
+    ranked = np.isfinite(ranks)
+    relative = (ranks - 0.5) / np.maximum(ranked.sum(axis=0), 1)
+    counts = ranked.sum(axis=1)
+    return np.where(counts > 0, np.nansum(relative, axis=1) / np.maximum(counts, 1), np.nan)

@@ -51,7 +51,7 @@ from rockframe.risk import (
     demand_ranks,
     fit_fragility,
     hazard_file,
-    mean_ranks,
+    mean_relative_ranks,
     mean_shares,
     measure_of,
     observed_shares,
@@ -180,7 +180,7 @@ def _demand_values(
     return {
         "reference_scale": float(run.request.scales[at]),
         "demand_rank": ranks,
-        "mean_rank": mean_ranks(ranks),
+        "mean_relative_rank": mean_relative_ranks(ranks),
         "level": LEVELS,
         **SCREEN_NC.filled("band", bands),
         "verdict_count": counts,

@@ -198,7 +198,7 @@ def _show_ranking(screening: xr.Dataset) -> None:
         )
     columns = [
         console.column("record", "record_id"),
-        console.column("mean rank>", "mean_rank", ".1f"),
+        console.column("relative rank>", "mean_relative_rank", ".2f"),
         *(console.column(f"{name}>", f"of {name}") for name in structures),
     ]
     scale, nominal = float(screening["reference_scale"]), _nominal(screening)

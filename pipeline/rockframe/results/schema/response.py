@@ -530,7 +530,7 @@ SCREEN_NC: Final = FileKind(
         *KINDS_OF_STRUCTURES,
         Variable("reference_scale", "", float, "1", "scale at which ranks and distributions are computed", refers_to="scale"),
         Variable("demand_rank", "record structure", float, "1", "rank of the motion by share of members that overturn, then by median peak rotation; 1 the largest"),
-        Variable("mean_rank", "record", float, "1", "mean rank over the structures"),
+        Variable("mean_relative_rank", "record", float, "1", "mean over the structures of the share of motions that are more severe; the motion itself and its ties count half", comment="among the motions that count for each structure; NaN for a motion that counts for none"),
         Variable("peak_share", "structure level", float, "1", "share of motions and members whose peak is at most the level", "band.share"),
         Variable("peak_share_low", "structure level", float, "1", "lower bound of peak_share, 90 % confidence", "band.low"),
         Variable("peak_share_high", "structure level", float, "1", "upper bound of peak_share, 90 % confidence", "band.high"),
