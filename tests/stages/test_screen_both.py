@@ -31,6 +31,7 @@ from rockframe import (
     wobble,
     wobbling_ensemble,
 )
+from rockframe.cli.main import main
 from rockframe.components import pair_horizontals
 from rockframe.results.screen_tables import (
     fragility_rows,
@@ -250,9 +251,29 @@ def test_a_design_of_impacts_is_refused_for_columns_that_roll(tmp_path: Path) ->
     design = DesignOptions(
         dimension="width", range=(0.5, 1.0), quantity="peak_impact_velocity", limit=0.5, steps=2
     )
-    words = "structure 'round' has no peak_impact_velocity in both directions. State both_dir"
+    words = "structure 'round' has no peak_impact_velocity in both directions. State --no-both-dir"
     with pytest.raises(ParameterError, match=words):
         screened(tmp_path, design=design)
+
+
+@pytest.mark.parametrize("one_plane", ["no second component", "azimuths"])
+def test_a_design_of_impacts_is_computed_where_all_motions_are_in_one_plane(
+    one_plane: str, tmp_path: Path
+) -> None:
+    """Columns of which no motion is in both directions rock, and hit the ground."""
+    alone = one_plane == "no second component"
+    design = DesignOptions(
+        dimension="width", range=(0.5, 1.0), quantity="peak_impact_velocity", limit=0.5, steps=2
+    )
+    records = stored([EAST, OTHERS[2]] if alone else [EAST, NORTH], tmp_path)
+    (tmp_path / "structures.toml").write_text(STRUCTURES, encoding="utf-8")
+    azimuths = None if alone else (0.0, 45.0)
+    options = ScreenOptions(scales=(0.5,), margins="none", design=design, azimuths_degree=azimuths)
+    output, where = tmp_path / "screen.nc", tmp_path / "structures.toml"
+    screen_stage(records, output, options, structures_path=where)
+    found = read_screening(output)
+    assert "components" not in found
+    assert np.isfinite(found["design_share"]).all()
 
 
 def test_azimuths_are_in_one_plane() -> None:
@@ -260,11 +281,19 @@ def test_azimuths_are_in_one_plane() -> None:
         ScreenOptions(azimuths_degree=(0.0,), both_directions=False)
 
 
+def test_a_message_names_the_option_as_it_is_typed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["screen", str(stored([EAST, NORTH], tmp_path)), "--output", str(tmp_path / "s.nc")]
+    assert main([*words, "--azimuths-degree", "0", "--no-both-directions"]) == 2
+    assert "--no-both-directions has no effect with --azimuths-degree" in capsys.readouterr().err
+
+
 def test_a_hazard_curve_of_pulses_is_refused_for_columns_that_roll(tmp_path: Path) -> None:
     """Motions in both directions have no pulse, so the rate would be unknown."""
     (tmp_path / "hazard.csv").write_text("L_p_m,annual_rate\n0.1,0.01\n1,0.001\n")
     (tmp_path / "structures.toml").write_text(STRUCTURES, encoding="utf-8")
-    with pytest.raises(ParameterError, match=r"unknown in both directions\. State both_dir"):
+    with pytest.raises(ParameterError, match=r"unknown in both directions\. State --no-both-dir"):
         screen_stage(
             stored([EAST, NORTH], tmp_path),
             tmp_path / "screen.nc",

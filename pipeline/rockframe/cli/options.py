@@ -106,6 +106,7 @@ def chosen(options: argparse.Namespace, model: type[Model], **others: Any) -> Mo
         if idle:  # the name may be that of a table within
             message = flag("-".join([*map(str, error["loc"]), *name.split(".")])) + idle + rest
         for name in model.model_fields:  # also in messages about several options
+            message = re.sub(rf"\b{name} false\b", flag(f"no_{name}"), message)
             if "_" in name:
                 message = re.sub(rf"\b{name}\b", flag(name), message)
         raise ParameterError(message) from None

@@ -76,8 +76,9 @@ from rockframe.stages.common import (
     unseen,
     warn_of_idle_contact,
 )
+from rockframe.stages.respond import pairs_of
 from rockframe.stages.screen_batches import Reached, ScreeningRequest, ScreeningRun, is_free
-from rockframe.stages.screen_motions import Motions
+from rockframe.stages.screen_motions import IN_ONE_PLANE, Motions
 from rockframe.study.structures import SHIPPED_STRUCTURES, StructureTable
 
 Float = NDArray[np.float64]
@@ -481,11 +482,12 @@ def screen_stage(
     structures = tuple(choose_structures(structures_path, options.structure))
     request = ScreeningRequest.of(options, structures)
     _require_pulses(options, pulses_path)
-    hazard = _hazard(options, pulses_path, request.pairs)
-    metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
+        in_both = request.pairs and bool(pairs_of(file))
+        hazard = _hazard(options, pulses_path, in_both)
+        metadata = read_metadata(records_path, pulses_path)
         wanted = _wanted(options, hazard)
-        chosen = Motions(file, metadata, options, filters, *wanted, pairs=request.pairs)
+        chosen = Motions(file, metadata, options, filters, *wanted, pairs=in_both)
         batches = Batches(output, _origin(records_path, chosen, request))
         run = ScreeningRun(chosen, request, batches, engine, progress)
         dataset = write_screening(
@@ -568,15 +570,14 @@ def requested_site(options: ScreenOptions) -> Site:
 
 
 def _hazard(options: ScreenOptions, pulses_path: Path | None, pairs: bool) -> HazardCurve | None:
-    path = options.hazard
-    if path is None:
+    if (path := options.hazard) is None:
         return None
     curve = read_hazard(path, requested_site(options), options.hazard_curve)
     if curve.measure in ("a_p", "L_p"):
         unknown = {
             "without pulses. State them with --pulses.": pulses_path is None,
             "for rotated motions. Remove azimuths_degree.": bool(options.azimuths_degree),
-            "in both directions. State both_directions = false.": pairs,
+            f"in both directions. State {IN_ONE_PLANE}.": pairs,
         }
         for words in (words for words, holds in unknown.items() if holds):
             start = f"{path}: is a hazard curve of {curve.measure}, which is unknown"

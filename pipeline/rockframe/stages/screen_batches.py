@@ -18,7 +18,7 @@ from rockframe.results.screen import Batches, KeptHistory
 from rockframe.risk import OVERTURNING, HazardCurve, LimitState, demands_at, measure_of
 from rockframe.rocking import Design, Histories, Verdict, chosen_ensemble, quantiles
 from rockframe.stages.common import Progress
-from rockframe.stages.screen_motions import Motion, Motions
+from rockframe.stages.screen_motions import IN_ONE_PLANE, Motion, Motions
 from rockframe.structures.contract import (
     PEAKS,
     Structure,
@@ -126,8 +126,6 @@ class ScreeningRequest:
             others = {k: v for k, v in options.design if k != "range"}
             design = Design(lowest=lowest, highest=highest, **others)
         candidates = () if design is None else _candidates(design, structures)
-        if options.both_directions and design is not None:
-            _require_alike(design, structures, candidates)
         require_possible((*structures, *candidates), options.scenario_ensemble())
         return cls(options, structures, design, candidates, np.array(options.scales))
 
@@ -199,8 +197,8 @@ def _require_alike(
         else:
             continue
         raise ParameterError(
-            f"structure {structure.name!r} {reason}. State both_directions = false for a design in "
-            "one plane."
+            f"structure {structure.name!r} {reason}. State {IN_ONE_PLANE} for a design in one "
+            "plane."
         )
 
 
@@ -217,6 +215,11 @@ class ScreeningRun:
     members that reach a limit state in each scenario. ``kept`` has the largest |theta| / alpha and
     |u| of each member at the scale nearest to 1, infinite for members that overturn, each of shape
     (motions, structures, members). Without an ensemble, the stated structure is the only member.
+
+    Raises
+    ------
+    ParameterError
+        If motions in both directions count, and a structure lacks there what the design needs.
     """
 
     def __init__(
@@ -227,6 +230,8 @@ class ScreeningRun:
         engine: Engine | None,
         progress: Progress,
     ) -> None:
+        if request.design is not None and any(motion.in_both for motion in chosen.motions):
+            _require_alike(request.design, request.structures, request.candidates)
         self._chosen = chosen
         self.motions = chosen.motions
         self.request = request

@@ -56,6 +56,8 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 
+#: The option that leaves out motions in both directions, for messages.
+IN_ONE_PLANE: Final = "--no-both-directions (both_directions = false in a study)"
 #: Functions of the further measures of a component.
 _OF_COMPONENT: Final = MappingProxyType(
     {
