@@ -34,6 +34,7 @@ from rockframe import (
 from rockframe.cli.main import main
 from rockframe.components import pair_horizontals
 from rockframe.results.screen_tables import (
+    demand_words,
     fragility_rows,
     overall_rows,
     responses_in_words,
@@ -232,6 +233,24 @@ def test_the_vertical_component_acts_in_both_directions_too(tmp_path: Path) -> N
     assert sorted(json.loads(found.attrs["left_out"])) == ["b-e", "b-n", "c-n"]
 
 
+def test_scenarios_that_are_not_computed_are_neither_counted_nor_printed_as_nan(
+    tmp_path: Path,
+) -> None:
+    """The square column has no scenario of the motion in both directions."""
+    (tmp_path / "structures.toml").write_text(STRUCTURES, encoding="utf-8")
+    options, where = ScreenOptions(scales=(0.3, 0.4), margins="none"), tmp_path / "structures.toml"
+    records, output = stored([EAST, NORTH], tmp_path), tmp_path / "screen.nc"
+    done = screen_stage(records, output, options, structures_path=where)
+    assert (done.motions, done.scenarios) == (3, 2 * (3 + 2))
+    assert done.tables["scenarios"].read_text().count("not_computed") == 2
+    words = {
+        (row["record_id"], row["structure"]): demand_words(row)
+        for row in screen_rows(read_screening(output))
+    }
+    assert words["a-e-both", "square"] == "–"
+    assert not any("nan" in word for word in words.values())
+
+
 def test_a_filter_that_one_component_passes_keeps_both(tmp_path: Path) -> None:
     """The peak of one component is 0.31 g, of the other 0.41 g."""
     records = stored([EAST, NORTH], tmp_path)
@@ -254,6 +273,17 @@ def test_a_design_of_impacts_is_refused_for_columns_that_roll(tmp_path: Path) ->
     words = "structure 'round' has no peak_impact_velocity in both directions. State --no-both-dir"
     with pytest.raises(ParameterError, match=words):
         screened(tmp_path, design=design)
+
+
+def test_a_limit_of_impacts_that_no_structure_has_is_refused(tmp_path: Path) -> None:
+    """In one plane round columns have it; with a square column beside them it applies to that."""
+    text = STRUCTURES[: STRUCTURES.index("[[structure]]", 20)]
+    limited: dict[str, Any] = {"limit_peak_impact_velocity_m_s": (0.1,), "scales": (0.4,)}
+    with pytest.raises(ParameterError, match="limit_peak_impact_velocity_m_s applies to no struct"):
+        screened(tmp_path, text=text, **limited)
+    plane = screened(tmp_path, text=text, both_directions=False, **limited)
+    limits = [row["limit_state"] for row in fragility_rows(plane) if row["measure"] == "pga"]
+    assert limits == ["overturning", "peak_impact_velocity_0.1m_s"]
 
 
 @pytest.mark.parametrize("one_plane", ["no second component", "azimuths"])

@@ -282,12 +282,14 @@ def demand_words(row: Mapping[str, Any]) -> str:
     --------
     >>> demand_words({"verdict": "overturns", "peak_rotation_ratio": 9.2})
     'overturns'
+    >>> demand_words({"verdict": "not_computed", "peak_rotation_ratio": math.nan})
+    '–'
     >>> demand_words({"share_overturned": 0.25, "peak_rotation_ratio_50": 0.4})
     '0.400 (25 %)'
     """
     if "share_overturned" not in row:
         fell = row["verdict"] == Verdict.OVERTURNS.name.lower()
-        return Verdict.OVERTURNS.label if fell else f"{row['peak_rotation_ratio']:.3f}"
+        return Verdict.OVERTURNS.label if fell else in_digits(row["peak_rotation_ratio"], ".3f")
     share, median = row["share_overturned"], row["peak_rotation_ratio_50"]
     words = Verdict.OVERTURNS.label if median == math.inf else in_digits(median, ".3f")
     return f"{words} ({100.0 * share:.0f} %)" if share > 0.0 else words

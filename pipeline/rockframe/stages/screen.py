@@ -399,7 +399,7 @@ class Screening:
     Parameters
     ----------
     motions, scenarios : int
-        Number of motions, and of motions times structures times scales.
+        Number of motions, and of scenarios that were computed: motions by structures by scales.
     rejections : tuple of InputOutcome
         Records without a partner or without a requested vertical.
     left_out : mapping of str to str
@@ -511,8 +511,8 @@ def screen_stage(
     batches.sweep()
     written(dataset)
     warn_of_idle_contact(options.ensemble, "components" in dataset)
-    rejected = tuple(chosen.rejections)
-    return Screening(len(run.verdicts), run.verdicts.size, rejected, chosen.left_out, tables)
+    computed = int(np.isin(run.verdicts, COMPUTED).sum())
+    return Screening(len(run.verdicts), computed, tuple(chosen.rejections), chosen.left_out, tables)
 
 
 def foresee_screen(options: ScreenOptions, structures: Sequence[StructureTable]) -> None:

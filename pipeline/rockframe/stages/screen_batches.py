@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import ParameterError, invalid
 from rockframe.options.respond import ScreenOptions
-from rockframe.quantities import LIMITED, OF_SCENARIO, QUANTILES
+from rockframe.quantities import LIMITED, OF_SCENARIO, QUANTILES, QUANTITIES
 from rockframe.results.screen import Batches, KeptHistory
 from rockframe.risk import OVERTURNING, HazardCurve, LimitState, demands_at, measure_of
 from rockframe.rocking import Design, Histories, Verdict, chosen_ensemble, quantiles
@@ -182,6 +182,22 @@ def _candidates(design: Design, structures: Sequence[Structure]) -> tuple[Struct
     )
 
 
+def _require_in_both(request: ScreeningRequest) -> None:
+    """Require that structures have what is asked of them under motions in both directions."""
+    if request.design is not None:
+        _require_alike(request.design, request.structures, request.candidates)
+    for quantity, _ in request.options.limits():
+        lacking = quantity in LACKING_IN_BOTH
+        if lacking and not any(
+            why_not_both(structure) and has_quantity(structure, quantity)
+            for structure in request.structures
+        ):
+            raise ParameterError(
+                f"limit_{QUANTITIES[quantity].column()} applies to no structure: columns that roll "
+                f"in both directions hit nothing. Leave it out, or state {IN_ONE_PLANE}."
+            )
+
+
 def _require_alike(
     design: Design, structures: Sequence[Structure], candidates: Sequence[Structure]
 ) -> None:
@@ -219,7 +235,8 @@ class ScreeningRun:
     Raises
     ------
     ParameterError
-        If motions in both directions count, and a structure lacks there what the design needs.
+        If motions in both directions count, and a structure lacks there what the design needs, or
+        no structure has the quantity of a stated limit.
     """
 
     def __init__(
@@ -230,8 +247,8 @@ class ScreeningRun:
         engine: Engine | None,
         progress: Progress,
     ) -> None:
-        if request.design is not None and any(motion.in_both for motion in chosen.motions):
-            _require_alike(request.design, request.structures, request.candidates)
+        if any(motion.in_both for motion in chosen.motions):
+            _require_in_both(request)
         self._chosen = chosen
         self.motions = chosen.motions
         self.request = request
