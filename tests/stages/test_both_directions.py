@@ -153,7 +153,7 @@ def test_both_directions_count_for_round_columns(path: Path) -> None:
     ]
     first, lone, second, *_ = summary_notes(summary)
     assert first.startswith("round, both: only motions in both directions count")
-    assert lone == "Without the other horizontal, so not counted for round columns: CCC-000."
+    assert lone == "In no motion in both directions, so not counted for round columns: CCC-000."
     assert second.startswith("square: in one plane; not computed for both directions")
 
 

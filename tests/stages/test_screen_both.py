@@ -42,6 +42,7 @@ from rockframe.results.screen_tables import (
 )
 from rockframe.results.tables.notes import summary_notes
 from rockframe.rocking.margins.members import draws
+from rockframe.units import GRAVITY
 
 STRUCTURES = """
 [[structure]]
@@ -204,7 +205,7 @@ def test_tables_say_which_rows_are_which(both: xr.Dataset) -> None:
     assert [(row["structure"], row["records"]) for row in overall] == [("round", 2), ("square", 5)]
     notes = " ".join(summary_notes(overall))
     assert "round: only motions in both directions count" in notes
-    assert "Without the other horizontal, so not counted for round columns: c-n." in notes
+    assert "In no motion in both directions, so not counted for round columns: c-n." in notes
     assert responses_in_words(both) == "8 or 20 responses (2 or 5 motions, 4 members each)"
 
 
@@ -264,6 +265,25 @@ def test_a_filter_that_one_component_passes_keeps_both(tmp_path: Path) -> None:
     )
     found = read_screening(tmp_path / "screen.nc")
     assert found["record_id"].values.tolist() == ["a-n", "a-e-both"]
+
+
+def test_a_filter_of_intensity_holds_for_the_motion_in_both_directions(tmp_path: Path) -> None:
+    """The stronger component passes; RotD50 of both is less, and a note says what is missing."""
+    records = stored([EAST, NORTH], tmp_path)
+    (tmp_path / "structures.toml").write_text(STRUCTURES, encoding="utf-8")
+    least = 0.99 * float(np.abs(NORTH.acceleration).max()) / GRAVITY
+    options, where = ScreenOptions(scales=(0.3,), margins="none"), tmp_path / "structures.toml"
+    output, strong = tmp_path / "screen.nc", Filters(pga_g=(least, 9.0))
+    done = screen_stage(records, output, options, structures_path=where, filters=strong)
+    found = read_screening(output)
+    assert found["record_id"].values.tolist() == ["a-n"]
+    assert {*done.left_out} == {"a-e", "a-e-both"}
+    pga = float(done.left_out["a-e-both"].split()[1].rstrip("."))
+    (pair,), _ = pair_horizontals([EAST, NORTH])
+    assert_allclose(pga, rotd(pair).percentile(50.0) / GRAVITY, rtol=1e-5)
+    assert "round: in one plane; no station has both" in " ".join(
+        summary_notes(list(overall_rows(found)))
+    )
 
 
 def test_a_design_of_impacts_is_refused_for_columns_that_roll(tmp_path: Path) -> None:

@@ -50,6 +50,7 @@ from rockframe.stages.common import (
 )
 from rockframe.stages.respond import Pair, in_both, pairs_of, with_vertical
 from rockframe.structures.contract import Structure
+from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
     from rockframe.wobbling import PairAcceleration
@@ -161,10 +162,7 @@ class Motions:
             self._beside = vertical_beside(self._file)
         motions = self._turned(rows, azimuths) if azimuths else self._recorded(rows, names)
         for motion in motions:
-            like = None if azimuths else self._metadata.pulse_like[motion.row]
-            site = self._metadata.texts["site"][motion.row]
-            reason = "" if motion.in_both else self._filtered_by(motion.numbers, like, site)
-            if reason:
+            if reason := self._filtered_by(motion):
                 self.left_out[motion.name] = reason
                 continue
             try:
@@ -260,10 +258,19 @@ class Motions:
                 measures[name] = sweeps[number].percentile(_SHARES[share]) if sweeps else math.nan
         return measures
 
-    def _filtered_by(self, numbers: Mapping[str, float], pulse_like: bool | None, site: str) -> str:
-        """Return the reason why a motion is filtered out, or ""."""
-        reason = filtered_by(self.filters, numbers, site)
-        if reason:
+    def _filtered_by(self, motion: Motion) -> str:
+        """Return the reason why a motion is filtered out, or "".
+
+        Of a motion in both directions a component has passed the filters; its own PGA and PGV must
+        pass them, too.
+        """
+        numbers = motion.numbers
+        if motion.in_both:
+            own = {"pga_g": numbers["pga"] / GRAVITY, "pgv_m_s": numbers["pgv"]}
+            return self.filters.refusal(**own)
+        azimuths = self._options.azimuths_degree
+        pulse_like = None if azimuths else self._metadata.pulse_like[motion.row]
+        if reason := filtered_by(self.filters, numbers, self._metadata.texts["site"][motion.row]):
             return reason
         for name, number in (("pulse_period_s", "T_p"), ("pulse_length_m", "L_p")):
             bounds, value = getattr(self._options, name), numbers[number]
@@ -293,7 +300,9 @@ class Motions:
     def in_one_plane_alone(self, structures: Sequence[Structure]) -> dict[str, list[str]]:
         """Return the parameter of a file of `in_one_plane_alone`; nothing if it is not wanted."""
         wanted = self._options.both_directions and not self._options.azimuths_degree
-        return in_one_plane_alone(structures, wanted and not self._pairs)
+        return in_one_plane_alone(
+            structures, wanted and not any(each.in_both for each in self.motions)
+        )
 
     def uncertain(self, motion: Motion) -> Uncertain | None:
         """Return what versions of a motion for the members are made of; None if it has only one."""

@@ -54,16 +54,16 @@ def summary_notes(rows: Sequence[Cells]) -> list[str]:
     return [*notes[:_MOST_NOTES], *([f"{more} more notes."] if more > 0 else [])]
 
 
-#: Why structures of round columns are computed in one plane, if no station has both directions.
+#: Why structures of round columns are computed in one plane, if no motion is in both directions.
 _ALONE: Final = (
-    "no station has both horizontal components, and round columns, which follow both, may overturn "
-    "where they stand in a plane"
+    "no station has both horizontal components in one of these motions, and round columns, which "
+    "follow both, may overturn where they stand in a plane"
 )
 
 
 def with_directions(rows: Iterable[Row], attributes: Mapping[str, str]) -> list[Row]:
     """Return rows of `summary_rows` that say which structures of round columns are in one plane,
-    because no station has both horizontal components.
+    because no motion is in both directions.
 
     Parameters
     ----------
@@ -149,15 +149,15 @@ def direction_notes(rows: Sequence[Cells]) -> list[str]:
 
 
 def alone_note(rows: Sequence[Cells]) -> str:
-    """Return the records that lack the other horizontal, so that no motion in both counts them.
+    """Return the records that no motion in both directions has, so that round columns lack them.
 
     Examples
     --------
     >>> alone_note([{"alone": "A-1 B-2"}])
-    'Without the other horizontal, so not counted for round columns: A-1, B-2.'
+    'In no motion in both directions, so not counted for round columns: A-1, B-2.'
     """
     alone = next((str(row["alone"]).split() for row in rows if row.get("alone")), [])
     more = len(alone) - _MOST_NAMED
     names = ", ".join(alone[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
-    start = "Without the other horizontal, so not counted for round columns"
+    start = "In no motion in both directions, so not counted for round columns"
     return f"{start}: {names}." if alone else ""
