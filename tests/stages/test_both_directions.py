@@ -236,6 +236,7 @@ def test_margins_and_forces_are_in_the_row(tmp_path: Path) -> None:
     assert row["robust_scale_10"] <= row["robust_scale_50"]
     assert math.isnan(row["critical_scale"])
     assert math.isnan(row["largest_scale"])
+    assert math.isnan(row["safe_islands"])
     assert row["largest_robust_scale"] == 10.0
     with xr.open_dataset(path) as file:
         both = file["components"].values != ""

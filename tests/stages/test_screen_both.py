@@ -36,6 +36,7 @@ from rockframe.components import pair_horizontals
 from rockframe.results.screen_tables import (
     demand_words,
     fragility_rows,
+    margin_note,
     overall_rows,
     responses_in_words,
     screen_rows,
@@ -86,7 +87,7 @@ def screened(folder: Path, *, text: str = STRUCTURES, **options: Any) -> xr.Data
 def both(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     folder = tmp_path_factory.mktemp("screen")
     limits: dict[str, Any] = {"limit_peak_impact_velocity_m_s": (0.1,), "limit_peak_u_m": (0.1,)}
-    return screened(folder, pooled=True, measures=("cav", "pga_rotd100"), **limits)
+    return screened(folder, pooled=True, margins="first", measures=("cav", "pga_rotd100"), **limits)
 
 
 @pytest.fixture(scope="module")
@@ -365,6 +366,19 @@ def test_a_spread_of_the_contact_changes_shares_of_columns_that_roll_alone(tmp_p
     square = STRUCTURES[STRUCTURES.index("[[structure]]", 20) :]
     with pytest.warns(RockframeWarning, match="contact_shortening of the ensemble has no effect"):
         screened(tmp_path, text=square, **spread)
+
+
+def test_margins_that_nobody_searched_are_missing_and_noted(both: xr.Dataset) -> None:
+    """No critical scale is searched in both directions, so there is no number of islands."""
+    in_both = both["components"].values != ""
+    assert (both["safe_islands"].values[~in_both] >= 0).all()
+    assert (both["safe_islands"].values[in_both] == -1).all()
+    for row in screen_rows(both):
+        assert math.isnan(row["safe_islands"]) is bool(row["components"])
+        assert math.isnan(row["critical_scale"]) or not row["components"]
+    rows = list(overall_rows(both))
+    assert margin_note(both, rows).startswith("round: no critical scale is searched in both dir")
+    assert margin_note(both.drop_vars("critical_scale"), rows) == ""
 
 
 def test_without_any_second_component_a_note_says_what_is_missing(tmp_path: Path) -> None:

@@ -116,7 +116,10 @@ def screen_columns(screening: xr.Dataset) -> Blocks:
     order = np.argsort(screening["mean_relative_rank"].values, kind="stable")
     for some in np.split(order, range(_MOTIONS, len(order), _MOTIONS)):
         for block in columns_along(screening.isel(record=some), "record structure", columns):
-            yield block | {"verdict_words": _words(block)}
+            block |= {"verdict_words": _words(block)}
+            if "safe_islands" in block:
+                block["safe_islands"] = [math.nan if n < 0 else n for n in block["safe_islands"]]
+            yield block
 
 
 def _of_members(screening: xr.Dataset) -> dict[str, str]:
@@ -260,6 +263,31 @@ def overall_rows(screening: xr.Dataset) -> Rows:
     rows = with_directions(rows, screening.attrs)
     for row, over_members in zip(rows, pooled, strict=True):
         yield row | over_members
+
+
+def margin_note(screening: xr.Dataset, overall: Iterable[Mapping[str, Any]]) -> str:
+    """Return for which structures no motion that counts has a margin; "" for none.
+
+    Parameters
+    ----------
+    screening : Dataset
+        Result of `read_screening`.
+    overall : iterable of mapping
+        Its `overall_rows`.
+
+    Examples
+    --------
+    >>> searched = xr.Dataset({"critical_scale": ("record", [0.8])})
+    >>> margin_note(searched, [{"structure": "bent", "directions": 2}])[:49]
+    'bent: no critical scale is searched in both direc'
+    """
+    if "critical_scale" not in screening or ROBUST[0] in screening:
+        return ""
+    names = ", ".join(str(row["structure"]) for row in overall if row.get("directions") == 2)
+    return names and (
+        f"{names}: no critical scale is searched in both directions, so the motions that count "
+        "have no margin. --margins robust finds the scales at which 10, 25 and 50 % overturn."
+    )
 
 
 def finite_or_overturns(row: Mapping[str, Any], key: str) -> float | str:

@@ -156,8 +156,9 @@ def margins_of(task: ScreeningTask) -> Arrays:
     Returns
     -------
     dict of str to array, shape (motions, structures)
-        ``critical_scale`` and ``safe_islands``; with an ensemble also ``robust_scale_10`` and
-        ``robust_error_10``, and those of 25 and 50.
+        ``critical_scale`` and ``safe_islands``, NaN and -1 where no critical scale is searched, as
+        in both directions; with an ensemble also ``robust_scale_10`` and ``robust_error_10``, and
+        those of 25 and 50.
 
     Examples
     --------
@@ -184,10 +185,9 @@ def margins_of(task: ScreeningTask) -> Arrays:
         for share in (() if task.ensemble is None else (10, 25, 50))
         for measure, prefix in (("scale", "s"), ("error", "error"))
     }
-    return robust | {
-        "critical_scale": values("critical_scale", math.nan),
-        "safe_islands": values("safe_islands", 0).astype(np.int32),
-    }
+    islands = values("safe_islands", -1).astype(np.int32)
+    islands[[not in_one_plane(motion) for motion in task.motions]] = -1
+    return robust | {"critical_scale": values("critical_scale", math.nan), "safe_islands": islands}
 
 
 def _groups(

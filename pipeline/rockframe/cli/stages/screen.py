@@ -412,7 +412,7 @@ def _show_design(screening: xr.Dataset, summary: Sequence[dict[str, Any]]) -> No
 
 
 def _show_notes(screening: xr.Dataset, overall: Sequence[dict[str, Any]], done: Screening) -> None:
-    from rockframe.results.screen_tables import members_of, site_note
+    from rockframe.results.screen_tables import margin_note, members_of, site_note
     from rockframe.results.tables.notes import summary_notes
     from rockframe.risk.measures import FEWEST_MOTIONS
 
@@ -432,8 +432,8 @@ def _show_notes(screening: xr.Dataset, overall: Sequence[dict[str, Any]], done: 
     )
     for note in summary_notes(overall):
         print(note)
-    if site_note(screening):
-        print(site_note(screening))
+    for note in filter(None, (margin_note(screening, overall), site_note(screening))):
+        print(note)
     if recordings < FEWEST_MOTIONS:
         print(f"{recordings} recordings are few: fragility, bands and rates are uncertain.")
     for name, reason in islice(done.left_out.items(), _SHOWN):

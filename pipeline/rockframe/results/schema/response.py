@@ -563,7 +563,7 @@ SCREEN_NC: Final = FileKind(
         *(replace(RECORDS_NC[f"spectral_acceleration_{end}"], group=f"spectral acceleration {end}") for end in ("rotd50", "rotd100")),
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns"),
-            Variable("safe_islands", "record structure", np.int32, "1", "number of intervals above the critical scale in which the structure stands"),
+            Variable("safe_islands", "record structure", np.int32, "1", "number of intervals above the critical scale in which the structure stands", valid="any", comment="-1: no critical scale was searched, as for motions in both directions"),
         ),
         *optional("robust margins", *(replace(variable, source="") for variable in ROBUST_MARGINS)),
         *optional("hazard",

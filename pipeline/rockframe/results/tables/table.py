@@ -241,10 +241,10 @@ def _response_rows(responses: xr.Dataset) -> Iterator[Row]:
     for row, forces in zip(rows, force_cells(responses), strict=False):
         verdict = spread_verdict(row)
         if not verdict.is_computed:
-            row["largest_scale"] = math.nan  # no scale was searched
+            row["largest_scale"] = row["safe_islands"] = math.nan  # no scale was searched
         searched = row["largest_scale"] if robust else math.nan
         if row["components"]:  # no critical scale of the structure as given was searched
-            row["largest_scale"] = math.nan
+            row["largest_scale"] = row["safe_islands"] = math.nan
         words = verdict.words
         yield row | {"verdict_words": words, "largest_robust_scale": searched} | forces
 
