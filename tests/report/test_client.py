@@ -67,8 +67,10 @@ def test_the_page_counts_the_motions_of_its_answers_and_tables(bundled_run: Path
             assert counted[name] == f"{records} records, each in one plane"
         (answer,) = re.findall(f"<strong>{name}</strong> (.*?)<small>", page)
         assert (" in both directions" in answer) is (name in both)
-    (limit,) = re.findall(r"<li>(.*?): motion in one plane", page)
+    ((limit, reason),) = re.findall(r"<li>(.*?): motion in one plane; (.*?)</li>", page)
     assert {*limit.split(", ")} == {*counted} - both
+    assert "columns not circular. The other horizontal direction" in reason
+    assert "Round columns" not in reason
 
 
 def test_return_periods_may_not_be_determined_or_be_of_one_plane(
@@ -84,6 +86,13 @@ def test_return_periods_may_not_be_determined_or_be_of_one_plane(
     assert re.search(r">drift \[cm\] in 10 years</th><td class=\"number\">–", page)
     assert "A dash: these motions, or the hazard curve, do not determine the demand." in page
     assert "Return periods are" not in page
+    nominal = "Return periods and demands here are of the structures exactly as given"
+    assert nominal in page
+    screening = read_screening(output)
+    spread = client_page(
+        read_run(bundled_run), Letterhead(), 64, screening.assign(members=((), 16))
+    )
+    assert nominal not in spread
     words.append("--no-both-directions")
     assert main(["screen", str(bundled_run / "records.nc"), *words]) == 0
     page = client_page(read_run(bundled_run), Letterhead(), 64, read_screening(output))

@@ -17,7 +17,7 @@ from rockframe.errors import InputError
 from rockframe.provenance import source_code_hash
 from rockframe.quantities import QUANTILES, QUANTITIES
 from rockframe.results.return_periods import demand_rows, demand_words
-from rockframe.results.screen_tables import screen_summary
+from rockframe.results.screen_tables import members_of, screen_summary
 from rockframe.results.tables.envelope import (
     ENVELOPE_LEGEND,
     Row,
@@ -153,6 +153,7 @@ def client_page(
         rates_in_plane=screening is not None
         and "annual_rate" in screening
         and "components" not in screening,
+        rates_nominal=screening is not None and members_of(screening) == 1,
         left_out=[*_plane_notes(run.summary, names, in_both), *_left_out(run)],
         friction=_largest_friction(run.rows),
         vertical=vertical,
@@ -306,13 +307,31 @@ def _plane_notes(
         if row["structure"] in in_plane:
             reasons.setdefault(str(row.get("not_both") or ""), []).append(row["structure"])
     notes = [
-        f"{', '.join(structures)}: motion in one plane{f'; {reason}' * bool(reason)}. Round "
-        "columns shaken in both horizontal directions may overturn where they stand in a plane."
+        f"{', '.join(structures)}: motion in one plane{f'; {reason}' * bool(reason)}."
+        f"{_of_other_direction(reason)}"
         for reason, structures in (reasons or {"": in_plane}).items()
         if structures
     ]
     alone = alone_note(summary)
     return [*notes, alone] if alone else notes
+
+
+def _of_other_direction(reason: str) -> str:
+    """Return what the other direction may do to structures that are in one plane for a reason.
+
+    Examples
+    --------
+    >>> _of_other_direction("not computed for both directions: columns not circular")
+    ' The other horizontal direction of the ground is left out.'
+    """
+    if reason.endswith("columns not circular"):
+        return " The other horizontal direction of the ground is left out."
+    if "round columns" in reason:  # which says it itself
+        return ""
+    return (
+        " Round columns shaken in both horizontal directions may overturn where they stand in a "
+        "plane."
+    )
 
 
 def _unbroken(said: str) -> str:
