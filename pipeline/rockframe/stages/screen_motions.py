@@ -266,8 +266,8 @@ class Motions:
         """
         numbers = motion.numbers
         if motion.in_both:
-            own = {"pga_g": numbers["pga"] / GRAVITY, "pgv_m_s": numbers["pgv"]}
-            return self.filters.refusal(**own)
+            pga_g = numbers["pga"] / GRAVITY
+            return self.filters.refusal(pga_g=pga_g, pgv_m_s=numbers["pgv"])
         azimuths = self._options.azimuths_degree
         pulse_like = None if azimuths else self._metadata.pulse_like[motion.row]
         if reason := filtered_by(self.filters, numbers, self._metadata.texts["site"][motion.row]):
