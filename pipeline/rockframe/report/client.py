@@ -150,10 +150,6 @@ def client_page(
         lacking=_lacking(envelope),
         envelope_legend=ENVELOPE_LEGEND,
         **_at_return_periods(screening, names),
-        rates_in_plane=screening is not None
-        and "annual_rate" in screening
-        and "components" not in screening,
-        rates_nominal=screening is not None and members_of(screening) == 1,
         left_out=[*_plane_notes(run.summary, names, in_both), *_left_out(run)],
         friction=_largest_friction(run.rows),
         vertical=vertical,
@@ -356,7 +352,9 @@ def _drifts(
 
 
 def _at_return_periods(screening: xr.Dataset | None, names: Sequence[str]) -> dict[str, Any]:
-    """Return how rarely each structure overturns, and its demands at return periods."""
+    """Return how rarely each structure overturns, its demands at return periods, and whether these
+    are of motions in one plane, and of the stated structures alone.
+    """
     if screening is None or "annual_rate" not in screening:
         return {"rates": [], "demands": []}
     rates = [
@@ -374,7 +372,12 @@ def _at_return_periods(screening: xr.Dataset | None, names: Sequence[str]) -> di
             label = f"{_DEMANDS[row['quantity']]} in {row['return_period_years']:g} years"
             value, _, bounds = demand_words(row).partition(" (")
             demands.append((label, row["structure"], (value, f"({bounds}" if bounds else "")))
-    return {"rates": _by_structure(rates, names), "demands": _by_structure(demands, names)}
+    return {
+        "rates": _by_structure(rates, names),
+        "demands": _by_structure(demands, names),
+        "rates_in_plane": "components" not in screening,
+        "rates_nominal": members_of(screening) == 1,
+    }
 
 
 def _years(rate: float) -> str:

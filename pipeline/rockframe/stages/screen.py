@@ -483,11 +483,10 @@ def screen_stage(
     request = ScreeningRequest.of(options, structures)
     _require_pulses(options, pulses_path)
     with open_records(records_path) as file:
-        in_both = request.pairs and bool(pairs_of(file))
-        hazard = _hazard(options, pulses_path, in_both)
+        pairs = request.pairs and bool(pairs_of(file))
+        hazard = _hazard(options, pulses_path, pairs)
         metadata = read_metadata(records_path, pulses_path)
-        wanted = _wanted(options, hazard)
-        chosen = Motions(file, metadata, options, filters, *wanted, pairs=in_both)
+        chosen = Motions(file, metadata, options, filters, *_wanted(options, hazard), pairs=pairs)
         batches = Batches(output, _origin(records_path, chosen, request))
         run = ScreeningRun(chosen, request, batches, engine, progress)
         dataset = write_screening(

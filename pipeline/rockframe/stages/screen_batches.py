@@ -183,7 +183,7 @@ def _candidates(design: Design, structures: Sequence[Structure]) -> tuple[Struct
 
 
 def _require_in_both(request: ScreeningRequest) -> None:
-    """Require that structures have what is asked of them under motions in both directions."""
+    """Require that structures have the stated quantities under motions in both directions."""
     if request.design is not None:
         _require_alike(request.design, request.structures, request.candidates)
     for quantity, _ in request.options.limits():
