@@ -122,6 +122,7 @@ def test_forces_to_design_for_are_those_of_the_motions_that_count(bundled_run: P
     (line,) = re.findall(r">base shear \[W\]</th>(.*?)</tr>", page)
     assert line.count(">0.123 <small>") == len(round_columns) > 0
     assert "0.987" not in page
+    assert page.count("means over 0.01 s, not bounds for an instant") == 1
 
 
 def test_the_same_run_gives_the_same_page_and_no_script_or_request(hostile_run: Path) -> None:

@@ -25,7 +25,7 @@ from rockframe.record import Orientation
 from rockframe.results.records import write_records
 from rockframe.results.response import open_response
 from rockframe.results.tables.envelope import force_envelope, of_motions_that_count
-from rockframe.results.tables.forces import force_rows
+from rockframe.results.tables.forces import force_rows, forces_in_words
 from rockframe.results.tables.notes import summary_notes, with_directions
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
@@ -262,6 +262,8 @@ def test_the_envelope_of_forces_counts_motions_in_both_directions_of_round_colum
     rolling = [row for row in round_rows if row["record_id"] == "AAA-both"]
     assert not any("impulse" in row["force"] for row in rolling)
     assert all(math.isfinite(row["value"]) for row in rolling)
+    assert "means over 0.01 s" in forces_in_words(rows)
+    assert "means over" not in forces_in_words([row for row in rows if row not in rolling])
     assert all(row["value_16"] <= row["value_50"] <= row["value_84"] for row in rolling)
     shear = next(row for row in rolling if row["force"] == "peak_base_shear")
     motion = PairAcceleration(EAST.acceleration, NORTH.acceleration, 0.01)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,16 @@ from rockframe import (
     GroundAcceleration,
     PairAcceleration,
     Verdict,
+    joint_forces,
+    pair_horizontals,
     reactions,
+    read_file,
     respond,
     wobble,
     wobbling_ensemble,
 )
 from rockframe.errors import ParameterError
+from rockframe.quantities import FORCE_DURATION
 from rockframe.rocking.contact import static_vertical
 from rockframe.units import GRAVITY
 from rockframe.wobbling import wobbling_reactions
@@ -115,6 +120,89 @@ def test_turning_the_motion_changes_no_force(seed: int) -> None:
         assert_allclose(getattr(turned, name), force, rtol=1e-5, err_msg=name)
 
 
+def finer(motion: PairAcceleration, times: int) -> PairAcceleration:
+    """Return the same motion, which is straight between samples, with more samples."""
+    at = np.arange(times * (motion.x.size - 1) + 1) / times
+    x, y = (np.interp(at, np.arange(motion.x.size), part) for part in (motion.x, motion.y))
+    return replace(motion, x=x, y=y, time_step=motion.time_step / times)
+
+
+@pytest.mark.parametrize("shortening", [1e-5, 1e-4])
+@pytest.mark.parametrize("station", ["CCC", "CLC", "TOW2"])
+def test_forces_do_not_depend_on_the_samples_of_the_motion(
+    bundled_records: Path, station: str, shortening: float
+) -> None:
+    """Two, eight, and three times as many samples; with three the means start at other times, and
+    the motion of a column that passes near upright follows the round-off of its steps.
+
+    At the samples themselves, the largest vertical force under TOW2 grows from 3.0 to 7.3.
+    """
+    [components], _ = pair_horizontals(read_file(bundled_records / f"Ridgecrest2019-{station}.V1"))
+    motion, column = PairAcceleration.from_pair(components), solid(7.5, 1.8)
+    responses = [
+        (wobble(column, ground, contact_shortening=shortening), ground)
+        for ground in (motion, *(finer(motion, times) for times in (2, 8, 3)))
+    ]
+    assert len({response.verdict for response, _ in responses}) == 1
+    assert station != "CLC" or responses[0][0].verdict is Verdict.STANDS
+    first, *others, last = [wobbling_forces(*each) for each in responses]
+    for name, force in vars(first).items():
+        for other in others:
+            assert_allclose(getattr(other, name), force, rtol=1e-4, err_msg=name)
+        assert_allclose(getattr(last, name), force, rtol=2e-2, err_msg=name)
+
+
+@pytest.mark.parametrize("parts", ["free", "tendons", "vertical"])
+def test_forces_are_the_running_means_of_those_at_the_instants(parts: str) -> None:
+    """Momentum against accelerations, far from upright, where both vary slowly."""
+    rng = np.random.default_rng(5)
+    frame = random_frame(rng)
+    frame = with_tendon(frame) if parts == "tendons" else frame
+    alpha, rate = frame.slenderness, frame.effective_frequency_parameter
+    time = np.arange(801) * FORCE_DURATION / 20.0
+    x, y, z = (0.3 * np.sin(turn * rate * time) for turn in (3.0, 5.0, 8.0))
+    motion = PairAcceleration(x, y, time[1], z if parts == "vertical" else None)
+    response = wobble(frame, motion, start=(0.3 * alpha, 0.1 * rate * alpha, 0.4, rate))
+    assert response.verdict is Verdict.STANDS
+    assert response.theta.min() > 0.05 * alpha
+    instants = wobbling_reactions(response, motion)
+    weights = np.array([0.5, *[1.0] * 19, 0.5]) / 20.0
+    weight = 1.0 + frame.mass_ratio
+    forces = wobbling_forces(response, motion)
+    for name, values in {
+        "peak_base_shear": instants.support_shear,
+        "base_joint_horizontal": instants.base_shear,
+        "base_joint_vertical": instants.base_vertical,
+        "top_joint_horizontal": instants.top_shear,
+        "top_joint_vertical": instants.top_vertical,
+    }.items():
+        means = np.convolve(values, weights, mode="valid") / weight
+        assert_allclose(getattr(forces, name), means.max(), rtol=1e-3, err_msg=name)
+        if "vertical" in name:
+            assert_allclose(getattr(forces, f"{name}_least"), means.min(), rtol=1e-4, err_msg=name)
+
+
+@seeds
+def test_a_pass_in_one_plane_has_the_impulse_of_the_impact(seed: int) -> None:
+    """The strongest impact, within one mean, adds its impulse to a force of those between them."""
+    rng = np.random.default_rng(40 + seed)
+    frame = random_frame(rng)
+    motion = random_motion(rng, frame)
+    strength = 1.7 * frame.uplift_acceleration / np.abs(motion.x).max()
+    motion = replace(motion, x=strength * motion.x, y=0.0 * motion.y)
+    ground = GroundAcceleration.from_samples(motion.x, motion.time_step)
+    planar, response = respond(frame, ground), wobble(frame, motion)
+    assert planar.impacts > 0
+    assert planar.verdict is response.verdict is Verdict.STANDS
+    theirs, ours = joint_forces(planar, ground), wobbling_forces(response, motion)
+    for joint in ("base", "top") if frame.mass_ratio else ("base",):
+        impulse = getattr(theirs, f"{joint}_impulse_vertical") / FORCE_DURATION
+        largest = getattr(ours, f"{joint}_joint_vertical")
+        least, most = (getattr(theirs, f"{joint}_joint_vertical{end}") for end in ("_least", ""))
+        assert impulse > most - least
+        assert least - 1e-3 <= largest - impulse <= most + 1e-3
+
+
 def test_at_rest_the_joints_carry_a_body_fixed_to_the_ground() -> None:
     frame = solid(7.5, 1.8, 0.5)
     weak = pair([0.0, 0.9, 0.0], [0.0, 1.2, 0.0], 0.01)
@@ -125,6 +213,12 @@ def test_at_rest_the_joints_carry_a_body_fixed_to_the_ground() -> None:
     demand = wobbling_contact(wobble(frame, weak), weak)
     assert demand.base_friction_demand == pytest.approx(1.5 / GRAVITY)
     assert math.isnan(demand.impact_friction_demand)
+    largest = wobbling_forces(wobble(frame, weak), weak)
+    assert largest.base_joint_horizontal == pytest.approx(1.5 / GRAVITY)
+    assert largest.peak_base_shear == largest.base_joint_horizontal
+    assert (
+        largest.top_joint_vertical == largest.top_joint_vertical_least == pytest.approx(0.5 / 1.5)
+    )
 
 
 def test_an_overturned_frame_has_no_forces_and_another_motion_is_refused() -> None:

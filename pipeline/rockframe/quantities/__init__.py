@@ -128,13 +128,17 @@ class Quantity:
         return "overturns" if value == math.inf else self.text(value)
 
 
+#: Time over which forces are averaged while round columns move in both directions [s].
+FORCE_DURATION: Final = 0.01
 #: What forces are divided by.
 _OVER_WEIGHT: Final = "over the weight of a column with its share of the beam"
+#: When forces are taken.
+_AT_SAMPLES: Final = f"at the samples; in both directions, in motion, means over {FORCE_DURATION} s"
 
 
 def _at_joint(place: str, joint: str, more: str) -> tuple[Quantity, ...]:
     """Declare the forces and the impulses in the joints at one end of the columns."""
-    at_samples = "at the samples; the mean of all columns"
+    at_samples = f"{_AT_SAMPLES}; the mean of all columns"
     key = (
         "largest horizontal force less friction_coefficient times the vertical force of the same "
         "instant; where no coefficient is stated, nothing is subtracted"
@@ -282,7 +286,7 @@ _DECLARED: Final = (
         taken="forces",
         kind="force",
         shown_unit="W",
-        comment="through contact and tendons; at the samples, without the impulses of impacts",
+        comment=f"through contact and tendons; {_AT_SAMPLES}, without the impulses of impacts",
         banded=True,
     ),
     *_at_joint("base", "the joint at the base", ""),

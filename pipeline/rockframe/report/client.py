@@ -24,6 +24,7 @@ from rockframe.results.tables.envelope import (
     envelope_columns,
     force_envelope,
 )
+from rockframe.results.tables.forces import ROLLING_LEGEND
 from rockframe.results.tables.notes import alone_note
 from rockframe.results.tables.outcomes import severity
 from rockframe.results.tables.rows import is_computed, that_count
@@ -149,6 +150,7 @@ def client_page(
         forces=_forces(envelope, names, _short_names(counted)),
         lacking=_lacking(envelope),
         envelope_legend=ENVELOPE_LEGEND,
+        rolling_legend=ROLLING_LEGEND,
         **_at_return_periods(screening, names),
         left_out=[*_plane_notes(run.summary, names, in_both), *_left_out(run)],
         friction=_largest_friction(run.rows),

@@ -4,14 +4,19 @@ The accelerations of a column's centre and of the slab follow from the equations
 `rockframe.wobbling.response` (re-derived from Newton and Euler). All forces are over the weight of
 the columns, as in `rockframe.rocking.reactions`, and are equal to those in one plane if the motion
 stays in it.
+
+A column that passes near upright turns within a time far below that between two samples, and the
+force of rigid bodies grows without bound as the least tilt vanishes, while its impulse does not.
+Therefore the largest forces of a motion are means over `FORCE_DURATION`, from the changes of
+momentum, which are exact and do not depend on the samples of the motion.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import astuple, fields
-from typing import NamedTuple
+from dataclasses import astuple, fields, replace
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,25 +24,39 @@ from numpy.typing import NDArray
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.options.respond import Ensemble
+from rockframe.quantities import FORCE_DURATION
 from rockframe.rocking.assessments import Band, ContactDemand, JointForces
-from rockframe.rocking.contact import demand_of, largest_of
+from rockframe.rocking.contact import demand_of, largest_of, static_vertical
 from rockframe.rocking.margins.ensemble import force_bands
 from rockframe.rocking.margins.members import draws, require_members
 from rockframe.rocking.reactions import Reactions
 from rockframe.rocking.verdict import Verdict
 from rockframe.units import GRAVITY
-from rockframe.wobbling.ensemble import family_of, shortenings
+from rockframe.wobbling import kernel
+from rockframe.wobbling.ensemble import family_of
 from rockframe.wobbling.motion import PairAcceleration, PairMotion, as_pair
 from rockframe.wobbling.response import (
     TOUCHING,
     WobblingResponse,
     axial_inertia,
+    constants,
     integrated,
     polar,
     require_no_flight,
+    rolling,
+    state_of,
 )
 
 Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+#: Starts of means within their duration: each pass is whole within one of the means.
+_STARTS: Final = 8
+#: Means that are computed at a time, and states that are kept: bounds of the memory.
+_MEANS: Final = 4096
+_STATES: Final = 1_000_000
+#: Share of a time step that is round-off [1].
+_ROUND_OFF: Final = 1e-6
 
 
 def wobbling_reactions(response: WobblingResponse, motion: PairMotion) -> Reactions:
@@ -80,15 +99,21 @@ def wobbling_reactions(response: WobblingResponse, motion: PairMotion) -> Reacti
     >>> round(float(forces.base_friction_demand[~touching(response)].max()), 2)
     0.18
     """
+    ground = _motion_of(response, motion)
+    motions = (response.theta, response.phi, response.theta_rate, response.phi_rate)
+    found = reactions_of([response.frame], ground, np.ones(1), *(one[None] for one in motions))
+    return Reactions(**{name: forces[0] for name, forces in vars(found).items()})
+
+
+def _motion_of(response: WobblingResponse, motion: PairMotion) -> PairAcceleration:
+    """Return the motion of a response; an error if its samples are others."""
     ground = as_pair(motion)
     if not np.array_equal(ground.time, response.time):
         raise ParameterError(
             f"Invalid motion of {ground.x.size} samples, {ground.time_step:g} s apart. Must be the "
             f"motion of the response, which has {response.time.size} samples."
         )
-    motions = (response.theta, response.phi, response.theta_rate, response.phi_rate)
-    found = reactions_of([response.frame], ground, np.ones(1), *(one[None] for one in motions))
-    return Reactions(**{name: forces[0] for name, forces in vars(found).items()})
+    return ground
 
 
 def touching(response: WobblingResponse) -> NDArray[np.bool_]:
@@ -96,16 +121,9 @@ def touching(response: WobblingResponse) -> NDArray[np.bool_]:
 
     There the tilt is below theta_c of the loss near upright, at the speed of the sample.
     """
-    motions = (response.theta, response.theta_rate, response.phi_rate)
-    return _touching(response.frame, response.contact_shortening, *motions)
-
-
-def _touching(
-    frame: RockingFrame, shortening: float, theta: Float, theta_rate: Float, phi_rate: Float
-) -> NDArray[np.bool_]:
-    contact = TOUCHING * math.sqrt(shortening / GRAVITY)
-    cone = np.sqrt(_Numbers.of([frame]).near_upright[0])
-    speed = np.hypot(theta_rate, cone * theta * np.nan_to_num(phi_rate))
+    contact = TOUCHING * math.sqrt(response.contact_shortening / GRAVITY)
+    cone, theta = np.sqrt(_Numbers.of([response.frame]).near_upright[0]), response.theta
+    speed = np.hypot(response.theta_rate, cone * theta * np.nan_to_num(response.phi_rate))
     return np.asarray((theta > 0.0) & (theta < contact * speed))
 
 
@@ -143,10 +161,18 @@ def wobbling_contact(response: WobblingResponse, motion: PairMotion) -> ContactD
 
 
 def wobbling_forces(response: WobblingResponse, motion: PairMotion) -> JointForces[float]:
-    """Return the largest forces at the joints, at the samples that count; NaN if it overturns.
+    """Return the largest forces at the joints, averaged over `FORCE_DURATION`; NaN if it overturns.
 
-    Parameters and errors are those of `wobbling_reactions`. The impulses of passes near upright
-    are NaN: not computed.
+    Parameters and errors are those of `wobbling_reactions`. The impulses are NaN: a pass near
+    upright is within the means.
+
+    Notes
+    -----
+    At rest the forces are those of each instant. While the columns move they are means over 0.01 s,
+    from the change of the momentum of columns and beam during this time: a force that lasts longer
+    is itself, and one that lasts less counts by its impulse over 0.01 s. The motion is computed
+    again for them in finer steps, so that they do not depend on its samples. The force of rigid
+    bodies at an instant has no bound: it grows as the least tilt of a pass vanishes.
 
     Examples
     --------
@@ -157,16 +183,19 @@ def wobbling_forces(response: WobblingResponse, motion: PairMotion) -> JointForc
     >>> round(9.81 * wobbling_forces(wobble(column, weak), weak).base_joint_horizontal, 9)
     0.5
     """
-    forces = counted_reactions(response, motion)
-    if forces is None:
-        return JointForces(*[math.nan] * len(fields(JointForces)))
-    return largest_of(response.frame, forces)
+    ground, frame = _motion_of(response, motion), rolling(response.frame)
+    if response.verdict is Verdict.OVERTURNS:
+        return JointForces(*_NO_FORCES)
+    histories = (response.theta, response.theta_rate, response.phi, response.phi_rate)
+    start = state_of([float(np.nan_to_num(history[0])) for history in histories])
+    slots = constants(frame, contact_shortening=response.contact_shortening)
+    return JointForces(*_largest_forces([frame], ground, slots[None], start[None])[0])
 
 
 def wobbling_force_bands(
     frame: RockingFrame, motion: PairMotion, ensemble: Ensemble | None = None
 ) -> JointForces[Band]:
-    """Return the bands of the largest forces at the joints over an ensemble, at samples that count.
+    """Return the bands of the largest forces at the joints over an ensemble.
 
     Parameters
     ----------
@@ -180,8 +209,8 @@ def wobbling_force_bands(
     Returns
     -------
     JointForces
-        Quantiles, infinite where one falls on a member that overturns. Those of impulses are NaN:
-        not computed.
+        Quantiles of the forces of `wobbling_forces`, infinite where one falls on a member that
+        overturns. Those of impulses are NaN.
 
     Raises
     ------
@@ -199,25 +228,156 @@ def wobbling_force_bands(
     """
     chosen, ground = ensemble or Ensemble(), as_pair(motion)
     require_members(chosen)
-    scales, softness = draws(chosen)[:, 3], shortenings(chosen).tolist()
+    scales = draws(chosen)[:, 3]
     require_no_flight(ground, float(scales.max()))
-    family, each = family_of(frame, chosen), list[tuple[float, ...]]()
-    for k, member in enumerate(family.frames):
-        history = np.zeros((1, ground.x.size, 4))
-        slots, scale = family.at(np.array([k]), scales[k : k + 1]), scales[k : k + 1]
-        verdicts, _ = integrated(ground, slots, history=history)
-        if verdicts[0] == Verdict.OVERTURNS:
-            each.append((math.nan,) * len(fields(JointForces)))
-            continue
-        theta, phi, theta_rate, phi_rate = polar(history[0])
-        motions = (theta[None], phi[None], theta_rate[None], phi_rate[None])
-        forces = vars(reactions_of([member], ground, scale, *motions))
-        counted = ~_touching(member, softness[k], theta, theta_rate, phi_rate)
-        some = Reactions(**{name: values[0, counted] for name, values in forces.items()})
-        each.append(astuple(largest_of(member, some)))
+    family = family_of(frame, chosen)
+    slots = family.at(np.arange(chosen.members), scales)
+    each = _largest_forces(family.frames, ground, slots, np.zeros((chosen.members, 4)))
     bands = vars(force_bands(np.array(each), family.frames[0]))
     unknown = (math.nan,) * 3
     return JointForces(**{n: unknown if "impulse" in n else band for n, band in bands.items()})
+
+
+_FORCES: Final = [field.name for field in fields(JointForces)]
+_NO_FORCES: Final = (math.nan,) * len(_FORCES)
+
+
+def _largest_forces(
+    frames: Sequence[RockingFrame], ground: PairAcceleration, slots: Float, starts: Float
+) -> list[tuple[float, ...]]:
+    """Return the values of `wobbling_forces` of members of the kernel, NaN if they overturn."""
+    fine, each = _finely(ground), list[tuple[float, ...]]()
+    together = max(1, min(kernel.WIDTH, _STATES // fine.x.size))
+    for first in range(0, len(frames), together):
+        some = slice(first, first + together)
+        history = np.zeros((len(frames[some]), fine.x.size, 4))
+        verdicts, _ = integrated(fine, slots[some], starts[some], history)
+        for member, states, row, verdict in zip(
+            frames[some], history, slots[some], verdicts, strict=True
+        ):
+            if verdict == Verdict.OVERTURNS:
+                each.append(_NO_FORCES)
+            else:
+                each.append(_largest_means(member, fine, float(row[kernel.SCALE]), states))
+    return each
+
+
+def _finely(ground: PairAcceleration) -> PairAcceleration:
+    """Return the same motion, straight between samples, with as many samples as means need."""
+    times = math.ceil(ground.time_step / FORCE_DURATION * _STARTS - _ROUND_OFF)
+    if times <= 1:
+        return ground
+    shares = np.arange(times) / times
+
+    def between(samples: Float) -> Float:
+        within = samples[:-1, None] + np.diff(samples)[:, None] * shares
+        return np.append(within, samples[-1])
+
+    upwards = None if ground.z is None else between(ground.z)
+    step, x, y = ground.time_step / times, between(ground.x), between(ground.y)
+    return replace(ground, x=x, y=y, z=upwards, time_step=step)
+
+
+def _largest_means(
+    frame: RockingFrame, ground: PairAcceleration, scale: float, states: Float
+) -> tuple[float, ...]:
+    """Return the values of `wobbling_forces` from the states at the samples of a fine motion."""
+    steps = min(FORCE_DURATION / ground.time_step, states.shape[0] - 1.0)
+    longest = math.ceil(steps - _ROUND_OFF)
+    largest = []
+    for first in range(0, states.shape[0] - longest, _MEANS):
+        some = slice(first, min(first + _MEANS + longest, states.shape[0]))
+        shaken = [scale * part[some] for part in (ground.x, ground.y, _upwards(ground))]
+        forces = [_at_rest(frame, shaken, states[some])]
+        if states[some].any():
+            forces.append(_mean_reactions(frame, shaken, states[some], ground.time_step, steps))
+        joined = {
+            name: np.concatenate([vars(part)[name] for part in forces]) for name in vars(forces[0])
+        }
+        largest.append(astuple(largest_of(frame, Reactions(**joined))))
+    least = np.array([name.endswith("_least") for name in _FORCES])
+    extremes = np.where(least, np.min(largest, axis=0), np.max(largest, axis=0))
+    return tuple(extremes.tolist())
+
+
+def _upwards(ground: PairAcceleration) -> Float:
+    return np.zeros_like(ground.x) if ground.z is None else ground.z
+
+
+def _at_rest(frame: RockingFrame, ground: Sequence[Float], states: Float) -> Reactions:
+    """Return the forces at the samples at which the columns rest on the ground."""
+    rests, gamma = ~states[:, :2].any(axis=1), frame.mass_ratio
+    x, y, z = (part[rests] / GRAVITY for part in ground)
+    (base, top), shear = static_vertical(frame), np.hypot(x, y)
+    return Reactions(
+        base_shear=(1.0 + gamma) * shear,
+        base_vertical=base + (1.0 + gamma) * z,
+        top_shear=gamma * shear,
+        top_vertical=(top if gamma > 0.0 else 0.0) + gamma * z,
+        support_shear=(1.0 + gamma) * shear,
+    )
+
+
+def _mean_reactions(
+    frame: RockingFrame, ground: Sequence[Float], states: Float, time_step: float, steps: float
+) -> Reactions:
+    """Return means of the forces over a number of time steps, from each of the first samples on.
+
+    Parameters
+    ----------
+    frame : RockingFrame
+        The frame.
+    ground : sequence of array, shape (samples,)
+        Ground accelerations along x, along y and upwards [m s-2].
+    states : array, shape (samples, 4)
+        States of the kernel.
+    time_step : float
+        Time between samples [s].
+    steps : float
+        Length of a mean over the time step; between samples impulses are taken as straight.
+    """
+    n = _Numbers(*(part[0] for part in _Numbers.of([frame])))
+    theta, _, theta_rate, phi_rate = polar(states)
+    tilt = states[:, 0] + 1j * states[:, 1]
+    toward = tilt / np.where(tilt == 0.0, 1.0, np.abs(tilt))
+    turning = 1j * np.where(tilt == 0.0, 0.0, phi_rate)
+    bodies = [
+        _lift(*place, np.sin(theta), np.cos(theta)) for place in ((n.b, n.z), (n.reach, n.height))
+    ]
+    moved, slab_moved = (
+        toward * (body.shift_1 * theta_rate + body.shift * turning) for body in bodies
+    )
+    lifted, slab_lifted = (body.lift_1 * theta_rate for body in bodies)
+    tension = _ties([frame], theta[None])[0][0]
+
+    def impulse(force: Float | Complex) -> Complex:
+        added = 0.5 * time_step * (force[1:] + force[:-1])
+        return np.append(0.0j, np.cumsum(added))
+
+    shaken, weighed = impulse(ground[0] + 1j * ground[1]), impulse(GRAVITY + ground[2])
+    lean = GRAVITY * impulse(tension * np.sin(0.5 * theta) * toward)
+    press = GRAVITY * impulse(tension * np.cos(0.5 * theta))
+    capped, whole = float(frame.mass_ratio > 0.0), 1.0 + n.gamma
+    support = whole * shaken + moved + n.gamma * slab_moved
+    impulses = (
+        support + lean,
+        whole * weighed + lifted + n.gamma * slab_lifted + press,
+        n.gamma * (shaken + slab_moved) + capped * lean,
+        n.gamma * (weighed + slab_lifted) + capped * press,
+        support,
+    )
+    means = _increments(np.array(impulses), steps) / (GRAVITY * steps * time_step)
+    base, base_vertical, top, top_vertical, support = means
+    return Reactions(abs(base), base_vertical.real, abs(top), top_vertical.real, abs(support))
+
+
+def _increments(values: Complex, steps: float) -> Complex:
+    """Return by how much values grow in a number of steps, from each of the first samples on."""
+    whole = math.floor(steps + _ROUND_OFF)
+    later: Complex = values[:, whole:]
+    if (share := steps - whole) > _ROUND_OFF:
+        later = later[:, :-1] + share * (later[:, 1:] - later[:, :-1])
+    return np.asarray(later - values[:, : later.shape[1]], dtype=np.complex128)
 
 
 class _Numbers(NamedTuple):

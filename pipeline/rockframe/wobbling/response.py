@@ -257,7 +257,7 @@ def wobble(
     ground = as_pair(motion)
     require_no_flight(ground)
     history = np.zeros((1, ground.x.size, 4))  # at rest they are not stored
-    first = _state(start)
+    first = state_of(start)
     verdict, summary = integrated(
         ground,
         [constants(frame, contact_shortening=contact_shortening)],
@@ -471,7 +471,7 @@ def why_in_one_plane(frame: RockingFrame) -> str:
     return ""
 
 
-def _state(start: Sequence[float]) -> Float:
+def state_of(start: Sequence[float]) -> Float:
     """Return the state of the kernel of theta, its rate, phi and its rate."""
     values = [float(value) for value in start]
     if len(values) != 4 or not np.isfinite(values).all() or not 0.0 <= values[0] < 0.5 * math.pi:

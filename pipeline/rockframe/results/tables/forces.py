@@ -11,7 +11,7 @@ from typing import Any, Final
 import xarray as xr
 
 from rockframe.cells import Column, in_digits, number
-from rockframe.quantities import FORCES, QUANTILES, QUANTITIES, Quantity
+from rockframe.quantities import FORCE_DURATION, FORCES, QUANTILES, QUANTITIES, Quantity
 from rockframe.results.reading import only_record
 from rockframe.results.tables.rows import Row, is_computed, rocks, rows_along
 from rockframe.study.kinds import declared_kind
@@ -29,6 +29,12 @@ COLUMNS_LEGEND: Final = (
     "Of two columns that differ, forces are those of each column while the structure rocks, over "
     "half the weight W of columns and beam, and impulses the largest of the impacts. Quantiles are "
     "those of the members that uplift."
+)
+#: What forces of round columns in both directions are, while the columns move.
+ROLLING_LEGEND: Final = (
+    f"Forces of round columns that move in both directions are means over {FORCE_DURATION} s, not "
+    "bounds for an instant: a pass near upright is shorter, only the softness of the joint limits "
+    f"its force, and it counts by its impulse (the force times {FORCE_DURATION} s)."
 )
 #: What forces without the vertical motion lack.
 NO_VERTICAL: Final = (
@@ -204,7 +210,7 @@ def forces_in_words(rows: Iterable[Mapping[str, Any]]) -> str:
     forces = [QUANTITIES[row["force"]] for row in rows]
     differ = any(force.taken == "column_forces" for force in forces)
     alike = any(force.of_joints and force.taken == "forces" for force in forces) or not differ
-    said = [*[FORCES_LEGEND] * alike, *[COLUMNS_LEGEND] * differ]
+    said = [*[FORCES_LEGEND] * alike, *[COLUMNS_LEGEND] * differ, *[ROLLING_LEGEND] * _roll(rows)]
     if _has_bands(rows):
         said.append(
             "16, 50, 84 %: quantiles of the ensemble; of a least force, the 16 % is the severe one."
@@ -215,6 +221,16 @@ def forces_in_words(rows: Iterable[Mapping[str, Any]]) -> str:
     if any(math.isnan(row["friction_coefficient"]) for row in keys):
         said.append(STATE_FRICTION)
     return " ".join(said)
+
+
+def _roll(rows: Iterable[Mapping[str, Any]]) -> bool:
+    """Return True if forces are of motions in both directions: those have no impulses."""
+    impulses: dict[tuple[str, str], bool] = {}
+    for row in rows:
+        force, pair = QUANTITIES[row["force"]], (row["record_id"], row["structure"])
+        if force.of_joints:
+            impulses[pair] = impulses.get(pair, False) or force.kind == "impulse"
+    return not all(impulses.values())
 
 
 def _has_bands(rows: Iterable[Mapping[str, Any]]) -> bool:
