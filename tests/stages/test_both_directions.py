@@ -263,7 +263,8 @@ def test_the_envelope_of_forces_counts_motions_in_both_directions_of_round_colum
     assert not any("impulse" in row["force"] for row in rolling)
     assert all(math.isfinite(row["value"]) for row in rolling)
     assert "means over 0.01 s" in forces_in_words(rows)
-    assert "means over" not in forces_in_words([row for row in rows if row not in rolling])
+    planar = [row for row in rows if row["record_id"] != "AAA-both"]
+    assert "means over" not in forces_in_words(planar)
     assert all(row["value_16"] <= row["value_50"] <= row["value_84"] for row in rolling)
     shear = next(row for row in rolling if row["force"] == "peak_base_shear")
     motion = PairAcceleration(EAST.acceleration, NORTH.acceleration, 0.01)
