@@ -446,6 +446,7 @@ def _overview(run: Run) -> dict[str, Any]:
         "counts": run.counts,
         "total": total,
         "records_in_all": (computed := total // max(len(structures), 1)),
+        "motion": "motion" if any(row.get("components") for row in run.rows) else "record",
         "left_out": run.left_out,
         "left_out_words": left_out_words(run.left_out, computed),
         "records": records,
