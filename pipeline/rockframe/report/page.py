@@ -58,6 +58,7 @@ from rockframe.results.tables.rows import (
     rocks,
     spread_verdict,
     stated_pulse,
+    that_count,
 )
 from rockframe.results.tables.sensitivity import sensitivity_words, spread_words, spreads_of_row
 from rockframe.results.tables.sentences import answers
@@ -92,6 +93,8 @@ _SUPERSCRIPTS: Final = str.maketrans("-123", "⁻¹²³")
 _NOT_SHOWN: Final = frozenset(
     ["row_size", "history", "passport", "source_sha256", "samples_sha256", *FORCES]
 )
+#: Values that say that something was not computed.
+_NOT_COMPUTED: Final = frozenset([("sampling_changes", -1)])
 #: Values that are not shown for structures that overturn, because they only describe the fall.
 _OF_THE_FALL: Final = frozenset(quantity.name for quantity in PEAKS)
 
@@ -278,6 +281,7 @@ def _of_pair(facts: Iterable[LabelledValue], verdict: SpreadVerdict) -> list[Lab
 def _ground(run: Run, ground: Ground, record: str, entry: Mapping[str, str]) -> dict[str, Any]:
     """Return a motion, with the values and checks of its record or first component."""
     both = [["components", " and ".join(ground.components)]] if ground.components else []
+    both += [["values below", f"those of {ground.components[0]}"]] if ground.components else []
     return {
         "id": ground.record,
         "step": ground.time_step,
@@ -344,6 +348,7 @@ def _texts(facts: Sequence[LabelledValue]) -> list[list[str]]:
         if fact.name not in _NOT_SHOWN
         and not (isinstance(fact.value, float) and math.isnan(fact.value))
         and fact.value != ""
+        and (fact.name, fact.value) not in _NOT_COMPUTED
     ]
     return [[fact.label, with_unit(fact)] for fact in facts_shown]
 
@@ -419,10 +424,13 @@ def render(
 
 def _overview(run: Run) -> dict[str, Any]:
     verdicts = [spread_verdict(row) for row in run.rows]
+    total = sum(run.counts.values())
     count: Counter[str] = Counter()
-    for (_, kind), number in run.counts.items():
-        count[kind] += number
-    total = sum(count.values())
+    if len(run.rows) == total:
+        count.update(spread_verdict(row).kind for row in that_count(run.rows))
+    else:  # the run has too many rows to look at each
+        for (_, kind), number in run.counts.items():
+            count[kind] += number
     records = list(dict.fromkeys((row["record_id"], row["record"]) for row in run.rows))
     structures = list(dict.fromkeys(structure for structure, _ in run.counts))
     place = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
@@ -436,7 +444,7 @@ def _overview(run: Run) -> dict[str, Any]:
             (name, _texts(run.structures[name])) for name in structures if name not in rocking
         ],
         "tally": [kind for kind in VerdictKind if count[kind] or kind is VerdictKind.OVERTURNS],
-        "kinds": [kind for kind in VerdictKind if count[kind]],
+        "kinds": [kind for kind in VerdictKind if any(kind == each for _, each in run.counts)],
         "noise_mark": max((pulse_mark(row) for row in run.rows), default=""),
         "strips": _strip_of_each_row(run),
         "verdicts": verdicts,

@@ -355,6 +355,7 @@ def bars_svg(values: Mapping[str, float], chance: float, most: str, words: str) 
             start, length = _MIDDLE + min(value, 0.0) * _HALF, abs(value) * _HALF
             parts.append(_rect(name, start, y + 2.0, length, _BAR - 4.0))
     height = _BAR * len(values)
+    left = min(0.0, 62.0 - 5.5 * max(map(len, values), default=0))  # of the longest label
     for chance_line in (-chance, chance):
         parts.append(
             f'<path class="bar-chance" d="M{_MIDDLE + chance_line * _HALF:.1f} 0V{height:g}"/>'
@@ -362,7 +363,7 @@ def bars_svg(values: Mapping[str, float], chance: float, most: str, words: str) 
     parts.append(f'<path class="bar-zero" d="M{_MIDDLE:g} 0V{height:g}"/>')
     said = html.escape(words)
     return (
-        f'<svg class="bars" viewBox="0 0 {_WIDTH:g} {height:g}" role="img" '
+        f'<svg class="bars" viewBox="{left:g} 0 {_WIDTH - left:g} {height:g}" role="img" '
         f'aria-label="{said}"><title>{said}</title>{"".join(parts)}</svg>'
     )
 
