@@ -424,13 +424,7 @@ def render(
 
 def _overview(run: Run) -> dict[str, Any]:
     verdicts = [spread_verdict(row) for row in run.rows]
-    total = sum(run.counts.values())
-    count: Counter[str] = Counter()
-    if len(run.rows) == total:
-        count.update(spread_verdict(row).kind for row in that_count(run.rows))
-    else:  # the run has too many rows to look at each
-        for (_, kind), number in run.counts.items():
-            count[kind] += number
+    total, count = sum(run.counts.values()), _tally(run)
     records = list(dict.fromkeys((row["record_id"], row["record"]) for row in run.rows))
     structures = list(dict.fromkeys(structure for structure, _ in run.counts))
     place = {(row["record_id"], row["structure"]): i for i, row in enumerate(run.rows)}
@@ -466,6 +460,17 @@ def _overview(run: Run) -> dict[str, Any]:
         "all_entries": run.listed,
         "most_inputs": _MOST_INPUTS,
     }
+
+
+def _tally(run: Run) -> Counter[str]:
+    """Return the number of verdicts of each kind: of the rows that count, if the run has them."""
+    count: Counter[str] = Counter()
+    if len(run.rows) == sum(run.counts.values()):
+        count.update(spread_verdict(row).kind for row in that_count(run.rows))
+    else:
+        for (_, kind), number in run.counts.items():
+            count[kind] += number
+    return count
 
 
 def _answers(run: Run, members: int) -> dict[str, str]:
