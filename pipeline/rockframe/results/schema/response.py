@@ -312,7 +312,7 @@ RESPONSE_NC: Final = FileKind(
         *optional("margins",
             Variable("critical_scale", "record structure", float, "1", "smallest multiple of the motion that overturns", "margin", comment=f"NaN if none was found up to largest_scale. Lower edge, with a relative error of {EDGE_TOLERANCE:g}, of the lowest interval found to overturn; of the lowest intervals at least 1e-4 of the multiple wide, about 3 in 100 are missed"),
             Variable("largest_scale", "record", float, "1", "largest multiple of the motion that was searched"),
-            Variable("safe_islands", "record structure", np.int32, "1", "number of islands above the critical scale, intervals in which the structure stands", "margin", comment="found with samples 0.64 to 2.56 % apart"),
+            Variable("safe_islands", "record structure", np.int32, "1", "number of islands above the critical scale, intervals in which the structure stands", "margin", comment="found with samples 0.64 to 2.56 % apart; 0 for motions in both directions, for which no critical scale is searched"),
             Variable("safe_island_start", "record structure island", float, "1", "multiple of the motion above which the structure stands again", comment=_KEPT_ISLANDS),
             Variable("safe_island_width", "record structure island", float, "1", "width of the island: from this multiple to the next that overturns", comment=f"{_KEPT_ISLANDS}; with an error of up to 1.3 % of the multiple; the last island may end at largest_scale"),
         ),
