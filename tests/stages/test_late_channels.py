@@ -82,7 +82,7 @@ def test_channels_that_begin_later_are_a_pair_with_its_vertical(
         assert len(response.records) == 3  # each component, and both together
     quick = ("--margins", "none", "--scales", "1:2:2")
     assert main(["screen", str(path), *output, *quick]) == 0
-    assert read_screening(tmp_path / "out.nc")["cluster"].values.tolist() == [0, 0]
+    assert read_screening(tmp_path / "out.nc")["cluster"].values.tolist() == [0, 0, 0]
     turned = read_records(ingested(tmp_path, "--azimuth-degree", "0"))
     assert [record.acceleration.size for record in turned] == [5000, 5000]
     np.testing.assert_array_equal(turned[0].acceleration, north.acceleration)
@@ -103,7 +103,8 @@ def test_channels_between_samples_are_no_pair_and_one_recording(
         assert np.isnan(written["pga_rotd100"].values).all()
         assert written["unpaired"].values.tolist() == [reason, reason, ""]
     words = ("--output", str(tmp_path / "out.nc"), "--structure", "bridge-bent")
-    assert main(["screen", str(path), *words, "--margins", "none", "--scales", "1:2:2"]) == 0
+    assert main(["screen", str(path), *words, "--margins", "none", "--scales", "1:2:2"]) == 1
+    assert f"rejected: HNE-both: {reason}\n" in capsys.readouterr().err
     assert read_screening(tmp_path / "out.nc")["cluster"].values.tolist() == [0, 0]
 
 

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import re
+import warnings
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, folder_to_write, path
-from rockframe.errors import InputError, ParameterError, require_known
+from rockframe.errors import InputError, ParameterError, RockframeWarning, require_known
 from rockframe.interruption import keeping
+from rockframe.options import STRUCTURES
 from rockframe.options.model import ExecutionOptions
 
 if TYPE_CHECKING:
@@ -92,7 +96,8 @@ def carry_out(
         reasons.update((state.step.name, state.reason) for state in waiting)
         _explain(waiting)
 
-    with keeping(_RESUMES), console.progress_of_steps(plan.study) as (on_step, on_progress):
+    progress = console.progress_of_steps(plan.study)
+    with keeping(_RESUMES), _warned_of(folder), progress as (on_step, on_progress):
         done, faults = run_plan(
             *(plan, folder),
             engine=engine,
@@ -103,6 +108,15 @@ def carry_out(
             on_progress=on_progress,
         )
     return done, faults, reasons
+
+
+@contextmanager
+def _warned_of(folder: Path) -> Iterator[None]:
+    """Do not warn of the copy of the structures in a run: the plan warned of the user's file."""
+    with warnings.catch_warnings():
+        copy = re.escape(f"{folder / STRUCTURES}:")
+        warnings.filterwarnings("ignore", message=copy, category=RockframeWarning)
+        yield
 
 
 def _engine(options: argparse.Namespace) -> Engine | None:
@@ -149,7 +163,6 @@ def _restrained(structures: Iterable[Any]) -> str:
 
 
 def _show(folder: Path, done: int) -> None:
-    from rockframe.options import STRUCTURES
     from rockframe.provenance import MANIFEST, listed_outputs
     from rockframe.results.tables.entries import rows_of
     from rockframe.study.structures import read_structures
@@ -158,7 +171,8 @@ def _show(folder: Path, done: int) -> None:
     summary = list(rows_of(folder / "summary.csv"))
     console.show_first(summary)
     console.show_summary(summary)
-    restrained = _restrained(read_structures(folder / STRUCTURES)) if summary else ""
+    with _warned_of(folder):
+        restrained = _restrained(read_structures(folder / STRUCTURES)) if summary else ""
     if restrained:
         print(f"With their restraints: {restrained}. `[compare]` has them without.")
     did = f"{done} steps done" if done else "nothing to do"
