@@ -191,6 +191,29 @@ def smc() -> bytes:
     )
 
 
+def knet_heading(rate: int, seconds: float, direction: str, scale: str, peak: str) -> list[str]:
+    """Return the heading of a K-NET file, with its last line."""
+    return [
+        "Origin Time       2008/06/14 08:43:00",
+        "Lat.              39.028",
+        "Long.             140.880",
+        "Depth. (km)       8",
+        "Mag.              7.2",
+        "Station Code      AOM017",
+        "Station Lat.      40.6363",
+        "Station Long.     139.9284",
+        "Station Height(m) 42",
+        "Record Time       2008/06/14 08:44:18",
+        f"Sampling Freq(Hz) {rate}Hz",
+        f"Duration Time(s)  {seconds:g}",
+        f"Dir.              {direction}",
+        f"Scale Factor      {scale}",
+        f"Max. Acc. (gal)   {peak}",
+        "Last Correction   2008/06/14 08:44:03",
+        "Memo.             ",
+    ]
+
+
 def knet() -> bytes:
     """The peak is stated without the offset, which is the mean of all samples."""
     counts = motion(11500, 1000.0, 3000, 0)
@@ -198,23 +221,7 @@ def knet() -> bytes:
     counts[3000] = np.round((above + rest / counts.size) / (1.0 - 1.0 / counts.size))
     return joined(
         [
-            "Origin Time       2008/06/14 08:43:00",
-            "Lat.              39.028",
-            "Long.             140.880",
-            "Depth. (km)       8",
-            "Mag.              7.2",
-            "Station Code      AOM017",
-            "Station Lat.      40.6363",
-            "Station Long.     139.9284",
-            "Station Height(m) 42",
-            "Record Time       2008/06/14 08:44:18",
-            "Sampling Freq(Hz) 100Hz",
-            "Duration Time(s)  115",
-            "Dir.              E-W",
-            "Scale Factor      3920(gal)/6182761",
-            "Max. Acc. (gal)   16.452",
-            "Last Correction   2008/06/14 08:44:03",
-            "Memo.             ",
+            *knet_heading(100, 115, "E-W", "3920(gal)/6182761", "16.452"),
             *lines_of([f"{count - 8100:8.0f} " for count in counts], 8),
         ],
         "\n",

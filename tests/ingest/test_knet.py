@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.ingest.imitations import knet_heading
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, read_bytes
@@ -24,29 +25,8 @@ def knet(counts: tuple[int, ...] = COUNTS, direction: str = "E-W", peak: str | N
         "".join(f"{count:9d}" for count in counts[start : start + 8])
         for start in range(0, len(counts), 8)
     ]
-    return "\n".join(
-        [
-            "Origin Time       2008/06/14 08:43:00",
-            "Lat.              39.028",
-            "Long.             140.880",
-            "Depth. (km)       8",
-            "Mag.              7.2",
-            "Station Code      AOM017",
-            "Station Lat.      40.6363",
-            "Station Long.     139.9284",
-            "Station Height(m) 42",
-            "Record Time       2008/06/14 08:44:18",
-            "Sampling Freq(Hz) 2Hz",
-            f"Duration Time(s)  {len(counts) / 2:g}",
-            f"Dir.              {direction}",
-            "Scale Factor      2000(gal)/2000000",
-            f"Max. Acc. (gal)   {stated}",
-            "Last Correction   2008/06/14 08:44:03",
-            "Memo.             ",
-            *rows,
-            "",
-        ]
-    )
+    head = knet_heading(2, len(counts) / 2, direction, "2000(gal)/2000000", stated)
+    return "\n".join([*head, *rows, ""])
 
 
 def test_facts() -> None:

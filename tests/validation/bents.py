@@ -35,25 +35,10 @@ Float: TypeAlias = NDArray[np.float64]
 RESULTS: Final = Path(__file__).resolve().parent / "bents.csv"
 #: Bents with columns of 9 and 7 m, and of 6 and 10 m.
 BENTS: Final = {
-    bent.name: bent
-    for bent in (
-        UnequalBent(
-            name="9 and 7 m",
-            heights=(9.0, 7.0),
-            widths=(1.4, 1.4),
-            spacing=12.0,
-            mass_ratio=3.6,
-            beam_depth=1.5,
-        ),
-        UnequalBent(
-            name="6 and 10 m",
-            heights=(6.0, 10.0),
-            widths=(1.4, 1.4),
-            spacing=12.0,
-            mass_ratio=3.6,
-            beam_depth=1.5,
-        ),
+    name: UnequalBent(
+        name=name, heights=heights, widths=(1.4, 1.4), spacing=12.0, mass_ratio=3.6, beam_depth=1.5
     )
+    for name, heights in {"9 and 7 m": (9.0, 7.0), "6 and 10 m": (6.0, 10.0)}.items()
 }
 #: Acceleration [g] and period [s] of the pulses; each shakes each bent in both directions.
 PULSES: Final = ((0.3, 1.5), (0.4, 1.5), (0.5, 1.2), (0.6, 1.2), (0.9, 0.8), (0.3, 2.2))
