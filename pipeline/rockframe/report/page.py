@@ -280,8 +280,12 @@ def _of_pair(facts: Iterable[LabelledValue], verdict: SpreadVerdict) -> list[Lab
 
 def _ground(run: Run, ground: Ground, record: str, entry: Mapping[str, str]) -> dict[str, Any]:
     """Return a motion, with the values and checks of its record or first component."""
-    both = [["components", " and ".join(ground.components)]] if ground.components else []
-    both += [["values below", f"those of {ground.components[0]}"]] if ground.components else []
+    both = []
+    if ground.components:
+        both = [
+            ["components", " and ".join(ground.components)],
+            ["values below", f"those of {ground.components[0]}"],
+        ]
     return {
         "id": ground.record,
         "step": ground.time_step,
@@ -297,7 +301,8 @@ def drawn_structure(facts: Sequence[LabelledValue]) -> dict[str, Any]:
     values = {
         fact.name.removeprefix("parameter_"): fact.value
         for fact in facts
-        if fact.value == fact.value or not fact.name.startswith("parameter_")  # of another kind
+        # parameters of another kind are unknown, and may have names of this one
+        if not (fact.name.startswith("parameter_") and _is_unknown(fact))
     }
     shape, words = drawn_shape(values)
     return {
@@ -346,11 +351,14 @@ def _texts(facts: Sequence[LabelledValue]) -> list[list[str]]:
         fact
         for fact in facts
         if fact.name not in _NOT_SHOWN
-        and not (isinstance(fact.value, float) and math.isnan(fact.value))
-        and fact.value != ""
+        and not _is_unknown(fact)
         and (fact.name, fact.value) not in _NOT_COMPUTED
     ]
     return [[fact.label, with_unit(fact)] for fact in facts_shown]
+
+
+def _is_unknown(fact: LabelledValue) -> bool:
+    return fact.value == "" or (isinstance(fact.value, float) and math.isnan(fact.value))
 
 
 def with_unit(fact: LabelledValue) -> str:
