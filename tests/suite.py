@@ -133,7 +133,7 @@ LONG_FILES = {
 #: Functions of other files with more than 40 lines: sequences that are read from top to bottom.
 LONG_BODIES = {
     "cli/stages/compare.py run_compare",
-    *("cli/stages/respond.py run_respond", "cli/stages/select.py _show"),
+    "cli/stages/select.py _show",
     *("figures/fragility.py draw_fragility", "figures/histories.py draw_comparison"),
     *("figures/moving.py draw_animation", "figures/recorded.py draw_record"),
     *("figures/joints.py draw_phase_portrait", "figures/margins.py draw_stability_map"),

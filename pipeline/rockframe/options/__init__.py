@@ -158,7 +158,7 @@ _DECLARED: Final = (
         variables="response.SPECTRUM_NC",
         figures="stages.spectrum.spectrum_figures",
         progress=False,
-        command="stages.respond",
+        command="stages.spectrum",
         summary="compute overturning spectra of pulses, or rocking spectra of records",
     ),
     Stage(
