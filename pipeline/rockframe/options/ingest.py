@@ -42,6 +42,8 @@ _AT_LEAST: Final = frozenset(
 
 Separator = Literal["comma", "semicolon", "tab", "blank"]
 DecimalMark = Literal["point", "comma"]
+#: Spectrum of two horizontals.
+Pairs = Literal["geometric-mean", "rotd50", "rotd100"]
 FirstLine = Literal["names", "sizes", "numbers"]
 
 
@@ -432,6 +434,9 @@ class SelectOptions(Options):
     (hazard_uhs)."""
     motions: Annotated[int, Field(ge=1, le=1000)] = 11
     """Number of motions to select; ASCE 7 requires 11 or more."""
+    pairs: Pairs | None = None
+    """Select recordings with both horizontals instead of single components: the geometric mean,
+    RotD50 or RotD100 of their spectra is compared, and one scale applies to both."""
     periods_s: PositiveNumbers | None = None
     """Periods that are compared [s]; by default those of the target."""
     conditioning_period_s: Positive | None = None

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Hashable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.cells import decimal, table_lines
+from rockframe.components import HorizontalPair, rotd, rotd_spectral_acceleration
+from rockframe.engines.engine import on_threads
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.ingest import LARGEST_FACTOR, LEAST_FACTOR, Filters, SelectOptions
 from rockframe.provenance import refuse_overwriting
@@ -22,9 +24,10 @@ from rockframe.results.records import RecordsFile, open_records, write_scaled
 from rockframe.results.tables.entries import beside, refuse_other_table, write_rows_as
 from rockframe.results.writing import input_hash
 from rockframe.risk import Site
-from rockframe.selection.choice import Candidates, Groups, choose, scaled_by, scaled_to_fit
+from rockframe.selection.pool import Pool
 from rockframe.selection.target import TargetSpectrum, read_target
 from rockframe.signals.measures import spectral_acceleration
+from rockframe.signals.processing import integrate, peak
 from rockframe.stages.common import Progress, filtered_by, filtered_by_pulse, horizontal, silent
 from rockframe.units import GRAVITY
 
@@ -54,13 +57,16 @@ class Selection:
     log_sa : array, shape (motions, periods)
         Natural logarithm of the spectra of the selected, scaled motions in m s-2.
     rows : list of dict
-        The selected motions, with units in the names; then the vertical records beside them.
+        The selected motions, with units in the names; then the second components of pairs, and the
+        vertical records beside them.
     records, candidates : int
-        Number of horizontal records, and of those that the constraints allow.
+        Number of horizontal records, or recordings, and of those that the constraints allow.
     left_out : mapping of str to str
-        Reasons of the records that are no candidates, by identifier.
+        Reasons of those that are no candidates, by identifier.
     tables : tuple of Path
         The list of the motions, and their spectra.
+    noun : str
+        Plural of what was selected from.
     """
 
     target: TargetSpectrum
@@ -70,11 +76,12 @@ class Selection:
     candidates: int
     left_out: Mapping[str, str]
     tables: tuple[Path, Path]
+    noun: str = "horizontal records"
 
     @property
     def motions(self) -> list[dict[str, Any]]:
-        """The rows of the selected motions, without the vertical records."""
-        return [row for row in self.rows if not row["vertical_of"]]
+        """The rows of the selected motions, without verticals and second components of pairs."""
+        return [row for row in self.rows if not (row["vertical_of"] or row["pair_of"])]
 
     def periods(self) -> list[dict[str, float]]:
         """Return a row for each period: median and standard deviation, of target and selection.
@@ -169,21 +176,24 @@ def select_stage(
     target = _target(options)
     metadata = read_metadata(records_path, pulses_path)
     with open_records(records_path) as file:
-        pool = _Pool(file, metadata, target, options, filters)
-        factors, log_sa = pool.chosen(progress)
+        records = _Records(file, metadata, target, options, filters)
+        factors, log_sa = records.chosen(progress)
+        pool, seconds = records.pool, {records.beside[n]: n for n in factors if n in records.beside}
         verticals = _verticals(file, factors)
+        further = verticals | seconds
         write_scaled(
             file,
-            factors | {name: factors[of] for name, of in verticals.items()},
+            factors | {name: factors[of] for name, of in further.items()},
             output,
             input_sha256=input_hash(*read),
             parameters=options.stated() | {"filters": filters.bounds()},
             left_out=pool.left_out,
         )
     away = np.sqrt(((log_sa - target.log_sa) ** 2).mean(axis=1))
-    rows = list(_rows(metadata, factors, dict(zip(factors, away, strict=True)), verticals))
+    misfits = dict(zip(factors, away, strict=True))
+    rows = list(_rows(metadata, factors, misfits, seconds, verticals))
     selection = Selection(
-        target, log_sa, rows, pool.records, len(pool.names), pool.left_out, tables
+        target, log_sa, rows, pool.number, len(pool.names), pool.left_out, tables, pool.noun
     )
     write_rows_as(tables[0], rows)
     write_rows_as(tables[1], selection.spectra())
@@ -207,11 +217,10 @@ def _target(options: SelectOptions) -> TargetSpectrum:
     return target
 
 
-class _Pool:
-    """The records of a file from which motions are selected.
+class _Records:
+    """The records of a file from which single components or pairs are selected.
 
-    After `chosen`, `names` are the candidates, and `left_out` has the reasons of the other
-    horizontal records, each of which begins with the constraint.
+    A pair has the identifier of its first component; `beside` has the second one.
     """
 
     def __init__(
@@ -222,103 +231,112 @@ class _Pool:
         options: SelectOptions,
         filters: Filters,
     ) -> None:
-        self._file = file
-        self._metadata = metadata
-        self._target = target
-        self._options = options
-        self._filters = filters
+        self._file, self._metadata, self._options = file, metadata, options
         self._rows = {name: row for row, name in enumerate(metadata.names)}
-        names = horizontal(file)
-        reasons = {name: self._refusal(name) for name in names}
-        self.records = len(names)
-        self.left_out = {name: reason for name, reason in reasons.items() if reason}
-        self.names = [name for name in names if name not in self.left_out]
+        self.beside: dict[str, str] = {}
+        names, alone = horizontal(file), dict[str, str]()
+        if options.pairs is not None:
+            self.beside, alone = _pairs(file)
+            names = [name for name in names if name in self.beside or name in alone]
+        longest = float(target.period[-1])
+        reasons = {name: alone.get(name) or self._refusal(name, filters, longest) for name in names}
+        noun = "horizontal records" if options.pairs is None else "recordings"
+        self.pool = Pool(noun, reasons, target, options)
 
     def chosen(self, progress: Progress) -> tuple[dict[str, float], Float]:
-        """Return the factors of the selected records, in the order of the file, and the logarithms
+        """Return the factors of the selected motions, in the order of the file, and the logarithms
         of their scaled spectra.
 
         Raises
         ------
         ParameterError
-            If not enough records can be selected.
+            If not enough motions can be selected.
         """
-        options, names = self._options, self.names
-        candidates = self._scaled(progress)
-        choice = choose(candidates, self._target, options.motions, self._groups(), options.seed)
-        within = {names[motion] for motion in candidates.motion}
-        low, high = options.scale_bounds
-        out = f"scale_bounds exceeded. Must be from {low:g} to {high:g}"
-        self.left_out |= dict.fromkeys((name for name in names if name not in within), out)
-        self.names = [name for name in names if name in within]
-        if choice.size < options.motions:
-            raise ParameterError(self._why_few(choice.size))
-        choice = choice[np.argsort(candidates.motion[choice])]
-        factors = {names[candidates.motion[k]]: float(candidates.factor[k]) for k in choice}
-        return factors, candidates.log_sa[choice]
+        names, texts = self.pool.names, self._metadata.texts
+        spectra, pgv = np.empty((len(names), self.pool.periods.size)), np.empty(len(names))
+        for k, name in enumerate(names):
+            spectra[k], pgv[k] = self._measured(name)
+            progress(k + 1, len(names))
+        rows = [self._rows[name] for name in names]
+        stations = [
+            texts["station"][r] and (texts["network"][r], texts["station"][r]) for r in rows
+        ]
+        events = [texts["event"][row] for row in rows]
+        return self.pool.chosen(np.log(spectra), stations, events, pgv)
 
-    def _refusal(self, name: str) -> str:
-        """Return the reason why a record is no candidate, or ""."""
-        row, longest = self._rows[name], float(self._target.period[-1])
-        numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
-        usable = self._file.usable_periods(name)[1]
-        reason = filtered_by(self._filters, numbers, self._metadata.texts["site"][row])
-        reason = reason or filtered_by_pulse(
-            self._options.pulse_like, self._metadata.pulse_like[row]
+    def _refusal(self, name: str, filters: Filters, longest: float) -> str:
+        """Return the reason why a record, or its pair, is no candidate, or ""."""
+        together = [name, *([self.beside[name]] if name in self.beside else [])]
+        rows = [self._rows[each] for each in together]
+        for row in rows:
+            numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
+            reason = filtered_by(filters, numbers, self._metadata.texts["site"][row])
+            if reason:
+                return reason
+        pulse_like = [self._metadata.pulse_like[row] for row in rows]
+        reason = filtered_by_pulse(
+            self._options.pulse_like, True if True in pulse_like else pulse_like[0]
         )
+        usable = min(self._file.usable_periods(each)[1] for each in together)
         if not reason and usable < longest:
             return f"usable_period_longest {usable:.3g} s. Must be at least {longest:g} s"
         return reason
 
-    def _scaled(self, progress: Progress) -> Candidates:
-        """Return the candidates with the factors that the options allow."""
-        target, options, rows = self._target, self._options, [self._rows[n] for n in self.names]
-        at = options.conditioning_period_s or options.scale_period_s
-        periods = [*target.period, *([] if at is None else [at])]
-        spectra = np.empty((len(rows), len(periods)))
-        for k, name in enumerate(self.names):
+    def _measured(self, name: str) -> tuple[Float, float]:
+        """Return the spectrum [m s-2] and the peak ground velocity [m s-1] of a record or pair."""
+        periods, pairs = self.pool.periods, self._options.pairs
+        if pairs is None:
             record = self._file.read(name)
             _refuse_scaled(record)
-            spectra[k] = spectral_acceleration(record.acceleration, record.time_step, periods)
-            progress(k + 1, len(rows))
-        everything = np.log(spectra)
-        log_sa = everything[:, : target.period.size]
-        if at is not None:
-            factor = np.exp(target.log_sa_at(at) - everything[:, -1])
-            return scaled_by(log_sa, factor, options.scale_bounds)
-        if options.scale_pgv_m_s is not None:
-            pgv = self._metadata.numbers["pgv"][rows]
-            return scaled_by(log_sa, options.scale_pgv_m_s / pgv, options.scale_bounds)
-        return scaled_to_fit(log_sa, target, options.scale_bounds)
+            spectrum = spectral_acceleration(record.acceleration, record.time_step, periods)
+            return spectrum, float(self._metadata.numbers["pgv"][self._rows[name]])
+        both = self._file.in_both([name, self.beside[name]])
+        for record in both[:2]:
+            _refuse_scaled(record)
+        return _measures_of_pair(both.first, both.second, periods, pairs)
 
-    def _groups(self) -> list[Groups]:
-        """Return the limits of stations and events; unknown ones are groups of their own."""
-        texts, rows = self._metadata.texts, [self._rows[name] for name in self.names]
-        limits: list[tuple[list[Hashable], int]] = [
-            (
-                [(texts["network"][r], texts["station"][r] or r) for r in rows],
-                self._options.most_per_station,
-            )
+
+def _pairs(file: RecordsFile) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the second horizontal of each recording by the first one, and for horizontals without
+    another one the reason why they are no pair.
+    """
+    upright = dict(zip(file.names, file.orientations, strict=True))
+    beside, alone = dict[str, str](), dict[str, str]()
+    for together in file.motions:
+        level = [name for name in together if not upright[name].upright]
+        if len(level) > 1:
+            try:
+                both = file.in_both(level)
+            except ParameterError as error:
+                alone |= dict.fromkeys(level, f"pairs impossible: {error}")
+            else:
+                [second] = [name for name in level if name != both.first.record_id]
+                beside[both.first.record_id] = second
+        alone |= dict.fromkeys(level if len(level) == 1 else [], "pairs need both horizontals")
+    return beside, alone
+
+
+def _measures_of_pair(
+    first: Record, second: Record, periods: Float, measure: str
+) -> tuple[Float, float]:
+    """Return the spectrum [m s-2] and the peak ground velocity [m s-1] of two horizontals at right
+    angles. Neither their azimuths nor the sense of one of them changes RotD.
+    """
+    if measure == "geometric-mean":
+        levels = [
+            [
+                *spectral_acceleration(record.acceleration, record.time_step, periods),
+                peak(integrate(record.acceleration, record.time_step)),
+            ]
+            for record in (first, second)
         ]
-        if self._options.most_per_event is not None:
-            limits.append(([texts["event"][r] or r for r in rows], self._options.most_per_event))
-        groups = []
-        for keys, most in limits:
-            numbers = {key: number for number, key in enumerate(dict.fromkeys(keys))}
-            groups.append(Groups(np.array([numbers[key] for key in keys], dtype=np.int64), most))
-        return groups
-
-    def _why_few(self, reached: int) -> str:
-        """Return the message that not enough records can be selected, and why."""
-        options = self._options
-        removed = Counter(reason.split(" ")[0] for reason in self.left_out.values())
-        limits = "most_per_station" + (" or most_per_event" if options.most_per_event else "")
-        removed[limits] = len(self.names) - reached
-        counted = ", ".join(f"{count} by {name}" for name, count in removed.most_common() if count)
-        wanted = f"{options.motions} motions wanted, but only {reached} can be selected of"
-        out = f" Left out: {counted}." if counted else ""
-        advice = "Allow more, add records, or state fewer motions."
-        return f"{wanted} {self.records} horizontal records.{out} {advice}"
+        *spectrum, pgv = np.sqrt(np.prod(levels, axis=0))
+        return np.array(spectrum), float(pgv)
+    pair = HorizontalPair(replace(first, azimuth=90.0), replace(second, azimuth=0.0))
+    share = float(measure.removeprefix("rotd"))
+    sweeps = on_threads(partial(rotd_spectral_acceleration, pair), periods.tolist())
+    pgv = rotd(pair, transform=integrate).percentile(share)
+    return np.array([sweep.percentile(share) for sweep in sweeps]), pgv
 
 
 def _refuse_scaled(record: Record) -> None:
@@ -332,7 +350,8 @@ def _refuse_scaled(record: Record) -> None:
 def _verticals(file: RecordsFile, factors: Mapping[str, float]) -> dict[str, str]:
     """Return the vertical records beside the selected ones, each with the one it belongs to.
 
-    A vertical beside two selected components belongs to neither: it cannot have both factors.
+    A vertical beside two single components that are selected belongs to neither: it cannot have
+    both factors.
     """
     upright = {name for name, of in zip(file.names, file.orientations, strict=True) if of.upright}
     verticals: dict[str, str] = {}
@@ -347,23 +366,27 @@ def _rows(
     metadata: RecordMetadata,
     factors: Mapping[str, float],
     misfits: Mapping[str, float],
+    seconds: Mapping[str, str],
     verticals: Mapping[str, str],
 ) -> Iterator[dict[str, Any]]:
-    """Yield the rows of the list: the selected records, then the verticals beside them."""
+    """Yield the rows of the list: the selected records, the other components of pairs, and the
+    verticals beside them.
+    """
     rows = {name: row for row, name in enumerate(metadata.names)}
-    for name in (*factors, *verticals):
-        factor, row = factors[verticals.get(name, name)], rows[name]
+    for name in (*factors, *seconds, *verticals):
+        first, row = seconds.get(name) or verticals.get(name, name), rows[name]
         numbers = {key: float(values[row]) for key, values in metadata.numbers.items()}
         yield {
             "record_id": name,
-            "scale": factor,
+            "scale": factors[first],
             "event": metadata.texts["event"][row],
             "station": metadata.texts["station"][row],
             **{key: numbers[number] for key, number in _NUMBERS.items()},
-            "pga_g": factor * numbers["pga"] / GRAVITY,
-            "pgv_m_s": factor * numbers["pgv"],
+            "pga_g": factors[first] * numbers["pga"] / GRAVITY,
+            "pgv_m_s": factors[first] * numbers["pgv"],
             "misfit": float(misfits.get(name, math.nan)),
             "vertical_of": verticals.get(name, ""),
+            "pair_of": seconds.get(name, ""),
         }
 
 

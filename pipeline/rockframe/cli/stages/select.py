@@ -74,6 +74,7 @@ def _show_json(selection: Selection, files: list[Path]) -> None:
             "candidates": selection.candidates,
             "left_out": dict(selection.left_out),
             "motions": selection.motions,
+            "seconds": [row for row in selection.rows if row["pair_of"]],
             "verticals": [row for row in selection.rows if row["vertical_of"]],
             "periods": selection.periods(),
             "files": [str(file) for file in files],
@@ -87,8 +88,11 @@ def _rounded(row: Mapping[str, float], key: str) -> float:
 
 
 def _show(selection: Selection, files: list[Path]) -> None:
+    seconds = {row["pair_of"]: row["record_id"] for row in selection.rows if row["pair_of"]}
+    motions = [row | {"with": seconds.get(row["record_id"], "")} for row in selection.motions]
     columns = [
         console.column("record", "record_id"),
+        *([console.column("and", "with")] if seconds else []),
         console.column("event", "event"),
         console.column("station", "station"),
         console.column("M>", "magnitude", ".1f"),
@@ -99,7 +103,7 @@ def _show(selection: Selection, files: list[Path]) -> None:
         console.column("misfit>", "misfit", ".2f"),
     ]
     console.show_rows(
-        f"{len(selection.motions)} motions for {selection.target.words}", columns, selection.motions
+        f"{len(selection.motions)} motions for {selection.target.words}", columns, motions
     )
     spread = selection.target.deviation is not None
     columns = [
@@ -123,7 +127,7 @@ def _show(selection: Selection, files: list[Path]) -> None:
     removed = Counter(reason.split(" ")[0] for reason in selection.left_out.values())
     out = ", ".join(f"{count} by {name}" for name, count in removed.most_common())
     print(
-        f"{selection.candidates} of {selection.records} horizontal records were candidates"
+        f"{selection.candidates} of {selection.records} {selection.noun} were candidates"
         f"{out and ' (left out: '}{out}{out and ')'}. The misfit is the root mean square of "
         "ln(Sa/target) over the periods."
     )
