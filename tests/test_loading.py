@@ -55,7 +55,7 @@ def test_ingest_imports_no_computation_and_no_package_of_filters(home: Path) -> 
     )
     assert not modules & OTHERS
     assert not [name for name in own if name.split(".")[1:2] in (["rocking"], ["matching"])]
-    assert len(own) <= 91
+    assert len(own) <= 92
     assert filtering & OTHERS == {"numba"}
 
 

@@ -134,7 +134,7 @@ from .stages.select import select_stage as select_stage
 from .stages.spectrum import rocking_spectrum_stage as rocking_spectrum_stage
 from .stages.spectrum import spectrum_stage as spectrum_stage
 from .stages.table import fetch_stage as fetch_stage
-from .stages.table import merge_stage as merge_stage
+from .stages.table import index_stage as index_stage
 from .structures.comparison import Rivals as Rivals
 from .structures.comparison import compare as compare
 from .structures.contract import Compared as Compared

@@ -13,7 +13,7 @@ import pytest
 from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, processor, sealed, sha256_of
-from rockframe.results.merging import TOLERANCE, differences
+from rockframe.results.contents import TOLERANCE, differences
 from rockframe.results.run import read_run
 from rockframe.stages.report import verify_run
 from rockframe.wavelets.pulse import Pulse

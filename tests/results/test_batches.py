@@ -1,9 +1,9 @@
-"""Stages run in batches: the merged files equal those of one run over all records."""
+"""Stages run in batches: the index of their files opens as the file of one run over all records."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from itertools import pairwise
+import shutil
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +15,14 @@ from tests.screening import site, stored, structures, three
 
 from rockframe.cli.main import main
 from rockframe.errors import InputError
-from rockframe.results import merging, writing
-from rockframe.results.merging import merge
+from rockframe.results.contents import describe
 from rockframe.results.pulses import best_pulses, recordings_of
 from rockframe.results.response import open_response
+from rockframe.results.shards import shards_of, write_index
 from rockframe.results.tables.entries import write_rows_as
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
-from rockframe.stages.table import merge_stage, table_rows_of, table_stage
+from rockframe.stages.table import index_stage, table_rows_of, table_stage
 
 VERBS = {"pulse": "pulses", "respond": "response"}
 
@@ -63,29 +63,30 @@ def wholes(records: Path) -> dict[str, Path]:
 
 
 def in_batches(verb: str, records: Path, count: int, *words: str) -> tuple[Path, list[Path]]:
-    """Run a command in batches; return the merged file and the files of the batches."""
+    """Run a command in batches; return the index and the files of the batches."""
     folder = records.parent / f"{verb}-{count}"
     parts = [folder / f"{k}.nc" for k in range(1, count + 1)]
     for k, part in enumerate(parts, 1):
         batch = ("--batch", f"{k}/{count}", "--output", part)
         if not part.exists():
             run(verb, records, *batch, *options(verb, records), *words)
-    merged = folder / f"{VERBS[verb]}.nc"
-    merge_stage(parts, merged)
-    return merged, parts
+    index = folder / f"{VERBS[verb]}.nc"
+    index_stage(parts, index)
+    return index, parts
 
 
 def equal(one: Path, other: Path) -> None:
     """Assert that all variables and attributes are equal, to the last bit."""
-    with netCDF4.Dataset(one) as a, netCDF4.Dataset(other) as b:
-        assert set(a.variables) == set(b.variables)
-        assert a.__dict__ == b.__dict__
-        for name, variable in a.variables.items():
-            np.testing.assert_array_equal(variable[:], b[name][:])
-            assert variable.dimensions == b[name].dimensions
-            assert {k: str(v) for k, v in variable.__dict__.items()} == {
-                k: str(v) for k, v in b[name].__dict__.items()
-            }
+    with opened_as_one(one) as index, opened_as_one(other) as whole:
+        attrs = dict(index.attrs)
+        assert len(shards_of(attrs)) > 1
+        assert {name: value for name, value in attrs.items() if name != "shards"} == whole.attrs
+        assert list(index.variables) == list(whole.variables)
+        xr.testing.assert_identical(index.assign_attrs(shards=""), whole.assign_attrs(shards=""))
+
+
+def opened_as_one(path: Path) -> xr.Dataset:
+    return xr.open_dataset(path, engine="rockframe")
 
 
 @pytest.mark.parametrize("verb", VERBS)
@@ -96,30 +97,94 @@ def test_batches_together_are_the_whole(
     equal(in_batches(verb, records, count)[0], wholes[verb])
 
 
-def test_a_merge_holds_few_matrices_at_a_time(
-    records: Path, wholes: dict[str, Path], monkeypatch: pytest.MonkeyPatch
+def test_only_the_shards_that_have_the_wanted_records_are_opened(
+    records: Path, wholes: dict[str, Path], tmp_path: Path
 ) -> None:
-    """Here groups are of a kilobyte, and matrices have several blocks: neither changes a value."""
-    held: list[list[int]] = []
+    """So one record of a large run is shown as quickly as one of a small run."""
+    index, parts = in_batches("respond", records, 2)
+    folder = tmp_path / "copy"
+    shutil.copytree(index.parent, folder)
+    rows = (slice(1, 5), [5, 0, 3], slice(None, None, -5), -2, slice(3, 3))
+    in_first = (slice(0, 2), [2, 0], 1)
+    with opened_as_one(wholes["respond"]) as whole:
+        peaks = whole["peak_u"].load()
+    with opened_as_one(folder / index.name) as joined:
+        for some in rows:
+            xr.testing.assert_identical(joined["peak_u"].isel(record=some), peaks.isel(record=some))
+    (folder / parts[1].name).unlink()
+    with opened_as_one(folder / index.name) as joined:
+        for some in in_first:
+            xr.testing.assert_identical(joined["peak_u"].isel(record=some), peaks.isel(record=some))
+        with pytest.raises(InputError, match=r"2.nc: missing: response.nc names it as batch 2 of"):
+            joined["peak_u"].isel(record=4).compute()
+    with pytest.raises(InputError, match=r"2.nc: missing"):
+        describe(folder / index.name, "response")
 
-    def counted(dataset: xr.Dataset, *where: Any, **origin: Any) -> None:
-        matrices = (one for one in dataset.values() if {"record", "structure"} <= {*one.dims})
-        held.append([one.nbytes for one in matrices])
-        writing.put(dataset, *where, **origin)
 
-    monkeypatch.setattr(merging, "_GROUP", 1000)
-    monkeypatch.setattr(merging, "put", counted)
-    monkeypatch.setattr(writing, "_ONE_BLOCK", 0)
-    monkeypatch.setattr(writing, "CHUNK", 4)
-    merged, _ = in_batches("respond", records, 2)
-    assert len(held) > 5
-    assert all(0 < sum(sizes) <= 1000 or len(sizes) == 1 for sizes in held)
-    # no group is written before the next matrix would not fit, since each reads all batches
-    assert all(sum(one) + other[0] > 1000 for one, other in pairwise(held))
-    equal(merged, wholes["respond"])
-    with netCDF4.Dataset(merged) as file:
-        assert file["peak_u"].shape == (6, 2)
-        assert file["peak_u"].chunking() == [2, 2]
+def test_shards_are_the_chunks_of_dask(records: Path, wholes: dict[str, Path]) -> None:
+    dask = pytest.importorskip("dask")
+    index, _ = in_batches("respond", records, 7)
+    lazy = xr.open_dataset(index, engine="rockframe", chunks={})
+    with lazy, opened_as_one(wholes["respond"]) as whole:
+        assert lazy.chunks["record"] == (1,) * 6
+        with dask.config.set(scheduler="threads"):
+            xr.testing.assert_identical(lazy["peak_u"].compute(), whole["peak_u"].load())
+            mean = lazy["u"].mean().compute()
+        assert float(mean) == pytest.approx(float(whole["u"].mean()))
+
+
+def _swap(folder: Path) -> None:
+    shutil.copyfile(folder / "1.nc", folder / "3.nc")
+
+
+def _cut(folder: Path) -> None:
+    content = (folder / "3.nc").read_bytes()
+    (folder / "3.nc").write_bytes(content[: len(content) // 2])
+
+
+def _of_other_options(folder: Path) -> None:
+    with netCDF4.Dataset(folder / "3.nc", "a") as file:
+        file.parameters = '{"surrogates": 5}'
+
+
+def _with_fewer_records(folder: Path) -> None:
+    words = ("--batch", "3/3", "--output", folder / "3.nc", "--surrogates", 19)
+    with netCDF4.Dataset(folder / "3.nc") as file:
+        parameters = file.parameters
+    (few := folder / "few").mkdir()
+    run("pulse", stored(three("a"), few), *words)
+    with netCDF4.Dataset(folder / "3.nc", "a") as file:
+        file.parameters = parameters
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (_swap, r"3.nc: is batch 1/3 of 2 records. Must be batch 3/3 of 2, as pulses.nc says"),
+        (_cut, r"3.nc: cannot be read as netCDF|3.nc: is corrupted"),
+        (_of_other_options, r"3.nc: not the parameters of .*pulses.nc. Must be batches of one run"),
+        (_with_fewer_records, r"3.nc: not the input_sha256 of"),
+    ],
+)
+def test_a_damaged_shard_is_named(
+    records: Path, tmp_path: Path, damage: Callable[[Path], None], said: str
+) -> None:
+    index, _ = in_batches("pulse", records, 3)
+    folder = Path(shutil.copytree(index.parent, tmp_path / "copy"))
+    damage(folder)
+    with opened_as_one(folder / index.name) as joined, pytest.raises(InputError, match=said):
+        joined.load()
+
+
+def test_a_record_in_two_shards_is_refused(records: Path, tmp_path: Path) -> None:
+    index, _ = in_batches("pulse", records, 3)
+    folder = Path(shutil.copytree(index.parent, tmp_path / "copy"))
+    shutil.copyfile(folder / "1.nc", folder / "2.nc")
+    with netCDF4.Dataset(folder / "2.nc", "a") as file:
+        file.batch = "2/3"
+    with pytest.raises(InputError, match=r"is in two batches. Must be in one"):
+        write_index([folder / f"{k}.nc" for k in (1, 2, 3)], folder / "twice.nc", "pulses")
+    assert not (folder / "twice.nc").exists()
 
 
 def test_a_table_is_written_in_blocks_of_records(
@@ -147,25 +212,25 @@ def test_without_histories_the_verdicts_are_the_same(
     records: Path, wholes: dict[str, Path]
 ) -> None:
     whole = wholes["respond"]
-    merged, _ = in_batches("respond", records, 3, "--histories", "none")
-    for row, other in zip(response_rows(merged), response_rows(whole), strict=True):
+    index, _ = in_batches("respond", records, 3, "--histories", "none")
+    for row, other in zip(response_rows(index), response_rows(whole), strict=True):
         assert row == {
             name: pytest.approx(value, rel=1e-9, nan_ok=True) if isinstance(value, float) else value
             for name, value in other.items()
         }
-    with open_response(merged) as response, pytest.raises(ValueError, match="no history of"):
+    with open_response(index) as response, pytest.raises(ValueError, match="no history of"):
         response.sel(record=response.records[0], structure="slender")
 
 
 def test_what_no_batch_could_do_is_said(records: Path) -> None:
-    """No record is long enough for these periods: each batch is empty, so merging fails."""
+    """No record is long enough for these periods: each batch is empty, and so is the index."""
     parts = [records.with_name(f"none-{k}.nc") for k in (1, 2)]
     for k, part in enumerate(parts, 1):
         words = ("--periods", "500", "900", "--batch", f"{k}/2")
         assert run("pulse", records, *words, "--output", part) == 1
         assert best_pulses(part) == {}
     with pytest.raises(InputError, match="no batch contains a record: Invalid range of periods"):
-        merge_stage(parts, records.with_name("none.nc"))
+        index_stage(parts, records.with_name("none.nc"))
 
 
 def test_batches_of_other_options_are_refused(records: Path) -> None:
@@ -175,7 +240,7 @@ def test_batches_of_other_options_are_refused(records: Path) -> None:
     words = ("--periods", "0.3", "4", "--batch", "2/2")
     assert run("pulse", records, *words, *few, parts[1]) == 0
     with pytest.raises(InputError, match="not the parameters of"):
-        merge(parts, records.with_name("odd.nc"), "pulses")
+        write_index(parts, records.with_name("odd.nc"), "pulses")
 
 
 @pytest.mark.parametrize("batch", ["0/2", "3/2", "2", "a/b", "1/0"])
@@ -197,7 +262,7 @@ def test_a_batch_that_is_none_is_refused(
 def test_batch_that_is_missing_or_not_in_its_place_is_said(
     records: Path, order: tuple[int, ...], wanted: str
 ) -> None:
-    """A merge without the missing batch would silently lose its records."""
+    """An index without the missing batch would silently lose its records."""
     parts = []
     for k in (1, 2, 3):
         part = records.with_name(f"apart-{k}.nc")
@@ -206,7 +271,7 @@ def test_batch_that_is_missing_or_not_in_its_place_is_said(
         parts.append(part)
     output = records.with_name("apart.nc")
     with pytest.raises(InputError, match=f"Must be batch {wanted}"):
-        merge_stage([parts[k - 1] for k in order], output)
+        index_stage([parts[k - 1] for k in order], output)
     assert not output.exists()
 
 

@@ -9,6 +9,7 @@ from typing import Final
 import pytest
 
 from rockframe.errors import InputError
+from rockframe.results.contents import describe
 from rockframe.results.pulses import best_pulses, pulse_rows
 from rockframe.results.records import open_records
 from rockframe.results.response import (
@@ -21,7 +22,6 @@ from rockframe.results.response import (
 )
 from rockframe.results.screen import read_screening
 from rockframe.results.screen_tables import screen_rows, screen_summary
-from rockframe.results.stored import describe
 
 #: Numbers of places in each file.
 PLACES: Final = (12, pytest.param(96, marks=pytest.mark.faults))

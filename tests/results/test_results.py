@@ -330,7 +330,7 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
         ("read_rocking_spectrum", ["lost"]),
         ("verify_run", ["lost"]),
         ("ingest_stage", [["lost"], "out.nc"]),
-        ("merge_stage", [["lost.nc"], "out.nc"]),
+        ("index_stage", [["lost.nc"], "out.nc"]),
         ("compare_stage", ["lost.nc", "out.nc", "lost.toml"]),
         (
             "rocking_spectrum_stage",

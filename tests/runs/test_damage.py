@@ -277,10 +277,10 @@ def test_crash_of_a_step_apart_is_not_taken_for_rejected_records(
     (home / "sitecustomize.py").write_text(
         "import rockframe.stages.table as s\n\n"
         "def crash(*a, **k):\n    raise MemoryError('all gone')\n\n"
-        "s.merge_stage = crash\n"
+        "s.index_stage = crash\n"
     )
     monkeypatch.setenv("PYTHONPATH", str(home))
-    step = Step("merge", "merge", ("response.nc",), ("table.csv",))
+    step = Step("index", "index", ("response.nc",), ("table.csv",))
     with pytest.raises(RuntimeError, match=r"(?s)MemoryError: all gone"):
         perform_apart(Work(step, home / "run"))
 

@@ -66,9 +66,9 @@ CHANGES: list[tuple[Callable[[Path], object], dict[str, str]]] = [
         {
             "ingest": "input motions/motion-1.csv changed",
             "pulse-002": "follows from ingest",
-            "merge-pulse": "follows from ingest",
+            "index-pulse": "follows from pulse-001 and 1 more",
             "table": "follows from ingest and 2 more",
-            "manifest": "follows from ingest and 3 more",
+            "manifest": "follows from ingest and 7 more",
             **LAST,
         },
     ),
@@ -76,9 +76,9 @@ CHANGES: list[tuple[Callable[[Path], object], dict[str, str]]] = [
         lambda home: _edit(home, "surrogates = 0", "surrogates = 20"),
         {
             "pulse-001": "option surrogates changed from 0 to 20",
-            "merge-pulse": "option surrogates changed from 0 to 20",
-            "table": "follows from merge-pulse",
-            "manifest": "study changed; follows from merge-pulse and 1 more",
+            "index-pulse": "follows from pulse-001 and 1 more",
+            "table": "follows from index-pulse",
+            "manifest": "study changed; follows from pulse-001 and 3 more",
         },
     ),
     (
@@ -87,7 +87,11 @@ CHANGES: list[tuple[Callable[[Path], object], dict[str, str]]] = [
     ),
     (
         lambda home: _edit(home, "mass_ratio = 4.0", "mass_ratio = 5.0"),
-        {"merge-respond": "structures.toml changed", "table": "follows from merge-respond"},
+        {
+            "respond-002": "structures.toml changed",
+            "index-respond": "follows from respond-001 and 1 more",
+            "table": "follows from index-respond",
+        },
     ),
     (
         lambda home: (home / "run" / "table.csv").unlink(),
@@ -100,10 +104,9 @@ CHANGES: list[tuple[Callable[[Path], object], dict[str, str]]] = [
     (
         _corrupt,
         {
-            "respond-001": "needed again by merge-respond",
-            "merge-respond": "response.nc is corrupted",
-            "manifest": "follows from respond-001",
-            "verify": "follows from respond-001",
+            "index-respond": "response.nc is corrupted",
+            "manifest": "follows from index-respond",
+            "verify": "follows from index-respond",
         },
     ),
     (
@@ -142,7 +145,7 @@ def test_status_and_run_say_what_changed(
 
 
 def test_a_record_is_added_or_removed(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """With one record there is one batch, whose step is another one than that of the merge."""
+    """With one record there is one batch, whose step is another one than those of two."""
     status = ("status", str(home / "run"))
     _add_record(home)
     assert _told(capsys, *status)["ingest"] == "input motions/motion-7.csv added"
@@ -176,9 +179,9 @@ def test_run_prints_the_reasons_by_stage(home: Path, capsys: pytest.CaptureFixtu
     said = [line for line in capsys.readouterr().err.splitlines() if "repeating" in line]
     assert said == [
         "rockframe: repeating pulse (2 steps): option surrogates changed from 0 to 20",
-        "rockframe: repeating merge: option surrogates changed from 0 to 20",
-        "rockframe: repeating table: follows from merge-pulse",
-        "rockframe: repeating manifest: study changed; follows from merge-pulse and 1 more",
+        "rockframe: repeating index: follows from pulse-001 and 1 more",
+        "rockframe: repeating table: follows from index-pulse",
+        "rockframe: repeating manifest: study changed; follows from pulse-001 and 3 more",
         "rockframe: repeating report: follows from manifest",
         "rockframe: repeating verify: follows from manifest and 1 more",
     ]

@@ -80,8 +80,8 @@ def test_a_step_prints_json_as_other_commands_do(
 
 def test_a_run_is_whole(finished: Path) -> None:
     assert main(["verify", str(finished / "run")]) == 0
-    assert set(states(finished / "run").values()) == {"done", "removed"}
-    assert not (finished / "run" / "batches").exists()
+    assert set(states(finished / "run").values()) == {"done"}
+    assert len([*(finished / "run" / "shards").iterdir()]) == 6
 
 
 @pytest.mark.faults
@@ -99,16 +99,6 @@ def test_run_in_a_pool_gives_the_same_bytes(finished: Path, tmp_path: Path) -> N
     assert contents(tmp_path / "run") == contents(finished / "run")
 
 
-def test_status_says_what_removed_files_were(
-    finished: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    capsys.readouterr()
-    assert main(["status", str(finished / "run")]) == 0
-    printed = capsys.readouterr().out
-    assert "3 removed" in printed
-    assert "removed: batch files whose content is in the merged files\n" in printed
-
-
 def test_unchanged_study_is_left_alone(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = {path: path.stat().st_mtime_ns for path in (home / "run").glob("[a-z]*.*")}
     assert steps_done(home, capsys) == set()
@@ -123,19 +113,19 @@ def test_option_of_a_stage_concerns_what_follows_it(
     done = steps_done(home, capsys)
     assert "ingest" not in done
     assert "respond-001" not in done
-    assert {"pulse-001", "pulse-003", "merge-pulse", "table", "manifest", "report"} <= done
+    assert {"pulse-001", "pulse-003", "index-pulse", "table", "manifest", "report"} <= done
 
 
-def test_results_do_not_depend_on_batches(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Results of another division into batches are not computed again."""
-    before = {name: value for name, value in contents(home / "run").items() if ".nc" in name}
+def test_tables_do_not_depend_on_batches(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Other batches are other files with the same rows; the former files are removed."""
+    tables = {name: value for name, value in contents(home / "run").items() if ".csv" in name}
     (home / "small.toml").write_text(STUDY.replace("records = 1", "records = 2"))
-    assert steps_done(home, capsys) == {"manifest", "report", "verify"}
-    (home / "run" / "response.nc").unlink()
     done = steps_done(home, capsys)
-    assert {"respond-001", "respond-002", "merge-respond"} <= done
-    assert "pulse-001" not in done
-    assert {name: contents(home / "run")[name] for name in before} == before
+    assert {"pulse-001", "respond-002", "index-respond"} <= done
+    assert "ingest" not in done
+    assert {name: contents(home / "run")[name] for name in tables} == tables
+    shards = sorted(path.name for path in (home / "run" / "shards").iterdir())
+    assert shards == [f"{kind}-00{k}.nc" for kind in ("pulses", "response") for k in (1, 2)]
 
 
 @pytest.mark.parametrize(
@@ -203,13 +193,15 @@ def test_record_that_changes_under_way_spoils_the_manifest(
     assert run(study, tmp_path / "run") == 0
 
 
-def test_batches_left_by_a_kill_are_removed(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A kill between the stamp of a merge and the removal of its batches leaves such files."""
-    left = home / "run" / "batches" / "response-002.nc"
-    left.parent.mkdir()
-    left.write_bytes(b"left")
-    assert steps_done(home, capsys) == set()
-    assert not left.parent.exists()
+def test_a_lost_shard_is_computed_alone(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = contents(home / "run")
+    shard = home / "run" / "shards" / "response-002.nc"
+    shard.unlink()
+    assert main(["verify", str(home / "run")]) == 1
+    said = capsys.readouterr().err
+    assert f"{shard}: missing, although the manifest lists it" in said
+    assert steps_done(home, capsys) == {"respond-002", "manifest", "verify"}
+    assert contents(home / "run") == before
 
 
 def test_half_written_files_are_swept_and_those_of_others_stay(

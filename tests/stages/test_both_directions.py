@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from rockframe import (
     PairAcceleration,
     Record,
     RespondOptions,
-    merge_stage,
+    index_stage,
     respond_stage,
     wobble,
     wobbling_ensemble,
@@ -169,7 +170,7 @@ def test_the_rows_in_one_plane_do_not_depend_on_those_in_both(path: Path, tmp_pa
 
 
 @pytest.mark.parametrize("count", [2, 5])
-def test_batches_are_merged_to_the_whole(path: Path, tmp_path: Path, count: int) -> None:
+def test_batches_together_are_the_whole(path: Path, tmp_path: Path, count: int) -> None:
     """The components may be in different batches, and a batch may have no pair."""
     parts = []
     for number in range(1, count + 1):
@@ -181,9 +182,13 @@ def test_batches_are_merged_to_the_whole(path: Path, tmp_path: Path, count: int)
             structures_path=path.with_name("structures.toml"),
             batch=Batch(number, count),
         )
-    merge_stage(parts, tmp_path / "merged.nc")
-    with xr.open_dataset(tmp_path / "merged.nc") as merged, xr.open_dataset(path) as whole:
-        assert merged.equals(whole)
+    index_stage(parts, tmp_path / "index.nc")
+    opened = partial(xr.open_dataset, engine="rockframe")
+    with (
+        opened(tmp_path / "index.nc") as index,
+        opened(path) as whole,
+    ):
+        assert index.equals(whole)
 
 
 def test_a_pair_that_cannot_be_combined_is_rejected_with_the_reason(tmp_path: Path) -> None:

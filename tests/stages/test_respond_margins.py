@@ -31,7 +31,7 @@ from rockframe.rocking import (
 )
 from rockframe.stages.common import Batch
 from rockframe.stages.respond import respond_stage
-from rockframe.stages.table import merge_stage
+from rockframe.stages.table import index_stage
 from rockframe.study.structures import SHIPPED_STRUCTURES, read_structures
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0)
@@ -145,14 +145,14 @@ def test_the_command_says_it(
     assert {row["critical_scale"] for row in rows} == {None}
 
 
-def test_batches_are_merged(records_file: Path, response_file: Path, tmp_path: Path) -> None:
+def test_batches_are_joined(records_file: Path, response_file: Path, tmp_path: Path) -> None:
     parts = [tmp_path / f"part-{k}.nc" for k in (1, 2)]
     options = RespondOptions(structure="bridge-bent")
     for k, part in enumerate(parts, start=1):
         respond_stage(records_file, part, options, batch=Batch(k, 2))
-    merge_stage(parts, tmp_path / "whole.nc")
-    with open_response(tmp_path / "whole.nc") as merged, open_response(response_file) as whole:
-        assert merged.dataset.load().equals(whole.dataset.load())
+    index_stage(parts, tmp_path / "whole.nc")
+    with open_response(tmp_path / "whole.nc") as joined, open_response(response_file) as whole:
+        assert joined.dataset.load().equals(whole.dataset.load())
 
 
 def test_table1_without_margins(tmp_path: Path) -> None:

@@ -8,10 +8,10 @@ def outputs_of(steps):
     first = steps[0]
     if not first["outputs"]:
         return [touch(f".rockframe/ended/{first['name']}")]
-    if not first["temporary"]:
+    if first["batch"][1] == 1:
         return [directory(n.rstrip("/")) if n.endswith("/") else n for n in first["outputs"]]
     (name,) = first["outputs"]
-    return [temp(name.replace("-001.nc", r"-{batch,\d+}.nc"))]
+    return [name.replace("-001.nc", r"-{batch,\d+}.nc")]
 
 
 def step_of(rule_name, wildcards):
@@ -30,7 +30,7 @@ def key_of(rule_name):
 
 
 for rule_name, steps in STEPS.items():
-    batch = "-{batch}" if steps[0]["temporary"] else ""
+    batch = "-{batch}" if steps[0]["batch"][1] > 1 else ""
 
     rule:
         name:

@@ -143,7 +143,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         type=_batch,
         default=(1, 1),
         metavar="K/N",
-        help="only the K-th of N batches of the records; `rockframe.merge_stage` merges the files",
+        help="only the K-th of N batches of the records; `rockframe.index_stage` joins the files",
     )
 
 

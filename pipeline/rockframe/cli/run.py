@@ -238,8 +238,6 @@ def _show_status(
         if reasons:
             print(f"{len(reasons)} left out of {file}: {reasons_in_words(reasons)}")
     _show_states(states)
-    if any(state.state == "removed" for state in states):
-        print("removed: batch files whose content is in the merged files")
     for fault in facts["faults"]:
         print(f"{fault}.")
     changed = facts["inputs_changed"]

@@ -14,7 +14,8 @@ import xarray as xr
 from xarray.core import indexing
 
 from rockframe.errors import require_known
-from rockframe.results.stored import Stored, kind_of, opened_file, unlocked
+from rockframe.results.shards import opened_file
+from rockframe.results.stored import Stored, kind_of, unlocked
 
 #: Parts of xarray that read on demand; its documentation names most of them.
 _INTERNALS: Final = (
@@ -144,10 +145,11 @@ class _Lazy(xr.backends.BackendArray):
         """Read values; xarray calls this. A small variable is read once, whatever part is needed,
         because netCDF takes 0.2 ms for each part.
         """
-        if "obs" not in self._stored.dims and self._stored.bytes <= _SMALL:
+        stored = self._stored
+        if not stored.chunks and "obs" not in stored.dims and stored.bytes <= _SMALL:
             support, read = indexing.IndexingSupport.BASIC, self._part
         else:
-            support, read = indexing.IndexingSupport.OUTER, self._stored.read
+            support, read = indexing.IndexingSupport.OUTER, stored.read
         return indexing.explicit_indexing_adapter(key, self.shape, support, read)
 
     def _part(self, key: tuple[int | slice, ...]) -> Any:
@@ -157,7 +159,8 @@ class _Lazy(xr.backends.BackendArray):
 def _variable(stored: Stored) -> xr.Variable:
     """Return a variable; values that were checked are read already, unless they are many."""
     data: Any = stored.values if stored.is_read else _lazily(stored)
-    return xr.Variable(stored.dims, data, stored.attrs, fastpath=True)
+    encoding = {"preferred_chunks": stored.chunks} if stored.chunks else None
+    return xr.Variable(stored.dims, data, stored.attrs, encoding, fastpath=True)
 
 
 def _lazily(stored: Stored) -> Any:

@@ -9,7 +9,6 @@ import json
 import math
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass, field
 from enum import IntFlag
 from functools import cached_property, reduce
 from operator import or_
@@ -22,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import InputError
-from rockframe.record import Orientation, is_record_id
+from rockframe.record import is_record_id
 from rockframe.results.schema import KINDS, FileKind, Variable
 from rockframe.units import conversion_factor
 
@@ -31,6 +30,8 @@ File = TypeVar("File")
 
 #: Title of the file of a batch without accepted records, which has no variables.
 WITHOUT_RECORDS: Final = "Batch without records"
+#: Global attribute of an index of several files: its shards, as JSON (`rockframe.results.shards`).
+SHARDS: Final = "shards"
 #: Number of samples in one compressed block.
 CHUNK: Final = 16384
 #: Errors from opening a corrupted file; netCDF4 reports an unreadable attribute as missing.
@@ -184,20 +185,21 @@ def require_attributes(path: Path, kind: str, attrs: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def _alone(path: Path) -> Iterator[tuple[netCDF4.Dataset, Any]]:
+def alone(path: Path) -> Iterator[tuple[netCDF4.Dataset, Any]]:
+    """Open a file that no other thread reads, and yield it with a lock that does nothing."""
     with open_netcdf(path) as file:
         yield file, nullcontext()
 
 
 @contextmanager
-def opened_file(
+def opened_one(
     path: Path,
     kind: str,
     *,
     empty: bool = False,
-    held: Callable[[Path], AbstractContextManager[tuple[netCDF4.Dataset, Any]]] = _alone,
+    held: Callable[[Path], AbstractContextManager[tuple[netCDF4.Dataset, Any]]] = alone,
 ) -> Iterator[tuple[Mapping[str, Any], list[Stored]]]:
-    """Open a file of one kind, and close it at the end of the block.
+    """Open a file of one kind, and close it at the end of the block; of an index, only itself.
 
     Yields its global attributes, and the variables that are declared for the kind. Values that have
     to be checked are, and were read unless they are many.
@@ -235,7 +237,7 @@ def opened_file(
             if not (stored or empty):
                 raise InputError(
                     path,
-                    "contains no record, because all records of its batch were rejected. Merge it "
+                    "contains no record, because all records of its batch were rejected. Join it "
                     "with the other batches.",
                 )
             _require_valid(path, stored)
@@ -268,12 +270,19 @@ class Stored:
         found.set_auto_maskandscale(False)
         found.set_auto_chartostring(False)
         self.declared, self._found, self._lock = declared, found, lock
+        #: Sizes of the shards of an index along the records; empty for the variable of one file.
+        self.chunks: Mapping[str, tuple[int, ...]] = {}
         self.stored_attrs = {name: found.getncattr(name) for name in found.ncattrs()}
         self.stored_type = np.dtype(object if found.dtype is str else found.dtype)
         self._whole = found.shape
         self._characters = self.stored_type.kind == "S"
         self.shape = self._whole[:-1] if self._characters else self._whole
         self.dims = found.dimensions[:-1] if self._characters else found.dimensions
+
+    @property
+    def along_records(self) -> int | None:
+        """Position of the dimension that grows with the records; None if there is none."""
+        return next((k for k, name in enumerate(self.dims) if name in ("record", "obs")), None)
 
     @cached_property
     def dtype(self) -> np.dtype[Any]:
@@ -415,7 +424,7 @@ def _stored(
         if variable.name in variables:
             stored.append(Stored(variable, variables[variable.name], lock))
             stored[-1].require_declared(path, kind)
-        elif not variable.group or variable.group in groups:
+        elif SHARDS not in attrs and (not variable.group or variable.group in groups):
             raise _without(path, kind, variable, variables)
     claimed, present = sum(variable.bytes for variable in stored), path.stat().st_size
     if claimed > _MOST_COMPRESSED * present:
@@ -430,7 +439,7 @@ def _without(path: Path, kind: FileKind, variable: Variable, found: Container[st
     return InputError(path, f"without variable {variable.name!r}{beside}. {must_be}")
 
 
-def _sizes(stored: Sequence[Stored]) -> dict[str, int]:
+def sizes_of(stored: Sequence[Stored]) -> dict[str, int]:
     """Return the size of each dimension."""
     return {
         name: size
@@ -441,7 +450,7 @@ def _sizes(stored: Sequence[Stored]) -> dict[str, int]:
 
 def _require_valid(path: Path, stored: Sequence[Stored]) -> None:
     """Reject values outside their declared range."""
-    sizes = _sizes(stored)
+    sizes = sizes_of(stored)
     of = {variable.declared.name: variable for variable in stored}
     for variable in stored:
         if variable.is_checked:
@@ -535,65 +544,3 @@ def _required(variable: Variable) -> str:
         if variable.holds == "integers"
         else "finite"
     )
-
-
-@dataclass(frozen=True)
-class Described:
-    """The records, inputs and structures of a file of a stage.
-
-    Parameters
-    ----------
-    records : tuple of str
-        Identifiers of the records.
-    inputs : mapping of str to str
-        Name and SHA-256 of each input of the file.
-    structures : int
-        Number of structures.
-    left_out : tuple of str
-        Identifiers of the records that the stage rejected.
-    only : str
-        The one record that the options ask for; empty if they ask for all.
-    horizontal : tuple of str
-        Identifiers of the records that are not vertical, if the file states orientations.
-    pairs : mapping of str to tuple of str
-        Records of both components of motions in both directions, by the name of the motion.
-    """
-
-    records: tuple[str, ...]
-    inputs: Mapping[str, str]
-    structures: int = 0
-    left_out: tuple[str, ...] = ()
-    only: str = ""
-    horizontal: tuple[str, ...] = ()
-    pairs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-
-
-def describe(path: Path, kind: str) -> Described:
-    """Read every value of a file, and return its records, inputs and structures.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, of another kind, or corrupted: each block has a checksum.
-    """
-    with opened_file(path, kind, empty=True) as (attrs, stored):
-        for variable in stored:  # all samples together may not fit in memory
-            for _ in variable.blocks():
-                pass
-        sizes = _sizes(stored)
-        texts = {variable.declared.name: variable for variable in stored}
-        names = texts["record_id"].values.tolist() if "record_id" in texts else []
-        directions = texts["orientation"].values.tolist() if "orientation" in texts else []
-        both = texts["components"].values.tolist() if "components" in texts else [""] * len(names)
-        pairs = {n: tuple(str(of).split()) for n, of in zip(names, both, strict=True) if of}
-        return Described(
-            tuple(name for name in names if name not in pairs),
-            json.loads(attrs["input_sha256"]),
-            sizes.get("structure", 0),
-            tuple(json.loads(attrs["left_out"])),
-            str(json.loads(attrs["parameters"]).get("record") or ""),
-            tuple(
-                n for n, to in zip(names, directions, strict=False) if not Orientation(to).upright
-            ),
-            pairs,
-        )

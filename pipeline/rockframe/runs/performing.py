@@ -29,7 +29,7 @@ from rockframe.runs.state import finish, read_plan, remove_partials, stamp
 from rockframe.stages.acceptance import Ingested
 from rockframe.stages.common import Batch
 from rockframe.stages.ingest import ingest_stage
-from rockframe.stages.table import merge_stage, shipped_table_stage, table_stage
+from rockframe.stages.table import index_stage, shipped_table_stage, table_stage
 
 #: Callback that takes the name of a step under way, the number of its finished parts, and of all.
 Report = Callable[[str, int, int | None], None]
@@ -282,10 +282,10 @@ def _verify(work: Work) -> None:
     require_whole(work.folder)
 
 
-#: Functions of the steps around the stages that compute: they read, merge, show and check.
+#: Functions of the steps around the stages that compute: they read, index, show and check.
 _AROUND: Final[dict[str, Callable[..., Any]]] = {
     "ingest": _ingest,
-    "merge": lambda work: merge_stage(work.inputs, work.output),
+    "index": lambda work: index_stage(work.inputs, work.output),
     "table": _table,
     "table1": _table1,
     "paper": _paper,
@@ -337,8 +337,7 @@ def _recomputed(
     stage: Stage, step: Step, folder: Path, elsewhere: Path, sample: int
 ) -> tuple[str, list[str]]:
     """Recompute a step; of a stage that computes batches, only a batch of the records."""
-    from rockframe.results.merging import differences
-    from rockframe.results.stored import describe
+    from rockframe.results.contents import describe, differences
 
     whole, kind, batch = folder / stage.file, stage.kind, (1, 1)
     if stage.batches:

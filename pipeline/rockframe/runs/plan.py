@@ -50,8 +50,6 @@ class Step:
         Options of the stage as JSON values; files outside the run have absolute paths.
     batch : (int, int)
         Number of the batch of records, and number of all batches.
-    temporary : bool
-        True if the outputs are removed when the step that reads them is done.
     may_reject : bool
         True if the step may reject records without failing.
     threads : int
@@ -76,7 +74,6 @@ class Step:
     outputs: tuple[str, ...]
     options: Mapping[str, Any] = field(default_factory=dict)
     batch: tuple[int, int] = (1, 1)
-    temporary: bool = False
     may_reject: bool = True
     threads: int = 1
     workers: bool = False
@@ -150,6 +147,8 @@ INPUTS: Final = "inputs.csv"
 OF_RECORDS: Final = ("records.nc", "pulses.nc", "response.nc")
 #: The page of the run.
 PAGE: Final = "report.html"
+#: Folder of the files of batches, which their index names.
+SHARD_FOLDER: Final = "shards"
 #: Largest number of batches: more would only add starts, and three stages stay below 500 jobs.
 _MOST_BATCHES: Final = 150
 #: Processes of a step that computes in a pool of its own.
@@ -209,7 +208,7 @@ def _ingest(tables: Mapping[str, Any], records: Sequence[Path]) -> Step:
 
 
 def _steps(stage: Stage, options: dict[str, Any], batches: int) -> list[Step]:
-    """Return the steps of a stage: one on all records, or batches followed by a merge."""
+    """Return the steps of a stage: one on all records, or batches followed by their index."""
     inputs, outputs = (stage.files(names, options) for names in (stage.inputs, stage.outputs))
     # that a file is read is no option of the function
     files = set(map(stage.asked.get, stage.inputs))
@@ -221,19 +220,12 @@ def _steps(stage: Stage, options: dict[str, Any], batches: int) -> list[Step]:
     )
     if batches <= 1 or not stage.batches:
         return [replace(whole, threads=_THREADS, workers=True) if stage.engine else whole]
-    parts = [f"batches/{stage.kind}-{k:03d}.nc" for k in range(1, batches + 1)]
+    shards = [f"{SHARD_FOLDER}/{stage.kind}-{k:03d}.nc" for k in range(1, batches + 1)]
     steps = [
-        replace(
-            whole,
-            name=f"{stage.name}-{k:03d}",
-            outputs=(part,),
-            batch=(k, batches),
-            temporary=True,
-        )
-        for k, part in enumerate(parts, 1)
+        replace(whole, name=f"{stage.name}-{k:03d}", outputs=(shard,), batch=(k, batches))
+        for k, shard in enumerate(shards, 1)
     ]
-    merge = Step(f"merge-{stage.name}", "merge", tuple(parts), outputs, memory=4000)
-    return [*steps, merge]
+    return [*steps, Step(f"index-{stage.name}", "index", tuple(shards), outputs)]
 
 
 def _figures(study: Study, steps: list[Step]) -> list[Step]:
@@ -251,8 +243,8 @@ def _figures(study: Study, steps: list[Step]) -> list[Step]:
 
 def _last(study: Study, steps: Sequence[Step], *, page: bool) -> list[Step]:
     """Return the last steps: manifest, report, verification."""
-    kept = tuple(name for step in steps if not step.temporary for name in step.outputs)
-    last = [Step("manifest", "manifest", kept, (MANIFEST,))]
+    written = tuple(name for step in steps for name in step.outputs)
+    last = [Step("manifest", "manifest", written, (MANIFEST,))]
     if page:
         options = _json(study.tables.report)
         last.append(Step("report", "report", (MANIFEST,), (PAGE,), options))
@@ -328,14 +320,8 @@ class Plan:
 
     @property
     def outputs(self) -> list[str]:
-        """Files and folders that remain when the run is done."""
-        kept = (name for step in self.steps if not step.temporary for name in step.outputs)
-        return [*self.files, *kept]
-
-    @property
-    def written(self) -> set[str]:
-        """Files and folders that the run writes, including temporary ones."""
-        return {*self.files, *(name for step in self.steps for name in step.outputs)}
+        """Files and folders that the run writes."""
+        return [*self.files, *(name for step in self.steps for name in step.outputs)]
 
 
 def make_plan(study: Study, folder: Path, then: Sequence[Step] | None = None) -> Plan:
@@ -374,7 +360,7 @@ def make_plan(study: Study, folder: Path, then: Sequence[Step] | None = None) ->
             outside = {"study": _digest(json.dumps(study.parameters(), sort_keys=True))}
         if step.stage == "report":
             outside = {"templates, style or scripts of the page": page_source_hash()}
-        origins[step.name] = _unbatched(step, steps).origin(keys, outside)
+        origins[step.name] = step.origin(keys, outside)
         keys |= dict.fromkeys(step.outputs, key_of_step(origins[step.name]))
     own = (study.path, study.structures)  # one file, if the study has structures of its own
     hashes = {path: sha256_of(path) for path in dict.fromkeys(own)}
@@ -409,18 +395,12 @@ def _external_inputs(step: Step, inputs: Sequence[Input], places: Mapping[str, i
     ]
 
 
-def _unbatched(step: Step, steps: Sequence[Step]) -> Step:
-    """Return the step; for a merge, the equivalent stage on all records at once."""
-    parts = [part for part in steps if part.temporary and set(part.outputs) & set(step.inputs)]
-    return replace(parts[0], batch=(1, 1)) if parts else step
-
-
 def _refuse_inputs(plan: Plan, study: Study, folder: Path) -> None:
     """Refuse to overwrite an input, even with ``--replace``."""
     read = [*(file.path for file in plan.inputs), study.path, study.structures]
-    folders = sorted(name for name in plan.written if name.endswith("/"))
+    folders = sorted(name for name in plan.outputs if name.endswith("/"))
     refuse_obstacles(folder / name / "figures.csv" for name in folders)
-    refuse_overwriting((folder / name for name in sorted(plan.written - set(folders))), read)
+    refuse_overwriting((folder / name for name in sorted({*plan.outputs} - {*folders})), read)
     for name in folders:
         for path in read:
             if path.resolve().is_relative_to((folder / name).resolve()):

@@ -16,7 +16,7 @@ from rockframe.provenance import (
     refuse_obstacles,
     remove_file,
 )
-from rockframe.runs.plan import KEPT, PAGE, Plan, make_plan
+from rockframe.runs.plan import KEPT, PAGE, SHARD_FOLDER, Plan, make_plan
 from rockframe.runs.state import (
     StepState,
     damaged,
@@ -26,7 +26,6 @@ from rockframe.runs.state import (
     remove_former,
     remove_output,
     remove_partials,
-    remove_spent,
     remove_unless_folder,
     states_of,
     take_back_manifest,
@@ -105,8 +104,6 @@ def run_plan(
             from rockframe.runs.performing import perform_all  # it imports every stage
 
             perform_all(plan, todo, folder, engine, on_step, on_progress)
-            states = [StepState(s, "removed" if s.temporary else "done") for s in plan.steps]
-        remove_spent(plan, folder, states)
         _remove_page_of_former_run(plan, folder, on_fault)
     return [step.name for step in todo], faults
 
@@ -189,7 +186,7 @@ def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> 
     if former is not None and _named(former) == _named(plan):
         remove_partials(former, folder)
         for gone in remove_former(plan, former, folder):
-            if gone in former.outputs:
+            if not gone.startswith(SHARD_FOLDER):
                 on_fault(f"{folder / gone}: no longer an output of the study; removed.")
         return former
     content = f"the run of {_named(former)}" if former else _foreign_file(plan, folder)

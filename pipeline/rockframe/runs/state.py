@@ -10,7 +10,7 @@ import shutil
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -52,8 +52,7 @@ class StepState:
         The step.
     state : str
         ``done``; ``to do``; ``outdated``, after a change of its inputs, its options, the source
-        code or a library; ``damaged``, if an output is corrupted; ``removed``, if its
-        outputs were temporary and are no longer needed.
+        code or a library; ``damaged``, if an output is corrupted.
     fault : str
         The corrupted file, if the state is ``damaged``.
     reason : str
@@ -68,7 +67,7 @@ class StepState:
     @property
     def is_done(self) -> bool:
         """True if the step needs no further work."""
-        return self.state in {"done", "removed"}
+        return self.state == "done"
 
 
 def states_of(plan: Plan, folder: Path) -> list[StepState]:
@@ -82,29 +81,17 @@ def states_of(plan: Plan, folder: Path) -> list[StepState]:
         The folder of the run.
     """
     listed = _of_manifest(plan, folder)
-    states: dict[str, StepState] = {}
-    readers: dict[str, StepState] = {}  # by the outputs that they need
-    for step in reversed(plan.steps):
+    waiting, states = "", []
+    for step in plan.steps:
         stamps = [s for s in (_read(folder, step.name), listed.get(step.name)) if s]
         stamps.sort(key=lambda stamp: stamp.key != plan.keys[step.name])
         state = _state(plan, step, stamps[0] if stamps else None, folder)
-        needed = [readers[name] for name in step.outputs if name in readers]
-        if step.temporary and state.state == "to do" and needed and needed[0].reason != NOT_YET:
-            state = replace(state, reason=_reason_of_reader(needed[0]))
-        if step.temporary and not needed:
-            state = StepState(step, "removed")
-        if not state.is_done:
-            readers |= dict.fromkeys(step.inputs, state)
-        states[step.name] = state
-    waiting, in_order = "", []
-    for step in plan.steps:
-        state = states[step.name]
         if step.stage in _OF_ALL and state.state in {"done", "damaged"} and waiting:
             kind = "to do" if state.is_done else state.state
             state = StepState(step, kind, state.fault, f"follows from {waiting}")
         waiting = waiting or ("" if state.is_done else step.name)
-        in_order.append(state)
-    return in_order
+        states.append(state)
+    return states
 
 
 def _state(plan: Plan, step: Step, stamp: Stamp | None, folder: Path) -> StepState:
@@ -116,10 +103,9 @@ def _state(plan: Plan, step: Step, stamp: Stamp | None, folder: Path) -> StepSta
     if any(name not in stamp.outputs for name in step.outputs if not name.endswith("/")):
         return StepState(step, "to do", reason="its stamp is corrupted")
     for path, fault in stamp.faults(folder):
-        gone, name = fault == MISSING, path.relative_to(folder).as_posix()
-        kind = "to do" if gone and step.temporary else "damaged"
-        reason = f"{name} {'is missing' if gone else fault}"
-        return StepState(step, kind, f"{path}: {fault}", reason)
+        name = path.relative_to(folder).as_posix()
+        reason = f"{name} {'is missing' if fault == MISSING else fault}"
+        return StepState(step, "damaged", f"{path}: {fault}", reason)
     return StepState(step, "done")
 
 
@@ -163,10 +149,6 @@ def _content(path: Path) -> bytes:
         raise InputError(path, f"cannot be read: {error.strerror}.") from None
 
 
-def _reason_of_reader(reader: StepState) -> str:
-    return reader.reason if reader.state == "outdated" else f"needed again by {reader.step.name}"
-
-
 def stamp(step: Step, origin: Mapping[str, Any], folder: Path) -> None:
     """Write the stamp of a finished step, with all that it depended on and hashes of its outputs.
 
@@ -203,25 +185,13 @@ def take_back_manifest(plan: Plan, folder: Path) -> None:
     remove_file(folder / MANIFEST)
 
 
-def remove_spent(plan: Plan, folder: Path, states: Sequence[StepState]) -> None:
-    """Remove temporary outputs that no step needs any more, including those of earlier runs."""
-    for state in states:
-        if state.state == "removed":
-            for name in state.step.outputs:
-                remove_file(folder / name)
-                remove_file(_stamp_file(folder, state.step.name))
-    kept = {Path(name).parent for s in states if s.state != "removed" for name in s.step.outputs}
-    for step in plan.steps:
-        for parent in {Path(name).parent for name in step.outputs if step.temporary}:
-            if parent not in kept:
-                _remove_if_empty(folder / parent)
-
-
 def remove_former(plan: Plan, former: Plan, folder: Path) -> list[str]:
     """Remove files of the former plan that this plan does not write; return their names."""
-    removed = sorted(n for n in former.written - plan.written if (folder / n).exists())
+    gone = {*former.outputs} - {*plan.outputs}
+    removed = sorted(name for name in gone if (folder / name).exists())
     for name in removed:
         remove_output(former, folder, name)
+        _remove_if_empty((folder / name).parent)
     for name in {step.name for step in former.steps} - {step.name for step in plan.steps}:
         remove_file(_stamp_file(folder, name))
     return removed
@@ -326,7 +296,7 @@ def remove_partials(plan: Plan, folder: Path) -> list[str]:
     kept = [path.relative_to(folder) for path in (folder / KEPT).rglob("*.json")]
     kept += [Path(KEPT, "plan.json"), *(Path(KEPT, "steps", f"{s.name}.json") for s in plan.steps)]
     removed = []
-    for output in sorted({*map(Path, plan.written), *kept, Path("records.csv")}):
+    for output in sorted({*map(Path, plan.outputs), *kept, Path("records.csv")}):
         parent = folder / output.parent
         if not parent.is_dir():
             continue
@@ -430,7 +400,10 @@ def _inputs(content: Iterable[Mapping[str, str]]) -> tuple[Input, ...]:
 
 def _step(content: Mapping[str, Any]) -> Step:
     lists = {"batch", "inputs", "outputs"}
-    values: dict[str, Any] = {key: tuple(v) if key in lists else v for key, v in content.items()}
+    known = {one.name for one in fields(Step)}  # steps of earlier versions had more
+    values: dict[str, Any] = {
+        key: tuple(v) if key in lists else v for key, v in content.items() if key in known
+    }
     return Step(**values)
 
 
@@ -531,14 +504,14 @@ def finish(folder: Path) -> int:
         advice = "Run again, and do not change inputs before the end."
         raise InputError(name, f"{reason} since the run began. {advice}")
     last = next(k for k, step in enumerate(plan.steps) if step.stage == "manifest")
-    kept = [name for step in plan.steps[:last] if not step.temporary for name in step.outputs]
-    outputs = sorted([*plan.files, *files_of(kept, folder)])
+    written = [name for step in plan.steps[:last] for name in step.outputs]
+    outputs = sorted([*plan.files, *files_of(written, folder)])
     write_manifest(
         folder,
         inputs=inputs,
         parameters={"study": plan.parameters},
         outputs=[folder / name for name in outputs],
-        steps={step.name: plan.keys[step.name] for step in plan.steps if not step.temporary},
+        steps=dict(plan.keys),
     )
     return len(outputs) + 1
 

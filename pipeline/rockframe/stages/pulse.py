@@ -53,7 +53,7 @@ def pulse_stage(
     options : PulseOptions, optional
         Options of the search. The range of periods is reduced to the usable range of each record.
     batch : Batch
-        Part of the records; `merge_stage` merges the files of all batches.
+        Part of the records; `index_stage` joins the files of all batches.
     engine : Engine, optional
         Engine of the computation; the file does not depend on it.
     progress : callable

@@ -31,8 +31,9 @@ from rockframe.provenance import (
     whole_file,
     write_manifest,
 )
+from rockframe.results.contents import Described, describe
 from rockframe.results.schema import KINDS, SCREEN
-from rockframe.results.stored import Described, describe, kind_of, require_file
+from rockframe.results.stored import kind_of, require_file
 from rockframe.results.tables.entries import rows_of
 
 #: Files of a run with datasets, in the order of the stages.
@@ -173,6 +174,9 @@ def _files_of_other_runs(
     own_hashes = {**manifest["inputs"], **manifest["outputs"]}
     hashes = {str(sha256) for sha256 in manifest["inputs"].values()}
     for name, held in datasets.items():
+        for shard, sha256 in held.shards.items():
+            if manifest["outputs"].get(shard) != sha256:
+                yield f"{folder / name}: is the index of another {shard}. Must be of the same run."
         if name == "records.nc":
             strange = next((k for k, v in held.inputs.items() if v not in hashes), "")
             if strange:

@@ -149,7 +149,7 @@ def respond_stage(
     pulses_path : str or Path, optional
         Output of `pulse_stage` for these records: adds the response to the pulse alone.
     batch : Batch
-        Batch of the records; `merge_stage` merges the files of all batches.
+        Batch of the records; `index_stage` joins the files of all batches.
     engine : Engine, optional
         Engine of the computation; the file does not depend on it.
     progress : callable

@@ -1,4 +1,4 @@
-"""Further stages: fetch files, merge batches, write the table."""
+"""Further stages: fetch files, index batches, write the table."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from rockframe.options.fetch import FetchOptions
 from rockframe.outcome import InputOutcome
 from rockframe.paper.pulses import COMPARED, paper_comparisons, with_paper_facts
 from rockframe.provenance import refuse_obstacles, refuse_overwriting, whole_file
-from rockframe.results.merging import merge
 from rockframe.results.pulses import pulse_rows, recordings_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
+from rockframe.results.shards import write_index
 from rockframe.results.stored import attributes_of, kind_of
 from rockframe.results.tables.entries import (
     beside,
@@ -159,15 +159,17 @@ def table_rows_of(
     return map(with_paper_facts, table_rows(records, pulses, response))
 
 
-def merge_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[InputOutcome, ...]:
-    """Merge the files of all batches of a stage.
+def index_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[InputOutcome, ...]:
+    """Write the index that opens the files of all batches of a stage as one file.
 
     Parameters
     ----------
     parts : sequence of str or Path
         Outputs of one stage with ``batch``, in the order of the batches.
     output : str or Path
-        The netCDF file to write, with the values of a run over all records at once.
+        The netCDF file to write. Readers of this package, and xarray with the engine ``rockframe``,
+        open it as the file of all records at once. The files of the batches, its shards, must stay
+        where they are from it: move the folder that contains them all.
 
     Returns
     -------
@@ -177,12 +179,12 @@ def merge_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[InputO
     Raises
     ------
     InputError
-        If a file cannot be read or belongs to another run, if no file has a record, or if the
-        output cannot be written.
+        If a file cannot be read or belongs to another run, if a record is in two files or none is
+        in any, or if the output cannot be written.
     """
     output, files = Path(output), [Path(part) for part in parts]
     refuse_overwriting([output], files)
-    left_out = merge(files, output, kind_of(files[0]))
+    left_out = write_index(files, output, kind_of(files[0]))
     return tuple(InputOutcome(name, reason) for name, reason in left_out.items())
 
 

@@ -1,0 +1,407 @@
+"""Results of a stage in several files, its shards, and an index that opens them as one file."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import astuple, dataclass
+from itertools import accumulate
+from pathlib import Path
+from threading import RLock
+from typing import TYPE_CHECKING, Any, Final
+
+import netCDF4
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.errors import InputError
+from rockframe.interruption import raise_if_interrupted
+from rockframe.provenance import sha256_of
+from rockframe.results.schema import KINDS
+from rockframe.results.stored import SHARDS, Stored, alone, opened_one
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Attributes that the shards of an index have in common with it.
+_COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
+#: Size of the numbers in open shards beyond which all but the last are closed [bytes].
+_MOST_OPEN: Final = 2**28
+#: Opens a file, and yields it with a lock that is held while a variable is read.
+Holder = Callable[[Path], AbstractContextManager[tuple[netCDF4.Dataset, Any]]]
+
+
+@dataclass(frozen=True)
+class Shard:
+    """One of the files that an index joins: the results of a batch.
+
+    Parameters
+    ----------
+    name : str
+        Path from the folder of the index.
+    sha256 : str
+        Hash of the file.
+    records, samples : int
+        Sizes along ``record`` and ``obs``; zero if all records of the batch were rejected.
+
+    Examples
+    --------
+    >>> Shard("shards/response-001.nc", "", 50, 0).records
+    50
+    """
+
+    name: str
+    sha256: str
+    records: int
+    samples: int
+
+
+def shards_of(attrs: Mapping[str, Any]) -> list[Shard]:
+    """Return the shards that the global attributes of an index name; none for another file.
+
+    Examples
+    --------
+    >>> shards_of({"shards": '[["shards/response-001.nc", "", 50, 0]]'})
+    [Shard(name='shards/response-001.nc', sha256='', records=50, samples=0)]
+    >>> shards_of({})
+    []
+    """
+    return [Shard(*values) for values in json.loads(attrs.get(SHARDS, "[]"))]
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """The file of a batch, as far as an index needs it: its attributes, the names of its variables
+    and records, and the values that all batches share.
+    """
+
+    path: Path
+    attrs: Mapping[str, Any]
+    variables: Sequence[str]
+    names: Sequence[str]
+    samples: int
+    shared: Mapping[str, xr.Variable]
+
+
+def write_index(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
+    """Write the index of all batches of a stage, whose files stay where they are.
+
+    The index itself has the names of the records and what all batches share: the structures.
+
+    Parameters
+    ----------
+    parts : sequence of Path
+        Files of the batches, in order; at least one.
+    output : Path
+        The file to write. It names the shards by their paths from its folder.
+    kind : str
+        Kind of the files.
+
+    Returns
+    -------
+    dict of str to str
+        Reasons why records were rejected, by identifier.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or was made from other inputs or with other options than the
+        first; if a file is missing or out of order; if a record is in two of them; or if no file
+        contains a record.
+    """
+    import xarray as xr  # readers of an index do without
+
+    from rockframe.results.writing import named, put
+
+    batches = [_batch(path, kind, f"{k}/{len(parts)}") for k, path in enumerate(parts, 1)]
+    left_out = {name: why for b in batches for name, why in json.loads(b.attrs["left_out"]).items()}
+    first = next((batch for batch in batches if batch.variables), None)
+    if first is None:
+        reason = next(iter(left_out.values()), "no record")
+        raise InputError(parts[0], f"no batch contains a record: {reason}")
+    for batch in batches:
+        _require_same_run(batch.path, batch.attrs, batches[0].attrs, batches[0].path)
+        if batch.variables:
+            _require_alike(batch, first)
+    names = [name for batch in batches for name in batch.names]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(output, f"record {twice!r} is in two batches. Must be in one.")
+    shards = [
+        Shard(_from(output.parent, b.path), sha256_of(b.path), len(b.names), b.samples)
+        for b in batches
+    ]
+    attrs = {name: value for name, value in first.attrs.items() if name != "batch"}
+    index = xr.Dataset(
+        {"record_id": KINDS[kind]["record_id"].holding(names), **first.shared},
+        attrs={**attrs, SHARDS: json.dumps([astuple(shard) for shard in shards])},
+    )
+    inputs, parameters = (json.loads(attrs[name]) for name in ("input_sha256", "parameters"))
+    with named(output) as partial:
+        put(index, partial, kind, input_sha256=inputs, parameters=parameters, left_out=left_out)
+    return left_out
+
+
+def _batch(path: Path, kind: str, wanted: str) -> _Batch:
+    """Read what an index needs of the file of a batch."""
+    raise_if_interrupted()
+    with opened_one(path, kind, empty=True) as (attrs, stored):
+        number = attrs.get("batch", "1/1")
+        if number != wanted:
+            must_be = f"Must be batch {wanted} here: state the batches in order."
+            raise InputError(path, f"is batch {number}. {must_be}")
+        variables = {variable.declared.name: variable for variable in stored}
+        shared = {
+            name: KINDS[kind][name].holding(variable.values, variable.units)
+            for name, variable in variables.items()
+            if variable.along_records is None
+        }
+        sizes = {n: size for v in stored for n, size in zip(v.dims, v.shape, strict=True)}
+        names = variables["record_id"].values.tolist() if variables else []
+        return _Batch(path, attrs, [*variables], names, sizes.get("obs", 0), shared)
+
+
+def _from(folder: Path, path: Path) -> str:
+    return Path(os.path.relpath(path, folder)).as_posix()
+
+
+def _require_same_run(
+    path: Path, attrs: Mapping[str, Any], others: Mapping[str, Any], other: Path
+) -> None:
+    """Reject the file of a batch that was not computed as another file says."""
+    for name in _COMMON:
+        if attrs[name] != others[name]:
+            raise InputError(path, f"not the {name} of {other}. Must be batches of one run.")
+
+
+def _require_alike(batch: _Batch, first: _Batch) -> None:
+    """Reject the file of a batch whose variables, or the values that all share, differ."""
+    differing = {*batch.variables} ^ {*first.variables}
+    differing |= {
+        name
+        for name, variable in first.shared.items()
+        if not differing and not _equal(batch.shared[name].values, variable.values)
+    }
+    if differing:
+        raise InputError(batch.path, f"not the {min(differing)} of {first.path}. Must be equal.")
+
+
+def _equal(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    return np.array_equal(one, other, equal_nan=one.dtype.kind == other.dtype.kind == "f")
+
+
+class OpenShards:
+    """The shards of an index, opened and checked when they are needed.
+
+    Parameters
+    ----------
+    path : Path
+        The index.
+    kind : str
+        Kind of the files.
+    attrs : mapping
+        Global attributes of the index.
+    held : callable
+        Opens a shard, and yields it with a lock that is held while a variable is read.
+    """
+
+    def __init__(self, path: Path, kind: str, attrs: Mapping[str, Any], held: Holder) -> None:
+        self._path, self._kind, self._attrs, self._held = path, kind, attrs, held
+        self._open: OrderedDict[int, tuple[ExitStack, dict[str, Stored], int]] = OrderedDict()
+        self.all = shards_of(attrs)
+        self.first = next(number for number, shard in enumerate(self.all) if shard.records)
+        self.lock = RLock()
+
+    def ends(self, dimension: str) -> NDArray[np.int64]:
+        """Return the end of each shard along ``record`` or ``obs``."""
+        sizes = [shard.records if dimension == "record" else shard.samples for shard in self.all]
+        return np.array([*accumulate(sizes)], dtype=np.int64)
+
+    def chunks(self, dimension: str) -> dict[str, tuple[int, ...]]:
+        """Return the sizes along ``record`` or ``obs`` of the shards that have any."""
+        sizes = np.diff(self.ends(dimension), prepend=0).tolist()
+        return {dimension: tuple(size for size in sizes if size)}
+
+    def path(self, number: int) -> Path:
+        """Return the path of a shard.
+
+        Raises
+        ------
+        InputError
+            If it is missing.
+        """
+        path = self._path.parent / self.all[number].name
+        if not path.is_file():
+            batch = f"batch {number + 1} of {len(self.all)}"
+            again = "Restore the file, or run again: only this batch is computed."
+            raise InputError(path, f"missing: {self._path.name} names it as {batch}. {again}")
+        return path
+
+    def variables(self, number: int) -> dict[str, Stored]:
+        """Return the variables of a shard, by name.
+
+        Raises
+        ------
+        InputError
+            If the shard is missing, corrupted, or of another run.
+        """
+        if number not in self._open:
+            path, shard = self.path(number), self.all[number]
+            with ExitStack() as stack:
+                one = opened_one(path, self._kind, empty=True, held=self._held)
+                attrs, stored = stack.enter_context(one)
+                _require_same_run(path, attrs, self._attrs, self._path)
+                variables = {variable.declared.name: variable for variable in stored}
+                records = variables["record_id"].shape[0] if variables else 0
+                batch = attrs.get("batch", "1/1"), records
+                wanted = f"{number + 1}/{len(self.all)}", shard.records
+                if batch != wanted:
+                    states = f"batch {batch[0]} of {batch[1]} records"
+                    must = f"Must be batch {wanted[0]} of {wanted[1]}, as {self._path.name} says."
+                    raise InputError(path, f"is {states}. {must}")
+                size = sum(v.bytes for v in stored if "obs" not in v.dims)
+                self._open[number] = stack.pop_all(), variables, size
+        self._open.move_to_end(number)
+        while len(self._open) > 1 and sum(size for *_, size in self._open.values()) > _MOST_OPEN:
+            self._open.popitem(last=False)[1][0].close()
+        return self._open[number][1]
+
+    def close(self) -> None:
+        """Close all shards."""
+        while self._open:
+            self._open.popitem()[1][0].close()
+
+
+class Joined(Stored):
+    """A variable of an index whose values are in its shards, one after another.
+
+    Parameters
+    ----------
+    like : Stored
+        The variable of a shard that has records.
+    shards : OpenShards
+        The shards of the index.
+    """
+
+    def __init__(self, like: Stored, shards: OpenShards) -> None:
+        vars(self).update(vars(like))
+        self._axis, self._shards = like.along_records or 0, shards
+        self._ends = shards.ends(self.dims[self._axis])
+        self.chunks = shards.chunks(self.dims[self._axis])
+        self._shard_bytes = like.bytes
+        self.shape = tuple(
+            int(self._ends[-1]) if axis == self._axis else size
+            for axis, size in enumerate(like.shape)
+        )
+
+    @property
+    def is_read(self) -> bool:
+        """False: values are read on demand."""
+        return False
+
+    @property
+    def is_checked(self) -> bool:
+        """False: each shard is checked when it is opened."""
+        return False
+
+    @property
+    def bytes(self) -> int:
+        """Number of bytes of all shards, at most."""
+        return self._shard_bytes * len(self._ends)
+
+    def read(self, key: tuple[Any, ...]) -> NDArray[Any]:
+        """Read the values at an index of each dimension; only the shards that have them."""
+        before, wanted, after = key[: self._axis], key[self._axis], key[self._axis + 1 :]
+        parts = [
+            self._of_shard(number, (*before, inside, *after))
+            for number, inside in _pieces(wanted, self._ends)
+        ]
+        if not parts:
+            parts = [self._of_shard(self._shards.first, (*before, slice(0, 0), *after))]
+        axis = sum(not isinstance(one, int | np.integer) for one in before)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=axis)
+
+    def _of_shard(self, number: int, key: tuple[Any, ...]) -> NDArray[Any]:
+        with self._shards.lock:
+            return self._shards.variables(number)[self.declared.name].read(key)
+
+
+def _pieces(wanted: Any, ends: NDArray[np.int64]) -> Iterator[tuple[int, Any]]:
+    """Yield the number of each shard with some of the wanted places, and the places inside it.
+
+    Examples
+    --------
+    >>> list(_pieces(slice(1, 4), np.array([2, 5])))
+    [(0, slice(1, 2, 1)), (1, slice(0, 2, 1))]
+    >>> list(_pieces(-1, np.array([2, 5])))
+    [(1, 2)]
+    """
+    total = int(ends[-1])
+    starts = np.concatenate([[0], ends[:-1]])
+    if isinstance(wanted, slice) and wanted.indices(total)[2] == 1:
+        first, last, _ = wanted.indices(total)
+        for number, (start, end) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
+            low, high = max(first, start), min(last, end)
+            if low < high:
+                yield number, slice(low - start, high - start, 1)
+        return
+    places = np.arange(total)[wanted]
+    owners = np.searchsorted(ends, places, side="right")
+    if places.ndim == 0:
+        yield int(owners), int(places - starts[owners])
+        return
+    for piece in np.split(np.arange(len(places)), np.flatnonzero(np.diff(owners)) + 1):
+        if piece.size:
+            number = int(owners[piece[0]])
+            yield number, places[piece] - starts[number]
+
+
+@contextmanager
+def opened_file(
+    path: Path, kind: str, *, empty: bool = False, held: Holder = alone
+) -> Iterator[tuple[Mapping[str, Any], list[Stored]]]:
+    """Open a file of one kind or an index of several, and close it at the end of the block.
+
+    Yields the global attributes, and the variables that are declared for the kind. Values that have
+    to be checked are, and were read unless they are many; those of a shard when it is needed.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        One of `KINDS`.
+    empty : bool
+        Accept the file of a batch without accepted records too, which has no variables.
+    held : callable
+        Opens the file, and yields it with a lock that is held while a variable is read.
+
+    Raises
+    ------
+    InputError
+        If a file is missing or corrupted, if another stage wrote it, or if its content does not
+        match the declaration of the kind.
+    """
+    with ExitStack() as stack:
+        attrs, stored = stack.enter_context(opened_one(path, kind, empty=empty, held=held))
+        if SHARDS in attrs:
+            shards = OpenShards(path, kind, attrs, held)
+            stack.callback(shards.close)
+            stored = _with_shards(stored, shards, kind)
+        yield attrs, stored
+
+
+def _with_shards(stored: Sequence[Stored], shards: OpenShards, kind: str) -> list[Stored]:
+    """Return the variables of an index and of its shards, in the order of the kind."""
+    own = {variable.declared.name: variable for variable in stored}
+    own["record_id"].chunks = shards.chunks("record")
+    further = shards.variables(shards.first)
+    joined = {name: Joined(v, shards) for name, v in further.items() if name not in own}
+    return [
+        own.get(declared.name) or joined[declared.name]
+        for declared in KINDS[kind].variables
+        if declared.name in own or declared.name in joined
+    ]
