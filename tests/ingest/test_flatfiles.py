@@ -364,3 +364,48 @@ def test_stations_of_a_shakemap(tmp_path: Path) -> None:
     assert (facts["distance_rrup"], facts["distance_rjb"], facts["vs30"]) == (3.1, 0.0, 600.0)
     assert "distance_hypocentral" not in facts
     assert len(entries) == 1
+
+
+PEER_FLATFILE = (
+    "Record Sequence Number,EQID,Earthquake Name,YEAR,Earthquake Magnitude,EpiD (km),HypD (km),"
+    "Joyner-Boore Dist. (km),ClstD (km),Vs30 (m/s) selected for analysis,File Name (Horizontal 1)\n"
+    '864,125,"Landers",1992,7.28,13.7,15.3,11.03,11.03,379.32,LANDERS\\JOS000.AT2\n'
+)
+NGA_SUB = (
+    "NGAsubRSN,NGAsubEQID,Earthquake_Magnitude,ClstD_km,Rjb_km,Vs30_Selected_for_Analysis_m_s\n"
+    "4000001,E1,9.1,60,40,-999\n"
+)
+ESM_SERVICE = (
+    "esm_event_id;event_time;mw;network_code;station_code;hyp_dist;vs30_m_s\n"
+    "EMSC-1;2011-07-02 21:30:44;6.2;GE;IMMV;262.8;600\n"
+)
+
+
+def test_flatfiles_with_other_names_of_columns(tmp_path: Path) -> None:
+    """NGA-West2 as PEER delivers it, NGA-Subduction, and the web service of ESM."""
+    record = Record(record_id="a", acceleration=np.zeros(2), time_step=0.01)
+
+    def facts_of(text: str, name: str, of: Record = record) -> dict[str, object]:
+        (tmp_path / "flat.csv").write_text(text, encoding="utf-8")
+        return facts_for_record(read_catalogue(tmp_path / "flat.csv"), of, [name])
+
+    landers = facts_of(PEER_FLATFILE, "RSN864_LANDERS_JOS000.AT2")
+    distances = [f"distance_{kind}" for kind in ("hypocentral", "rjb", "rrup")]
+    assert [landers[name] for name in distances] == [15.3, 11.03, 11.03]
+    assert (landers["event"], landers["magnitude"]) == ("Landers 1992", 7.28)
+    assert (landers["epicentral_distance"], landers["vs30"]) == (13.7, 379.32)
+    tohoku = facts_of(NGA_SUB, "NGAsubRSN4000001_IWANE.AT2")
+    assert (tohoku["magnitude"], tohoku["distance_rrup"], tohoku["distance_rjb"]) == (9.1, 60, 40)
+    assert "vs30" not in tohoku
+    assert facts_of(NGA_SUB, "RSN4000001_X.AT2") == {}  # another database
+    begun = replace(record, network="GE", station="IMMV", start_time="2011-07-02T21:30:40Z")
+    crete = facts_of(ESM_SERVICE, "a.asc", begun)
+    assert (crete["magnitude"], crete["distance_hypocentral"], crete["vs30"]) == (6.2, 262.8, 600)
+
+
+def test_times_that_a_spreadsheet_changed_are_refused(tmp_path: Path) -> None:
+    """The entry of `1/7/1988 7:41` would apply to no record, without a word."""
+    path = tmp_path / "flat.csv"
+    path.write_text(ESM_SERVICE.replace("2011-07-02 21:30:44", "7/2/2011 21:30"), encoding="utf-8")
+    with pytest.raises(InputError, match=r":2: event_time '7/2/2011 21:30'\. Must be year-month"):
+        read_catalogue(path)

@@ -11,6 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.screening import sine, stored, three
 
+from rockframe.cli.main import main
 from rockframe.components import (
     HorizontalPair,
     pair_horizontals,
@@ -18,6 +19,7 @@ from rockframe.components import (
     rotd_spectral_acceleration,
 )
 from rockframe.errors import ParameterError
+from rockframe.ingest import read_file
 from rockframe.options.ingest import IngestOptions, SelectOptions
 from rockframe.record import Record
 from rockframe.results.records import open_records
@@ -133,3 +135,121 @@ def test_a_component_alone_is_no_pair(tmp_path: Path) -> None:
         ParameterError, match=r"only 2 can be selected of 3 recordings\. Left out: 1 by pairs\."
     ):
         selected(tmp_path, motions=3)
+
+
+def flatfile_of(home: Path, path: Path) -> None:
+    """Write the flatfile of the records of a folder, with RotD50 as `--pairs` computes it."""
+    periods = [0.01, 0.2, 0.5, 0.7, 1.0, 2.0, 4.0]
+    with open_records(home / "records.nc") as file:
+        pairs, _ = pair_horizontals(file)
+    rows = ["ID,Sta,PGV,Lowest," + ",".join(f"Sa {period}" for period in periods)]
+    for pair in pairs:
+        sweeps = [rotd_spectral_acceleration(pair, period) for period in periods]
+        sa = ",".join(repr(sweep.percentile(50)) for sweep in sweeps)
+        rows.append(f"{pair.first.record_id},{pair.first.station},0.4,0.05,{sa}")
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+
+WORDS = ("record_id=ID", "station=Sta", "sa_m_s2=Sa {}", "lowest_usable_frequency_hz=Lowest")
+
+
+def test_a_flatfile_gives_the_selection_of_its_waveforms(real: Path, tmp_path: Path) -> None:
+    """The spectra are the same, so the scales are; the list scales the records that are read."""
+    flatfile_of(real, tmp_path / "flat.csv")
+    of_waveforms = selected(real, scale_period_s=0.7)
+    (tmp_path / "target.csv").write_text(TARGET, encoding="utf-8")
+    options = SelectOptions(
+        target=tmp_path / "target.csv", motions=2, scale_period_s=0.7, flatfile_columns=WORDS
+    )
+    listed = select_stage(tmp_path / "flat.csv", tmp_path / "list.csv", options)
+    assert not list(tmp_path.glob("*.nc"))
+    scales = {row["record_id"]: row["scale"] for row in of_waveforms.motions}
+    assert {row["record_id"]: row["scale"] for row in listed.motions} == scales
+    assert_allclose(listed.log_sa, of_waveforms.log_sa, rtol=1e-9, atol=1e-9)
+    assert read_selection(tmp_path / "list.csv") == scales
+
+
+def test_the_list_of_a_flatfile_scales_the_files_that_it_names(
+    bundled_records: Path, tmp_path: Path
+) -> None:
+    """The archive's names of the files are the identifiers of the records in them."""
+    rows = (
+        "Record Sequence Number,EQID,Earthquake Name,YEAR,Station Name,File Name (Horizontal 1),"
+        "File Name (Horizontal 2),File Name (Vertical),T0.200S,T2.000S\n"
+        "7,1,Ridgecrest,2019,CLC,RIDGE\\CLC090.AT2,RIDGE\\CLC360.AT2,RIDGE\\CLC-UP.AT2,1.0,0.2\n"
+    )
+    (tmp_path / "flat.csv").write_text(rows, encoding="utf-8")
+    (tmp_path / "target.csv").write_text("period_s,sa_g\n0.2,0.5\n2,0.1\n", encoding="utf-8")
+    wanted = SelectOptions(target=tmp_path / "target.csv", motions=1)
+    listed = select_stage(tmp_path / "flat.csv", tmp_path / "list.csv", wanted)
+    files = tmp_path / "download"
+    files.mkdir()
+    records = read_file(bundled_records / "Ridgecrest2019-CLC.V1")
+    for row, record in zip(listed.rows, records, strict=True):
+        samples = record.acceleration / 9.81
+        header = f"PEER\nRidgecrest, {record.component}\nACCELERATION IN UNITS OF G\n"
+        lines = "\n".join(f"{value: .7E}" for value in samples)
+        size = f"NPTS= {samples.size}, DT= {record.time_step:.4f} SEC\n"
+        (files / row["file"]).write_text(f"{header}{size}{lines}\n", encoding="utf-8")
+    options = IngestOptions(selection=tmp_path / "list.csv")
+    done = ingest_stage([files], tmp_path / "made.nc", options, workers=0)
+    assert len(done.accepted) == 3
+    with open_records(tmp_path / "made.nc") as file:
+        for record in file:
+            assert record.processing[-1] == "scaled by 0.5"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"pulse_like": True}, "pulse_like needs waveforms, which a flatfile has not. Remove it."),
+        (
+            {"scale_pgv_m_s": 0.4},
+            r"only 0 can be selected of 2 recordings\. Left out: 2 by pgv\.",
+        ),
+        (
+            {"scale_pgv_m_s": 4.0, "flatfile_columns": (*WORDS, "pgv_m_s=PGV")},
+            r"only 0 can be selected of 2 recordings\. Left out: 2 by scale_bounds\.",
+        ),
+        ({"periods_s": (0.2, 3.0), "target": "long.csv"}, "Left out: 2 by usable_period_longest"),
+    ],
+)
+def test_a_selection_from_a_flatfile_that_is_impossible(
+    real: Path, tmp_path: Path, options: dict[str, Any], message: str
+) -> None:
+    flatfile_of(real, tmp_path / "flat.csv")
+    text = (tmp_path / "flat.csv").read_text(encoding="utf-8").replace(",0.4,0.05,", ",0.4,0.5,")
+    (tmp_path / "flat.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "long.csv").write_text("period_s,sa_g\n0.2,0.5\n4,0.05\n", encoding="utf-8")
+    (tmp_path / "target.csv").write_text(TARGET, encoding="utf-8")
+    target = tmp_path / options.pop("target", "target.csv")
+    wanted = SelectOptions(target=target, motions=2, **{"flatfile_columns": WORDS, **options})
+    with pytest.raises(ParameterError, match=message):
+        select_stage(tmp_path / "flat.csv", tmp_path / "list.csv", wanted)
+    assert not (tmp_path / "list.csv").exists()
+
+
+def test_the_output_says_what_is_selected_from(
+    real: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A list needs a flatfile, a file of records waveforms; the search of PEER takes numbers."""
+    (tmp_path / "target.csv").write_text("period_s,sa_g\n0.2,0.5\n2,0.1\n", encoding="utf-8")
+    flat = tmp_path / "flat.csv"
+    flat.write_text(
+        "Record Sequence Number,EQID,Earthquake Name,YEAR,T0.200S,T2.000S\n"
+        "7,1,Kobe,1995,1.0,0.2\n8,1,Kobe,1995,1.0,0.2\n",
+        encoding="utf-8",
+    )
+    words = ["--target", f"{tmp_path}/target.csv", "--motions", "2", "--output"]
+    assert main(["select", str(flat), *words, f"{tmp_path}/list.csv"]) == 0
+    assert "Record sequence numbers, for the search of PEER: 7, 8" in capsys.readouterr().out
+    for files, output, message in (
+        ([flat], "s.nc", "flat.csv: is a NGA-West2 flatfile without waveforms. State the list"),
+        ([real / "records.nc"], "s.csv", "has waveforms. State a netCDF file as output"),
+        ([flat, flat], "s.csv", "2 files to select from for a list. Must be one flatfile."),
+    ):
+        assert main(["select", *map(str, files), *words, f"{tmp_path}/{output}"]) == 2
+        assert message in capsys.readouterr().err
+    assert main(["select", str(flat), *words, f"{tmp_path}/s.csv", "--pulses", "p.nc"]) == 2
+    assert "--pulses has no effect: a flatfile has no waveforms" in capsys.readouterr().err
+    assert not list(tmp_path.glob("s*"))

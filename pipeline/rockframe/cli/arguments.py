@@ -62,23 +62,31 @@ def add_records(parser: argparse.ArgumentParser, *, ready: bool = True) -> None:
     )
 
 
-def add_motions(parser: argparse.ArgumentParser) -> None:
+def add_motions(parser: argparse.ArgumentParser, *, flatfiles: bool = False) -> None:
     """Add what commands that choose among motions take: records, ``--output`` and ``--pulses``."""
+    further = "; or a flatfile (CSV, Excel), which has spectra alone" if flatfiles else ""
     parser.add_argument(
         "records",
         type=path,
         nargs="+",
-        help=f"output of `rockframe ingest`, or record files and folders; {_WITHOUT_WORDS}",
+        help=f"output of `rockframe ingest`, or record files and folders; {_WITHOUT_WORDS}"
+        f"{further}",
     )
-    add_output(parser)
+    if flatfiles:
+        add_output(
+            parser, ".nc", ".csv", words="netCDF file to write; of a flatfile the list, .csv"
+        )
+    else:
+        add_output(parser)
     parser.add_argument("--pulses", type=path, metavar="FILE", help="output of `rockframe pulse`")
 
 
-def add_output(parser: argparse.ArgumentParser) -> None:
-    """Add ``--output`` of a stage."""
-    parser.add_argument(
-        "--output", "-o", type=file_to_write(".nc"), required=True, help="netCDF file to write"
-    )
+def add_output(
+    parser: argparse.ArgumentParser, *suffixes: str, words: str = "netCDF file to write"
+) -> None:
+    """Add ``--output`` of a stage, by default a netCDF file."""
+    kind = file_to_write(*(suffixes or (".nc",)))
+    parser.add_argument("--output", "-o", type=kind, required=True, help=words)
 
 
 def add_format(

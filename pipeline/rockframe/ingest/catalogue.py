@@ -95,8 +95,12 @@ def archive_catalogue(name: str, head: bytes) -> str:
     if first.startswith("record sequence number,eqid"):
         return "NGA-West2 flatfile"
     names = re.split("[;,\t]", first)  # pandas writes commas, and a column of row numbers
-    wanted = {"event_id", "event_time", "network_code", "station_code"} <= {*names}
-    if wanted or first.startswith("event_id;event_time;"):
+    if "ngasubrsn" in names:
+        return "NGA-Subduction flatfile"
+    wanted = {"event_time", "network_code", "station_code"} <= {*names}
+    if (wanted and {"event_id", "esm_event_id"} & {*names}) or first.startswith(
+        "event_id;event_time;"
+    ):
         return "ESM flatfile"
     if first.startswith("earthquakeid,") and ",epicentraldistance," in first:
         return "gmprocess flatfile"
@@ -170,6 +174,8 @@ _NO_FACTS: Final = frozenset(["file", "origin_time", "by_station", "trust", "rea
 _TEXTS: Final = ("file", "event", "station", "network", "mechanism", "source")
 #: Bounds of numbers that are not distances; the others are zero or positive.
 _BOUNDS: Final = {"magnitude": (-2.0, 10.0), VS30: (0.0, 10_000.0)}
+#: Beginnings of names of PEER's files, as keys of entries have them.
+_PREFIXES: Final = {"rsn": "RSN", "ngasubrsn": "NGAsubRSN"}
 #: Half the circumference of the earth, rounded up: no place on it is farther away [km].
 _FARTHEST: Final = 20_050.0
 #: Longest time from the start of a record to its event, before and after [s].
@@ -182,8 +188,8 @@ def read_catalogue(
     r"""Return the entries of a catalogue, in the CSV format of this package or of an archive.
 
     The CSV has a row for each file; only the column `file` is required. The formats of archives are
-    PEER's search results, the flatfiles of NGA-West2, ESM and gmprocess, the events of gmprocess, a
-    ComCat event, and QuakeML.
+    PEER's search results, the flatfiles of NGA-West2, NGA-Subduction, ESM, GEM and gmprocess, the
+    events of gmprocess, ShakeMap's stations, a ComCat event, and QuakeML.
 
     Parameters
     ----------
@@ -341,8 +347,9 @@ def facts_for_record(
         if timed and not entry.file and _applies(entry, record, known or {}):
             facts |= stated_facts(entry)
     for name in names:
-        number = re.match(r"RSN(\d+)_", name, re.I)
-        for key in (f"RSN{int(number[1])}" if number else "", name):
+        number = re.match(r"((?:NGAsub)?RSN)(\d+)_", name, re.I)
+        key_of_number = number and f"{_PREFIXES[number[1].lower()]}{int(number[2])}"
+        for key in (key_of_number or "", name):
             facts |= stated_facts(catalogue.get(key))
     return facts
 

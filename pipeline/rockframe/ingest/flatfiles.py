@@ -15,6 +15,7 @@ from rockframe.cells import decimal
 from rockframe.errors import InputError
 from rockframe.ingest.identify import site_of_depth
 from rockframe.provenance import read_json
+from rockframe.units import utc_seconds
 
 #: Key and fields of each entry.
 _Entries = Iterator[tuple[str, dict[str, Any]]]
@@ -29,22 +30,38 @@ _PEER: Final = {
     "lowest usable frequency (hz)": "lowest_usable_frequency",
     "tp-pulse period (sec)": "archive_pulse_period",
 }
+#: NGA-West2 in both layouts: as PEER delivers it, and with the names of OpenQuake's tools.
 _NGA: Final = {
     "magnitude": "magnitude",
+    "earthquake magnitude": "magnitude",
     "epicentral distance (km)": "epicentral_distance",
+    "epid (km)": "epicentral_distance",
     "hypocentral distance (km)": "distance_hypocentral",
+    "hypd (km)": "distance_hypocentral",
     "joyner-boore distance (km)": "distance_rjb",
+    "joyner-boore dist. (km)": "distance_rjb",
     "rupture distance (km)": "distance_rrup",
+    "clstd (km)": "distance_rrup",
     "preferred vs30 (m/s)": "vs30",
+    "vs30 (m/s) selected for analysis": "vs30",
     "lowest usable freq - ave. component (hz)": "lowest_usable_frequency",
 }
+_NGA_SUB: Final = {
+    "earthquake_magnitude": "magnitude",
+    "clstd_km": "distance_rrup",
+    "rjb_km": "distance_rjb",
+    "vs30_selected_for_analysis_m_s": "vs30",
+}
+#: ESM, its web service, and the flatfile of GEM.
 _ESM: Final = {
     "ml": "magnitude",
     "mw": "magnitude",
     "epi_dist": "epicentral_distance",
+    "hyp_dist": "distance_hypocentral",
     "jb_dist": "distance_rjb",
     "rup_dist": "distance_rrup",
     "vs30_m_sec": "vs30",
+    "vs30_m_s": "vs30",
 }
 _GMPROCESS: Final = {
     "earthquakemagnitude": "magnitude",
@@ -53,6 +70,8 @@ _GMPROCESS: Final = {
     "joynerbooredistance": "distance_rjb",
     "rupturedistance": "distance_rrup",
 }
+#: Fields of an entry by the column of any flatfile.
+FACTS: Final = {**_NGA, **_NGA_SUB, **_ESM, **_GMPROCESS}
 _FAULTING: Final = {
     "S": "strike slip", "SS": "strike slip", "R": "reverse", "TF": "reverse", "N": "normal",
     "NF": "normal", "O": "oblique",
@@ -76,7 +95,7 @@ def _peer(path: Path, data: bytes) -> _Entries:
             event=f"{_name(values['earthquake name'])} {year}".strip(),
             station=_name(values.get("station name", "")),
             mechanism=values.get("mechanism", ""),
-            **_numbers(path, rows.line_num, values, _PEER),
+            **numbers_of_row(path, rows.line_num, values, _PEER),
         )
         number = values.get("record sequence number", "")
         files = [value for name, value in values.items() if name.endswith("acc. filename")]
@@ -84,45 +103,58 @@ def _peer(path: Path, data: bytes) -> _Entries:
 
 
 def _nga(path: Path, data: bytes) -> _Entries:
-    for line, row in _table(data, ","):
+    for line, row in table_rows(data, ","):
         entry = dict[str, Any](
             event=f"{_name(row['earthquake name'])} {row['year']}",
-            mechanism=_FAULTING.get(row["style-of-faulting (s, r, n, u)"], ""),
-            **_numbers(path, line, row, _NGA),
+            mechanism=_FAULTING.get(row.get("style-of-faulting (s, r, n, u)", ""), ""),
+            **numbers_of_row(path, line, row, _NGA),
         )
         files = [row[name] for name in row if name.startswith("file name (")]
         yield from _under(files, row["record sequence number"], entry)
 
 
-def _esm(path: Path, data: bytes) -> _Entries:
-    for line, row in _table(data, separator_of(data)):
+def _nga_sub(path: Path, data: bytes) -> _Entries:
+    for line, row in table_rows(data, separator_of(data)):
         entry = dict[str, Any](
-            event=row["event_id"],
+            event=row.get("earthquake_name") or row.get("ngasubeqid", ""),
+            **numbers_of_row(path, line, row, _NGA_SUB),
+        )
+        yield f"NGAsubRSN{int(row['ngasubrsn'])}", entry
+
+
+def _esm(path: Path, data: bytes) -> _Entries:
+    for line, row in table_rows(data, separator_of(data)):
+        time = row["event_time"].replace(" ", "T")
+        entry = dict[str, Any](
+            event=row.get("event_id") or row["esm_event_id"],
             network=row["network_code"],
             station=row["station_code"],
             mechanism=_FAULTING.get(row.get("fm_type_code", ""), ""),
-            origin_time=row["event_time"].replace(" ", "T"),
+            origin_time=time,
             site_type=site_of_depth(_depth(row)),
-            **_numbers(path, line, row, _ESM),
+            **numbers_of_row(path, line, row, _ESM),
         )
+        if math.isnan(utc_seconds(time)):
+            must = "Must be year-month-day hour:minute:second; spreadsheets write other times"
+            raise InputError(path, f"event_time {row['event_time']!r}. {must}.", line)
         yield f"{entry['event']} {entry['network']}.{entry['station']}", entry
 
 
 def _gmprocess(path: Path, data: bytes) -> _Entries:
-    for line, row in _table(data, ","):
+    for line, row in table_rows(data, ","):
         entry = dict[str, Any](
             event=row["earthquakeid"],
             network=row["network"],
             station=row["stationcode"],
             origin_time=row["earthquaketime"],
-            **_numbers(path, line, row, _GMPROCESS),
+            **numbers_of_row(path, line, row, _GMPROCESS),
         )
         yield f"{entry['event']} {row.get('stationid') or entry['station']}", entry
 
 
 def _gmprocess_events(path: Path, data: bytes) -> _Entries:
-    for line, row in _table(data, ","):
-        magnitude = _numbers(path, line, row, {"magnitude": "magnitude"})
+    for line, row in table_rows(data, ","):
+        magnitude = numbers_of_row(path, line, row, {"magnitude": "magnitude"})
         yield row["id"], dict[str, Any](event=row["id"], origin_time=row["time"], **magnitude)
 
 
@@ -179,6 +211,7 @@ def _shakemap(_path: Path, data: bytes) -> _Entries:
 READERS: Final[Mapping[str, Callable[[Path, bytes], _Entries]]] = {
     "PEER search results": _peer,
     "NGA-West2 flatfile": _nga,
+    "NGA-Subduction flatfile": _nga_sub,
     "ESM flatfile": _esm,
     "gmprocess flatfile": _gmprocess,
     "gmprocess events": _gmprocess_events,
@@ -192,8 +225,14 @@ def _text(data: bytes) -> str:
     return data.decode("utf-8-sig", "replace").replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _table(data: bytes, separator: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield line number and cells of each row, by the names of the columns in lower case."""
+def table_rows(data: bytes, separator: str) -> Iterator[tuple[int, dict[str, str]]]:
+    r"""Yield line number and cells of each row, by the names of the columns in lower case.
+
+    Examples
+    --------
+    >>> list(table_rows(b"STA;Mw\nCLC;7.1\n", ";"))
+    [(2, {'sta': 'CLC', 'mw': '7.1'})]
+    """
     text = _text(data)
     first, _, _ = text.partition("\n")
     # The header of NGA-West2 is not quoted; names contain commas in brackets or before blanks.
@@ -215,8 +254,21 @@ def _under(files: list[str], number: str, entry: dict[str, Any]) -> _Entries:
             yield name, {**entry, "file": name}
 
 
-def _numbers(path: Path, line: int, row: Mapping[str, str], columns: Mapping[str, str]) -> Any:
-    """Return the numbers of a row by field; -, N/A, -999 and similar texts mean unknown."""
+def numbers_of_row(
+    path: Path, line: int, row: Mapping[str, str], columns: Mapping[str, str]
+) -> dict[str, Any]:
+    """Return the numbers of a row by field; -, N/A, -999 and similar texts mean unknown.
+
+    Raises
+    ------
+    InputError
+        If another text is no number.
+
+    Examples
+    --------
+    >>> numbers_of_row(Path("a.csv"), 2, {"mw": "7.1", "jb_dist": "-999"}, FACTS)
+    {'magnitude': 7.1}
+    """
     numbers = {}
     for column, field in columns.items():
         token = row.get(column, "")
@@ -291,7 +343,7 @@ def mapped_rows(
     if not {"file", "station", "origin_time"} & {name.strip() for name, _, _ in pairs}:
         message = "no column says to which records a row belongs."
         raise InputError(path, f"{message} State file, station or origin_time.")
-    for line, row in _table(data, separator_of(data)):
+    for line, row in table_rows(data, separator_of(data)):
         cells = {}
         for name, _, column in pairs:
             wanted = column.strip().lower()

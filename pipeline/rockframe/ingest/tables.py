@@ -65,7 +65,7 @@ def is_matlab(head: bytes) -> bool:
     return head.startswith((_MATLAB, _HDF5_MATLAB))
 
 
-def sheets(where: Path, data: bytes) -> Iterator[Table]:
+def sheets(where: Path, data: bytes, most_columns: int = _MOST_COLUMNS) -> Iterator[Table]:
     """Yield the sheets of a workbook that have two rows with numbers or more, as CSV.
 
     Parameters
@@ -74,6 +74,8 @@ def sheets(where: Path, data: bytes) -> Iterator[Table]:
         The file, for error messages.
     data : bytes
         The workbook.
+    most_columns : int
+        Largest number of columns of a sheet.
 
     Raises
     ------
@@ -92,7 +94,7 @@ def sheets(where: Path, data: bytes) -> Iterator[Table]:
         raise InputError(where, f"{message} Or save the sheet as CSV.") from None
     try:
         book = load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-        tables = [(sheet.title, _rows(where, sheet)) for sheet in book.worksheets]
+        tables = [(sheet.title, _rows(where, sheet, most_columns)) for sheet in book.worksheets]
     except InputError:
         raise
     except _DAMAGE as error:
@@ -103,7 +105,7 @@ def sheets(where: Path, data: bytes) -> Iterator[Table]:
     yield from written
 
 
-def _rows(where: Path, sheet: Any) -> list[list[Any]]:
+def _rows(where: Path, sheet: Any, most_columns: int) -> list[list[Any]]:
     """Return the rows of a sheet, without columns that are empty and without rows at its end.
 
     Empty rows between others stay: what reads the text counts them as lines.
@@ -114,9 +116,9 @@ def _rows(where: Path, sheet: Any) -> list[list[Any]]:
         while row and row[-1] is None:
             row.pop()
         rows.append(row)
-        if len(rows) > _MOST_ROWS or len(row) > _MOST_COLUMNS:
+        if len(rows) > _MOST_ROWS or len(row) > most_columns:
             size = f"{len(rows)} rows, the last of {len(row)} columns"
-            allowed = f"at most {_MOST_ROWS} rows and {_MOST_COLUMNS} columns"
+            allowed = f"at most {_MOST_ROWS} rows and {most_columns} columns"
             raise InputError(where, f"sheet of {size}. Must be {allowed}.")
     while rows and not rows[-1]:
         rows.pop()

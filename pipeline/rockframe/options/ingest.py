@@ -459,6 +459,10 @@ class SelectOptions(Options):
     """Largest number of motions of one station."""
     most_per_event: Annotated[int, Field(ge=1)] | None = None
     """Largest number of motions of one earthquake; by default any."""
+    flatfile_columns: Names | None = None
+    """Columns of a flatfile that is any other table: record_id, event, station, magnitude and so
+    on, or sa_g with {} for the period, and the name of the column in the table, such as
+    sa_g=SA_{}."""
     pulse_like: bool | None = None
     """Only records whose pulse passes the test against noise (true), or only the others (false)."""
     hazard_probability: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None

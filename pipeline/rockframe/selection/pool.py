@@ -16,6 +16,25 @@ from rockframe.selection.target import TargetSpectrum
 Float = NDArray[np.float64]
 
 
+def periods_of(target: TargetSpectrum, options: SelectOptions) -> Float:
+    """Return the periods at which a selection needs spectra [s]: those of the target, then that of
+    the scaling if there is one.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> target = TargetSpectrum(np.array([0.5, 1.0]), np.zeros(2), None, "")
+    >>> periods_of(target, SelectOptions(target=Path("t.csv"), scale_period_s=0.7)).tolist()
+    [0.5, 1.0, 0.7]
+    """
+    at = _scaled_at(options)
+    return np.append(target.period, [] if at is None else [at])
+
+
+def _scaled_at(options: SelectOptions) -> float | None:
+    return options.conditioning_period_s or options.scale_period_s
+
+
 class Pool:
     """Motions from which some are selected.
 
@@ -54,18 +73,6 @@ class Pool:
         self.left_out = {name: reason for name, reason in reasons.items() if reason}
         self.names = [name for name in reasons if name not in self.left_out]
 
-    @property
-    def periods(self) -> Float:
-        """Periods of the spectra that `chosen` needs: those of the target, then that of the scaling
-        if there is one [s].
-        """
-        at = self._at
-        return np.append(self._target.period, [] if at is None else [at])
-
-    @property
-    def _at(self) -> float | None:
-        return self._options.conditioning_period_s or self._options.scale_period_s
-
     def chosen(
         self,
         log_sa: Float,
@@ -80,7 +87,7 @@ class Pool:
         Parameters
         ----------
         log_sa : array, shape (names, periods)
-            Natural logarithm of the unscaled spectra in m s-2, at `periods`.
+            Natural logarithm of the unscaled spectra in m s-2, at `periods_of`.
         stations, events : sequence
             Station and event of each candidate; unknown ones ("") are groups of their own.
         pgv : array, shape (names,), optional
@@ -112,8 +119,9 @@ class Pool:
         """Return the candidates with the factors that the options allow."""
         target, options = self._target, self._options
         compared = log_sa[:, : target.period.size]
-        if self._at is not None:
-            factor = np.exp(target.log_sa_at(self._at) - log_sa[:, -1])
+        at = _scaled_at(options)
+        if at is not None:
+            factor = np.exp(target.log_sa_at(at) - log_sa[:, -1])
             return scaled_by(compared, factor, options.scale_bounds)
         if options.scale_pgv_m_s is not None and pgv is not None:
             return scaled_by(compared, options.scale_pgv_m_s / pgv, options.scale_bounds)

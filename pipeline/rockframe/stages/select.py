@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from rockframe.cells import decimal, table_lines
 from rockframe.components import HorizontalPair, rotd, rotd_spectral_acceleration
 from rockframe.engines.engine import on_threads
 from rockframe.errors import InputError, ParameterError
+from rockframe.ingest.identify import record_ids
 from rockframe.options.ingest import LARGEST_FACTOR, LEAST_FACTOR, Filters, SelectOptions
 from rockframe.provenance import refuse_overwriting
 from rockframe.record import Record, is_record_id
@@ -24,7 +25,8 @@ from rockframe.results.records import RecordsFile, open_records, write_scaled
 from rockframe.results.tables.entries import beside, refuse_other_table, write_rows_as
 from rockframe.results.writing import input_hash
 from rockframe.risk import Site
-from rockframe.selection.pool import Pool
+from rockframe.selection.flatfile import Recording, read_flatfile
+from rockframe.selection.pool import Pool, periods_of
 from rockframe.selection.target import TargetSpectrum, read_target
 from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import integrate, peak
@@ -127,13 +129,15 @@ def select_stage(
     r"""Select motions whose spectra match a target, and write them scaled, as a file of records.
 
     Beside the file are a list of the motions with their scales, which ``selection`` of
-    `IngestOptions` reads, and a table of the spectra.
+    `IngestOptions` reads, and a table of the spectra. Of a flatfile, which has spectra but no
+    waveforms, only these tables are written: the list names the files to download.
 
     Parameters
     ----------
     records_path, output : str or Path
         Output of `ingest_stage`, and the netCDF file to write: ``selected.nc``, with
-        ``selected.csv`` and ``selected-spectra.csv``.
+        ``selected.csv`` and ``selected-spectra.csv``. Or a flatfile (`read_flatfile`), and the list
+        to write, ``selected.csv``.
     options : SelectOptions
         Target, number of motions, scales and constraints.
     pulses_path : str or Path, optional
@@ -166,11 +170,14 @@ def select_stage(
     """
     records_path, output = Path(records_path), Path(output)
     pulses_path, filters = Path(pulses_path) if pulses_path else None, filters or Filters()
+    if output.suffix.lower() == ".csv":
+        return _of_flatfile(records_path, output, options, filters)
+    if options.flatfile_columns:
+        message = "flatfile_columns without a flatfile. State its list as output, such as"
+        raise ParameterError(f"{message} selected.csv.")
     tables = output.with_suffix(".csv"), beside(output.with_suffix(".csv"), "spectra", plain="")
     read = [records_path, options.target, *([pulses_path] if pulses_path else [])]
-    refuse_overwriting([output, *tables], read, beside=output)
-    refuse_other_table(tables[0], LISTED, "the list of selected motions")
-    refuse_other_table(tables[1], _OF_SPECTRA, "the table of their spectra")
+    _refuse_places([output, *tables], tables, read, output)
     if options.pulse_like is not None and pulses_path is None:
         raise ParameterError("pulse_like needs pulses. State them with --pulses.")
     target = _target(options)
@@ -192,12 +199,107 @@ def select_stage(
     away = np.sqrt(((log_sa - target.log_sa) ** 2).mean(axis=1))
     misfits = dict(zip(factors, away, strict=True))
     rows = list(_rows(metadata, factors, misfits, seconds, verticals))
+    return _written(target, log_sa, rows, pool, tables)
+
+
+def _refuse_places(
+    outputs: Sequence[Path], tables: Sequence[Path], read: Sequence[Path], output: Path
+) -> None:
+    """Refuse to replace inputs and other tables."""
+    refuse_overwriting(outputs, read, beside=output)
+    refuse_other_table(tables[0], LISTED, "the list of selected motions")
+    refuse_other_table(tables[1], _OF_SPECTRA, "the table of their spectra")
+
+
+def _written(
+    target: TargetSpectrum,
+    log_sa: Float,
+    rows: list[dict[str, Any]],
+    pool: Pool,
+    tables: tuple[Path, Path],
+) -> Selection:
+    """Write the list and the table of spectra; return the selection."""
     selection = Selection(
         target, log_sa, rows, pool.number, len(pool.names), pool.left_out, tables, pool.noun
     )
     write_rows_as(tables[0], rows)
     write_rows_as(tables[1], selection.spectra())
     return selection
+
+
+def _of_flatfile(path: Path, output: Path, options: SelectOptions, filters: Filters) -> Selection:
+    """Select recordings of a flatfile, and write the list of their files."""
+    if path.suffix == ".nc":
+        raise InputError(path, "has waveforms. State a netCDF file as output, such as selected.nc.")
+    if options.pulse_like is not None:
+        raise ParameterError("pulse_like needs waveforms, which a flatfile has not. Remove it.")
+    tables = output, beside(output, "spectra", plain="")
+    _refuse_places(tables, tables, [path, options.target], output)
+    target = _target(options)
+    at = periods_of(target, options)
+    flatfile = read_flatfile(path, at, options.flatfile_columns or (), options.pairs)
+    recordings = {recording.name: recording for recording in flatfile.recordings}
+    rows = dict(zip(recordings, flatfile.log_sa, strict=True))
+    reasons = {
+        name: _refusal_of_recording(recording, rows[name], at, filters, options)
+        for name, recording in recordings.items()
+    }
+    pool = Pool("recordings", reasons, target, options)
+    kept = [recordings[name] for name in pool.names]
+    factors, log_sa = pool.chosen(
+        np.array([rows[name] for name in pool.names]).reshape(-1, at.size),
+        [each.station and (each.network, each.station) for each in kept],
+        [each.event for each in kept],
+        np.array([each.numbers["pgv"] for each in kept]),
+    )
+    away = np.sqrt(((log_sa - target.log_sa) ** 2).mean(axis=1))
+    listed = [
+        row
+        for (name, factor), misfit in zip(factors.items(), away.tolist(), strict=True)
+        for row in _files_of(recordings[name], factor, misfit)
+    ]
+    return _written(target, log_sa, listed, pool, tables)
+
+
+def _refusal_of_recording(
+    recording: Recording, log_sa: Float, periods: Float, filters: Filters, options: SelectOptions
+) -> str:
+    """Return the reason why a recording of a flatfile is no candidate, or ""."""
+    reason = filtered_by(filters, recording.numbers, "unknown")
+    unknown = periods[np.isnan(log_sa)]
+    longest = float(periods.max())
+    if not reason and unknown.size:
+        reason = f"sa unknown at {unknown[0]:g} s. Must be stated"
+    if not reason and recording.longest < longest:
+        reason = f"usable_period_longest {recording.longest:.3g} s. Must be at least {longest:g} s"
+    if not reason and options.scale_pgv_m_s is not None and not recording.numbers["pgv"] > 0.0:
+        reason = "pgv unknown. Must be stated"
+    return reason
+
+
+def _files_of(recording: Recording, factor: float, misfit: float) -> Iterator[dict[str, Any]]:
+    """Yield the rows of the list for the files of a recording: its horizontals and its vertical."""
+    named = [name for name in recording.files if name] or [""]
+    ids = [record_ids(Path(name), [""])[0] if name else recording.name for name in named]
+    horizontals = sum(bool(name) for name in recording.files[:2])
+    numbers = recording.numbers
+    for place, (name, record_id) in enumerate(zip(named, ids, strict=True)):
+        upright = place > 0 and place >= horizontals
+        level = math.nan if upright else factor  # peaks are those of both horizontals
+        yield {
+            "record_id": record_id,
+            "scale": factor,
+            "event": recording.event,
+            "station": recording.station,
+            **{key: numbers[number] for key, number in _NUMBERS.items()},
+            "pga_g": level * numbers["pga"] / GRAVITY,
+            "pgv_m_s": level * numbers["pgv"],
+            "misfit": math.nan if place else misfit,
+            "vertical_of": ids[0] if upright else "",
+            "pair_of": ids[0] if place and not upright else "",
+            "recording": recording.name,
+            "file": name,
+        }
 
 
 def _target(options: SelectOptions) -> TargetSpectrum:
@@ -232,6 +334,7 @@ class _Records:
         filters: Filters,
     ) -> None:
         self._file, self._metadata, self._options = file, metadata, options
+        self._periods = periods_of(target, options)
         self._rows = {name: row for row, name in enumerate(metadata.names)}
         self.beside: dict[str, str] = {}
         names, alone = horizontal(file), dict[str, str]()
@@ -253,7 +356,7 @@ class _Records:
             If not enough motions can be selected.
         """
         names, texts = self.pool.names, self._metadata.texts
-        spectra, pgv = np.empty((len(names), self.pool.periods.size)), np.empty(len(names))
+        spectra, pgv = np.empty((len(names), self._periods.size)), np.empty(len(names))
         for k, name in enumerate(names):
             spectra[k], pgv[k] = self._measured(name)
             progress(k + 1, len(names))
@@ -284,7 +387,7 @@ class _Records:
 
     def _measured(self, name: str) -> tuple[Float, float]:
         """Return the spectrum [m s-2] and the peak ground velocity [m s-1] of a record or pair."""
-        periods, pairs = self.pool.periods, self._options.pairs
+        periods, pairs = self._periods, self._options.pairs
         if pairs is None:
             record = self._file.read(name)
             _refuse_scaled(record)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rockframe.cli import arguments, console
 from rockframe.cli.options import add_options, chosen, file_to_write
+from rockframe.errors import InputError, ParameterError
 from rockframe.options.ingest import Filters, SelectOptions
 from rockframe.provenance import refuse_obstacles
 
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
 def add_select(parser: argparse.ArgumentParser) -> None:
     """Add the arguments: records, target, scales, constraints, and the files to write."""
-    arguments.add_motions(parser)
+    arguments.add_motions(parser, flatfiles=True)
     parser.add_argument(
         "--figure",
         type=file_to_write(".png", ".pdf", ".svg"),
@@ -37,7 +39,11 @@ def run_select(options: argparse.Namespace) -> int:
     wanted = chosen(options, SelectOptions)
     if options.figure is not None:
         refuse_obstacles([options.figure, options.figure.with_suffix(".caption.txt")])
-    given = arguments.records_file(options.records)
+    if options.output.suffix.lower() == ".csv":
+        given: AbstractContextManager[tuple[Path, int]] = nullcontext((_flatfile(options), 0))
+    else:
+        _refuse_flatfiles(options)
+        given = arguments.records_file(options.records)
     bar = console.progress_bar("computing spectra")
     with given as (records, status), bar as progress:
         selection = select_stage(
@@ -48,7 +54,7 @@ def run_select(options: argparse.Namespace) -> int:
             filters=chosen(options, Filters),
             progress=progress,
         )
-    files = [options.output, *selection.tables]
+    files = [*dict.fromkeys([options.output, *selection.tables])]
     if options.figure is not None:
         files.append(_draw(selection, options.figure))
     if options.json:
@@ -56,6 +62,34 @@ def run_select(options: argparse.Namespace) -> int:
     else:
         _show(selection, files)
     return status
+
+
+def _flatfile(options: argparse.Namespace) -> Path:
+    """Return the flatfile that is stated.
+
+    Raises
+    ------
+    ParameterError
+        If there are several files, or pulses.
+    """
+    if len(options.records) != 1:
+        number = len(options.records)
+        raise ParameterError(f"{number} files to select from for a list. Must be one flatfile.")
+    if options.pulses is not None:
+        raise ParameterError("--pulses has no effect: a flatfile has no waveforms. Remove it.")
+    [flatfile] = options.records
+    return Path(flatfile)
+
+
+def _refuse_flatfiles(options: argparse.Namespace) -> None:
+    """Refuse a flatfile from which a file of records shall be written."""
+    from rockframe.ingest.catalogue import catalogue_kind  # the command has other imports without
+
+    for file in options.records:
+        kind = catalogue_kind(file) if file.is_file() else ""
+        if "flatfile" in kind:
+            advice = "State the list of its files as output, such as selected.csv."
+            raise InputError(file, f"is a {kind} without waveforms. {advice}")
 
 
 def _draw(selection: Selection, file: Path) -> Path:
@@ -131,5 +165,9 @@ def _show(selection: Selection, files: list[Path]) -> None:
         f"{out and ' (left out: '}{out}{out and ')'}. The misfit is the root mean square of "
         "ln(Sa/target) over the periods."
     )
+    numbers = [str(row.get("recording", "")) for row in selection.motions]
+    digits = [number.removeprefix("NGAsub").removeprefix("RSN") for number in numbers]
+    if all(number.isdigit() for number in digits):
+        print(f"Record sequence numbers, for the search of PEER: {', '.join(digits)}")
     for file in files:
         print(file)
