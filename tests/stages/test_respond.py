@@ -18,10 +18,11 @@ from rockframe.errors import ParameterError
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.record import Record
-from rockframe.results import pulses, reading, records
+from rockframe.results import pulses, records, shards
 from rockframe.results.pulses import pulse_rows
 from rockframe.results.records import write_records
 from rockframe.results.response import open_response
+from rockframe.results.schema.arrays import Arrays
 from rockframe.results.tables import table
 from rockframe.results.tables.table import response_rows
 from rockframe.stages.common import Batch
@@ -67,7 +68,7 @@ def some_file(records_file: Path) -> Path:
 
 def test_what_was_written_has_the_rows_of_the_file(records_file: Path, tmp_path: Path) -> None:
     """Commands print these rows: the file is not read again, so both must agree to the last bit."""
-    written: list[xr.Dataset] = []
+    written: list[Arrays] = []
     matched, response = tmp_path / "pulses.nc", tmp_path / "response.nc"
     part = Batch(2, 3)  # two of the six records
     wanted = PulseOptions(surrogates=0, runners_up=1)
@@ -110,14 +111,14 @@ def test_commands_print_rows_without_opening_what_they_wrote(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     opened: list[Path] = []
-    whole = reading.opened
+    whole = shards.opened_arrays
 
-    def noted(path: Path, kind: str, **options: bool) -> AbstractContextManager[xr.Dataset]:
+    def noted(path: Path, kind: str, **options: bool) -> AbstractContextManager[Arrays]:
         opened.append(path)
         return whole(path, kind, **options)
 
     for module in (records, pulses, table):
-        monkeypatch.setattr(module, "opened", noted)
+        monkeypatch.setattr(module, "opened_arrays", noted)
     for command, words in (("pulse", ["--surrogates", "0"]), ("respond", ["--margins", "none"])):
         output = tmp_path / f"{command}.nc"
         argv = [command, str(records_file), "--output", str(output), "--batch", "1/6", *words]

@@ -26,7 +26,7 @@ from rockframe import (
     respond_bent,
 )
 from rockframe.errors import ParameterError
-from rockframe.results.response import responses_dataset
+from rockframe.results.response import responses_arrays
 from rockframe.results.tables.forces import force_rows, forces_in_words
 from rockframe.rocking import as_ground, reactions, with_contact
 from rockframe.structures.contract import Shaking, respond_each
@@ -267,7 +267,7 @@ def test_files_have_the_forces_of_each_column_of_unequal_bents_alone() -> None:
     structures: list[Any] = [frame, heavy]
     options = RespondOptions(forces=True, margins="none", ensemble=Ensemble(members=16))
     responses = respond_each(structures, Shaking(WEAKER, options))
-    file = responses_dataset({"pulse": responses}, structures)
+    file = responses_arrays({"pulse": responses}, structures)
     rows = {(row["structure"], row["force"]): row for row in force_rows(file)}
     bent: Any = responses[1]
     shear = rows["piers", "left_base_horizontal"]
@@ -286,7 +286,7 @@ def test_files_have_the_forces_of_each_column_of_unequal_bents_alone() -> None:
     assert ("piers", "base_joint_horizontal") not in rows
     assert ("frame", "base_joint_horizontal") in rows
     assert "forces are those of each column" in forces_in_words(rows.values())
-    without = responses_dataset({"pulse": responses[:1]}, structures[:1])
+    without = responses_arrays({"pulse": responses[:1]}, structures[:1])
     assert "left_base_horizontal" not in without
     assert "each column" not in forces_in_words([*force_rows(without)])
 

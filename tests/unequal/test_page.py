@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose
 import rockframe
 from rockframe import Pulse, RespondOptions, RockingFrame, assess, bent_positions
 from rockframe.report.page import drawn_structure
-from rockframe.results.response import responses_dataset
+from rockframe.results.response import responses_arrays
 from rockframe.results.run import with_parameters
 from rockframe.results.tables.rows import LabelledValue, LabelledValuesOf
 from rockframe.structures.contract import Shaking, respond_each
@@ -34,7 +34,7 @@ def test_the_page_has_the_geometry_of_both_columns() -> None:
         RockingFrame(name="frame", height=8.0, width=1.4, mass_ratio=3.6),
     ]
     responses = respond_each(structures, Shaking(PULSE, RespondOptions(margins="none")))
-    file = responses_dataset({"pulse": responses}, structures)
+    file = responses_arrays({"pulse": responses}, structures)
     facts: Any = LabelledValuesOf(with_parameters(file), keys=["structure"])
     own, frame = (drawn_structure(facts[structure.name]) for structure in structures)
     json.dumps([own, frame], allow_nan=False)

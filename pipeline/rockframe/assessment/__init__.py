@@ -12,7 +12,7 @@ from rockframe.notebook import Shown
 from rockframe.options.respond import RespondOptions
 from rockframe.record import Record
 from rockframe.results.reading import indexed
-from rockframe.results.response import responses_dataset
+from rockframe.results.response import responses_arrays
 from rockframe.rocking import GroundAcceleration, as_ground
 from rockframe.rocking.response import require_some
 from rockframe.stages.respond import ResponseTask, answer_task
@@ -129,12 +129,12 @@ class Assessment(Shown):
         The variables are those of ``response.nc``, with their units; `record` and `structure` are
         indexes. Histories are those of `Response.to_xarray`.
         """
-        dataset = responses_dataset(
+        arrays = responses_arrays(
             self.responses,
             self.structures,
             pulses=all(getattr(assessment, "to_pulse", None) is not None for _, assessment in self),
         )
-        return indexed(dataset)
+        return indexed(arrays.dataset())
 
 
 def assess(

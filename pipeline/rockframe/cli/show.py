@@ -77,7 +77,6 @@ def _entry(run: Run, text: str) -> Mapping[str, str]:
 
 def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
     """Return everything in the run about the record, in the order of the stages."""
-    from rockframe.results.screen import screening_of
     from rockframe.results.tables.entries import left_out_of
 
     name = entry["record_id"]
@@ -92,7 +91,7 @@ def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
         for key, verdict in entry.items()
         if key.endswith("_verdict")
     ]
-    screen, figure = run.folder / "screen.nc", Path("figures") / f"{name}.png"
+    figure = Path("figures") / f"{name}.png"
     rejected = left_out_of(run.folder).items()
     motions = _motions(run.folder / "response.nc", name)
     study = run.manifest["parameters"].get("study", {})
@@ -110,21 +109,30 @@ def _record_history(run: Run, entry: Mapping[str, str]) -> dict[str, Any]:
             if record == name
         },
         **({"motions": motions} if motions else {}),
-        "screening": screening_of(screen, name) if name and screen.is_file() else [],
+        "screening": _screening(run.folder / "screen.nc", name) if name else [],
         "left_out": {stage: reasons[name] for stage, reasons in rejected if name in reasons},
         "figure": figure.as_posix() if name and (run.folder / figure).is_file() else "",
     }
 
 
+def _screening(path: Path, name: str) -> list[dict[str, Any]]:
+    """Return the rows of a record in a screening; empty without a screening."""
+    if not path.is_file():
+        return []
+    from rockframe.results.screen import screening_of  # loads xarray
+
+    return screening_of(path, name)
+
+
 def _motions(path: Path, name: str) -> list[Mapping[str, Any]]:
     """Return the rows of the motions of a record that is a sequence; empty for other records."""
-    from rockframe.results.reading import opened
     from rockframe.results.schema import RESPONSE
+    from rockframe.results.shards import opened_arrays
     from rockframe.results.tables.table import part_rows
 
     if not path.is_file():
         return []
-    with opened(path, RESPONSE) as response:
+    with opened_arrays(path, RESPONSE) as response:
         return [row for row in part_rows(response) if row["record_id"] == name]
 
 

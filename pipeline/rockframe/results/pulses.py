@@ -8,10 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, Unpack
+from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.components import recordings_of_channels
@@ -20,14 +19,18 @@ from rockframe.matching.match import PulseMatch
 from rockframe.matching.record_pulses import PulseVerdict, RecordPulses
 from rockframe.provenance import sha256_of
 from rockframe.record import Part, Record, SiteType
-from rockframe.results.reading import opened
 from rockframe.results.records import channels_of, open_records
 from rockframe.results.schema import PULSES, RECORDS
+from rockframe.results.schema.arrays import Array, Arrays
 from rockframe.results.schema.response import PULSES_NC
+from rockframe.results.shards import opened_arrays
 from rockframe.results.tables.rows import Row, columns_of, rows_along
 from rockframe.results.writing import Origin, write_rows
 from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
+
+if TYPE_CHECKING:
+    from rockframe.results.schema.arrays import Dataset
 
 
 def write_pulses(
@@ -36,7 +39,7 @@ def write_pulses(
     *,
     batch: str = "",
     **origin: Unpack[Origin],
-) -> xr.Dataset:
+) -> Arrays:
     """Write the output of the pulse stage, complete or not at all; one record is in memory at a
     time. Return what was written, without the series.
 
@@ -110,9 +113,19 @@ _OF_MATCH: Final = columns_of(
 _BOUNDS: Final = ("match_index", "outside", "at_period_bound", "at_half_cycle_bound")
 
 
-def best_of(pulses: xr.Dataset) -> xr.Dataset:
+def best_of(pulses: Arrays) -> Arrays:
     """Return the values of the selected pulses, along ``record``."""
-    return pulses.sel(wavelet=pulses["best_wavelet"])
+    wavelets = pulses["wavelet"].values.tolist()
+    chosen = [wavelets.index(name) for name in pulses["best_wavelet"].values.tolist()]
+    best = {}
+    for name, variable in pulses.variables.items():
+        if "wavelet" in variable.dims:
+            values = np.broadcast_to(variable.values, (len(chosen), *variable.shape[-1:]))
+            values = values[np.arange(len(chosen)), chosen]
+            best[name] = Array.of(["record"], values, variable.attrs)
+        else:
+            best[name] = variable
+    return pulses.with_variables(best)
 
 
 def best_pulses(path: Path) -> dict[str, PulseMatch]:
@@ -135,7 +148,7 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     return best
 
 
-def sample_hashes(path: Path, pulses: xr.Dataset, names: Sequence[str]) -> dict[str, str]:
+def sample_hashes(path: Path, pulses: Dataset, names: Sequence[str]) -> dict[str, str]:
     """Return the hash of the samples from which each pulse of a file was computed, by record.
 
     Raises
@@ -170,7 +183,7 @@ def require_samples(path: Path, hashes: Mapping[str, str], record: Record) -> No
         )
 
 
-def loaded_pulses(path: Path) -> xr.Dataset:
+def loaded_pulses(path: Path) -> Arrays:
     """Return a pulse file without its series; empty for a batch without accepted records.
 
     Raises
@@ -178,8 +191,8 @@ def loaded_pulses(path: Path) -> xr.Dataset:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    with opened(path, PULSES, empty=True) as dataset:
-        return dataset.drop_dims("obs", errors="ignore").load()
+    with opened_arrays(path, PULSES, empty=True) as pulses:
+        return pulses.without("obs").loaded()
 
 
 _OF_PULSE: Final = (
@@ -197,7 +210,7 @@ _OF_RUNNER_UP: Final = {
 }
 
 
-def pulse_rows(pulses: Path | xr.Dataset) -> list[Row]:
+def pulse_rows(pulses: Path | Dataset) -> list[Row]:
     """Return a row for each record and wavelet; units are in the names.
 
     The row of the selected pulse, ``best``, has its runners-up.
@@ -277,7 +290,7 @@ class RecordMetadata:
     pulse_like: list[bool | None]
 
 
-def recordings_of(records: Path | xr.Dataset) -> dict[str, Recording]:
+def recordings_of(records: Path | Dataset) -> dict[str, Recording]:
     """Return the recording of each record by its identifier; records that are not independent, such
     as its components, have the same one.
 
@@ -292,7 +305,7 @@ def recordings_of(records: Path | xr.Dataset) -> dict[str, Recording]:
         If the file is missing, corrupted, or of another kind.
     """
     if isinstance(records, Path):
-        with opened(records, RECORDS) as dataset:
+        with opened_arrays(records, RECORDS) as dataset:
             return recordings_of(dataset)
     channels = channels_of(records)
     names = [channel.record_id for channel in channels]
@@ -313,7 +326,7 @@ def peaks_of(records_path: Path) -> dict[str, float]:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    with opened(records_path, RECORDS) as records:
+    with opened_arrays(records_path, RECORDS) as records:
         names, peaks = records["record_id"].values.tolist(), records["pga"].values / GRAVITY
         return dict(zip(names, peaks.tolist(), strict=True))
 
@@ -334,8 +347,8 @@ def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadat
         If a file cannot be read, if no pulse belongs to these records, or if a pulse was computed
         from other samples.
     """
-    with opened(records_path, RECORDS) as file:
-        records = file.drop_dims("obs").load()
+    with opened_arrays(records_path, RECORDS) as file:
+        records = file.without("obs").loaded()
     names = [str(name) for name in records["record_id"].values]
     unknown = np.full(len(names), np.nan)
     pulses = dict.fromkeys(PULSE_NUMBERS, unknown)
@@ -371,7 +384,8 @@ def _pulses(
     if "record_id" not in pulses:  # a batch without accepted records
         return values, like
     best = best_of(pulses)
-    best = best.isel(record=[name in row_of for name in best["record_id"].values.tolist()])
+    names_of_file = best["record_id"].values.tolist()
+    best = best.isel(record=[k for k, name in enumerate(names_of_file) if name in row_of])
     rows = [row_of[str(name)] for name in best["record_id"].values]
     for quantity, numbers in values.items():
         numbers[rows] = best[quantity].values

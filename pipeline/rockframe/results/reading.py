@@ -13,8 +13,7 @@ import numpy as np
 import xarray as xr
 from xarray.core import indexing
 
-from rockframe.errors import require_known
-from rockframe.results.shards import opened_file
+from rockframe.results.shards import opened_file, read_whole
 from rockframe.results.stored import Stored, kind_of, unlocked
 
 #: Parts of xarray that read on demand; its documentation names most of them.
@@ -22,8 +21,6 @@ _INTERNALS: Final = (
     *("IndexingSupport", "LazilyIndexedArray", "MemoryCachedArray"),
     "explicit_indexing_adapter",
 )
-#: Largest size of a variable that is read whole when a part of it is needed [bytes].
-_SMALL: Final = 2**16
 
 
 @contextmanager
@@ -91,22 +88,6 @@ class RockframeBackend(xr.backends.BackendEntrypoint):
         return dataset
 
 
-def positions(dataset: xr.Dataset, **wanted: str | float) -> dict[str, int]:
-    """Return the position of a name or number along each dimension.
-
-    Raises
-    ------
-    ParameterError
-        If the file does not contain it.
-    """
-    places = {}
-    for dimension, name in wanted.items():
-        names = dataset["record_id" if dimension == "record" else dimension].values.tolist()
-        require_known(dimension, name, names)
-        places[dimension] = names.index(name)
-    return places
-
-
 def indexed(dataset: xr.Dataset) -> xr.Dataset:
     """Return a dataset in which `record` is an index, as names of other dimensions are.
 
@@ -122,19 +103,6 @@ def indexed(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.assign_coords(record=("record", names, dataset["record_id"].attrs))
 
 
-def only_record(dataset: xr.Dataset, record: str | None) -> xr.Dataset:
-    """Return the part of a dataset that belongs to one record; all of it for None.
-
-    Raises
-    ------
-    ParameterError
-        If the file does not contain it.
-    """
-    if record is None:
-        return dataset
-    return dataset.isel(record=[positions(dataset, record=record)["record"]])
-
-
 class _Lazy(xr.backends.BackendArray):
     """A variable of an open file, read on demand."""
 
@@ -146,7 +114,7 @@ class _Lazy(xr.backends.BackendArray):
         because netCDF takes 0.2 ms for each part.
         """
         stored = self._stored
-        if not stored.chunks and "obs" not in stored.dims and stored.bytes <= _SMALL:
+        if read_whole(stored):
             support, read = indexing.IndexingSupport.BASIC, self._part
         else:
             support, read = indexing.IndexingSupport.OUTER, stored.read

@@ -7,10 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.components import (
@@ -27,15 +26,19 @@ from rockframe.components import rotd as rotd_of
 from rockframe.engines.engine import on_threads
 from rockframe.errors import InputError, ParameterError, require_known
 from rockframe.record import LONGEST_ID, Orientation, Part, Record
-from rockframe.results.reading import opened
 from rockframe.results.schema import RECORDS
+from rockframe.results.schema.arrays import Arrays
 from rockframe.results.schema.records import RECORDS_NC
+from rockframe.results.shards import opened_arrays
 from rockframe.results.stored import damage_named
 from rockframe.results.writing import Growing, Row, slices, write_rows
 from rockframe.signals.corner import UNCHANGED, Corner, CornerSource
 from rockframe.signals.measures import housner_intensity, spectral_acceleration
 from rockframe.signals.passport import Passport
 from rockframe.signals.processing import AsRead, BandPass, integrate, peak
+
+if TYPE_CHECKING:
+    from rockframe.results.schema.arrays import Dataset
 
 #: A record with its passport, and its samples before the correction of this package.
 RecordRow: TypeAlias = (
@@ -51,7 +54,7 @@ def write_records(
     parameters: Mapping[str, Any],
     rotd: Mapping[str, Mapping[str, Any]] | None = None,
     spectral_periods: Sequence[float] = (),
-) -> tuple[dict[str, str], xr.Dataset]:
+) -> tuple[dict[str, str], Arrays]:
     """Write the output of the ingest stage, complete or not at all; one record is in memory at a
     time.
 
@@ -80,7 +83,7 @@ def write_records(
     -------
     dict of str to str
         Name and SHA-256 of each input, including the record files.
-    Dataset
+    Arrays
         What was written, without the samples.
 
     Raises
@@ -128,7 +131,7 @@ def write_scaled(
     input_sha256: Mapping[str, str],
     parameters: Mapping[str, Any],
     left_out: Mapping[str, str] | None = None,
-) -> xr.Dataset:
+) -> Arrays:
     """Write some records of a file, each times a factor, in their order; return what was written,
     without the samples.
 
@@ -166,10 +169,11 @@ def write_scaled(
     )
 
 
-def channels_of(values: Mapping[Any, Any]) -> list[Channel]:
+def channels_of(values: Mapping[str, Any] | Dataset) -> list[Channel]:
     """Return the channel of each record from the values of a dataset or of its columns."""
     named = ("row_size" if name == "samples" else name for name in Channel._fields)
-    columns = (np.asarray(values[name]).tolist() for name in named)
+    held = (values[name] for name in named)
+    columns = (getattr(column, "values", np.asarray(column)).tolist() for column in held)
     return [
         Channel(*row)._replace(orientation=Orientation(row[Channel._fields.index("orientation")]))
         for row in zip(*columns, strict=True)
@@ -308,13 +312,8 @@ class RecordsFile:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         with ExitStack() as stack:
-            dataset = stack.enter_context(opened(self.path, RECORDS))
-            self._series = {
-                str(name): variable
-                for name, variable in dataset.variables.items()
-                if "obs" in variable.dims
-            }
-            self._values_of = dataset.drop_dims("obs").load()
+            self._series = stack.enter_context(opened_arrays(self.path, RECORDS))
+            self._values_of = self._series.without("obs").loaded()
             self._open = stack.pop_all()
         self._samples_of = slices(self._values_of["row_size"].values)
         self._rows = {name: row for row, name in enumerate(self.names)}
@@ -468,7 +467,7 @@ class RecordsFile:
     def _samples(self, variable: str, row: int) -> NDArray[np.float64]:
         """Return the samples of a record by the row in which the file has it."""
         with damage_named(self.path, RECORDS):
-            return np.asarray(self._series[variable][self._samples_of[row]].values)
+            return self._series[variable].isel(obs=self._samples_of[row]).values
 
     def scaled_row(self, name: str, factor: float) -> Row:
         """Return the series of a record and its other values, by variable, times a factor.

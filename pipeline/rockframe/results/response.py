@@ -9,18 +9,17 @@ from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Final, NamedTuple, Self, Unpack
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, Unpack
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.components import BothDirections
 from rockframe.errors import ParameterError
 from rockframe.frame import RockingFrame
 from rockframe.quantities import QUANTILES, QUANTITIES
-from rockframe.results.reading import opened, positions
 from rockframe.results.schema import RESPONSE, FileKind
+from rockframe.results.schema.arrays import Arrays, positions
 from rockframe.results.schema.response import (
     ABUTMENT,
     COMPARE_NC,
@@ -35,6 +34,7 @@ from rockframe.results.schema.response import (
     Overturning,
     Validity,
 )
+from rockframe.results.shards import opened_arrays
 from rockframe.results.stored import damage_named
 from rockframe.results.tables.forces import kilonewtons
 from rockframe.results.tables.rows import (
@@ -59,6 +59,11 @@ from rockframe.rocking.spectra.rocking import RockingSpectrum
 from rockframe.rocking.spectra.scan import OverturningSpectrum, islands
 from rockframe.rocking.verdict import Strip, Verdict, strip_of
 from rockframe.structures.contract import Compared, Structure, StructureResponse, kind_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockframe.results.schema.arrays import Dataset
 
 _HISTORIES: Final = ("theta", "u", "v")
 #: Histories of motions in both directions.
@@ -125,7 +130,7 @@ def write_responses(
     batch: str = "",
     motions: int = 0,
     **origin: Unpack[Origin],
-) -> xr.Dataset:
+) -> Arrays:
     """Write the output of the respond stage, complete or not at all; one record is in memory at a
     time. Return what was written, without the histories.
 
@@ -164,7 +169,7 @@ def write_response_rows(
     batch: str = "",
     motions: int = 0,
     **origin: Unpack[Origin],
-) -> xr.Dataset:
+) -> Arrays:
     """Write what `response_row` returned for each record; the rest is as for `write_responses`."""
     parameters = origin["parameters"]
     pulses, pairs = bool(parameters.get("pulses")), bool(parameters.get("pairs"))
@@ -174,13 +179,13 @@ def write_response_rows(
     return write_rows(RESPONSE_NC, rows, path, complete, batch=batch, **origin)
 
 
-def responses_dataset(
+def responses_arrays(
     answers: Mapping[str, Sequence[StructureResponse]],
     structures: Sequence[Structure],
     *,
     pulses: bool = False,
     motions: int = 0,
-) -> xr.Dataset:
+) -> Arrays:
     """Return the variables of a response file for responses in memory, without the histories.
 
     Parameters
@@ -196,8 +201,8 @@ def responses_dataset(
     """
     rows = [_values(name, responses) for name, responses in answers.items()]
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    dataset = RESPONSE_NC.dataset(_complete(columns, structures, pulses, motions))
-    return dataset.assign_attrs(rockframe_kind=RESPONSE_NC.name)
+    arrays = RESPONSE_NC.holding(_complete(columns, structures, pulses, motions))
+    return arrays.with_attrs(rockframe_kind=RESPONSE_NC.name)
 
 
 def response_row(
@@ -457,6 +462,8 @@ class ResponseFile:
     """
 
     def __init__(self, path: str | Path) -> None:
+        from rockframe.results.reading import opened  # loads xarray
+
         self.path = Path(path)
         with ExitStack() as stack:
             self.dataset = stack.enter_context(opened(self.path, RESPONSE))
@@ -583,7 +590,7 @@ def margin_values(margins: list[list[Margin | None]]) -> dict[str, Any]:
     }
 
 
-def strips_of(response: xr.Dataset, records: Collection[str]) -> dict[tuple[str, str], Strip]:
+def strips_of(response: Dataset, records: Collection[str]) -> dict[tuple[str, str], Strip]:
     """Return the strips of computed responses by record and structure; empty without margins.
 
     Motions in both directions have none, because the outcome of the structure as given is not
@@ -636,7 +643,7 @@ def write_comparison(
     frames: Sequence[RockingFrame],
     path: Path,
     **origin: Unpack[Origin],
-) -> xr.Dataset:
+) -> Arrays:
     """Write the output of the compare stage, complete or not at all; one record is in memory at a
     time. Return what was written, without the histories.
 
@@ -693,7 +700,7 @@ def _compared(columns: Mapping[str, list[Any]], frames: Sequence[RockingFrame]) 
     return {**columns, **bands, **frame, "model": columns["model"][0], "structure": names}
 
 
-def comparison_rows(comparison: Path | xr.Dataset) -> list[Row]:
+def comparison_rows(comparison: Path | Dataset) -> list[Row]:
     """Return a row for each record, structure and model; units in the names of columns.
 
     Parameters
@@ -707,7 +714,7 @@ def comparison_rows(comparison: Path | xr.Dataset) -> list[Row]:
         If the file is missing, corrupted, or of another kind.
     """
     if isinstance(comparison, Path):
-        with opened(comparison, COMPARE_NC.name) as dataset:
+        with opened_arrays(comparison, COMPARE_NC.name) as dataset:
             return comparison_rows(dataset)
     return list(map(_in_kilonewtons, rows_along(comparison, "record structure model", _COLUMNS)))
 
@@ -731,6 +738,8 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
     ParameterError
         If there is no such record or structure.
     """
+    from rockframe.results.reading import opened  # loads xarray
+
     with opened(path, COMPARE_NC.name) as dataset:
         where = positions(dataset, record=record, structure=structure)
         obs = slices(dataset["row_size"].values)[where["record"]]
@@ -742,8 +751,8 @@ def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:
     """Return the pairs of the `most` records with the largest drifts of free bridges, and all their
     structures.
     """
-    with opened(path, COMPARE_NC.name) as dataset:
-        drift = dataset["peak_u"].isel(model=0).max("structure").values
+    with opened_arrays(path, COMPARE_NC.name) as dataset:
+        drift = dataset["peak_u"].isel(model=0).values.max(axis=1)
         chosen = sorted(np.argsort(-drift, kind="stable")[:most].tolist())
         names = [str(dataset["record_id"].values[k]) for k in chosen]
         return [
@@ -818,6 +827,8 @@ def read_spectrum(path: str | Path) -> xr.Dataset:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
+    from rockframe.results.reading import opened
+
     with opened(Path(path), SPECTRUM_NC.name) as dataset:
         return dataset.load()
 
@@ -835,5 +846,7 @@ def read_rocking_spectrum(path: str | Path) -> xr.Dataset:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
+    from rockframe.results.reading import opened
+
     with opened(Path(path), ROCKING_SPECTRUM_NC.name) as dataset:
         return dataset.load()

@@ -12,17 +12,17 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.cells import number
 from rockframe.errors import InputError
 from rockframe.provenance import MANIFEST, read_manifest, sha256_of
 from rockframe.results.pulses import best_pulses
-from rockframe.results.reading import opened
 from rockframe.results.records import open_records
 from rockframe.results.response import strips_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
+from rockframe.results.schema.arrays import Array, Arrays
+from rockframe.results.shards import opened_arrays
 from rockframe.results.stored import attributes_of
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.forces import force_rows
@@ -132,9 +132,9 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
     left_out = left_out_reasons(attributes_of(folder / "response.nc", RESPONSE))
     entries, listed = _entries(folder / "records.csv", {*names, *left_out} if most else None)
     with (
-        opened(folder / "records.nc", RECORDS) as records,
-        opened(folder / "pulses.nc", PULSES) as pulses,
-        opened(folder / "response.nc", RESPONSE) as response,
+        opened_arrays(folder / "records.nc", RECORDS) as records,
+        opened_arrays(folder / "pulses.nc", PULSES) as pulses,
+        opened_arrays(folder / "response.nc", RESPONSE) as response,
     ):
         if most:
             records, pulses, response = (
@@ -164,7 +164,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
         )
 
 
-def with_parameters(response: xr.Dataset) -> xr.Dataset:
+def with_parameters(response: Arrays) -> Arrays:
     """Return a dataset with a variable for each property of structures that do not rock."""
     if "parameter" not in response:
         return response
@@ -173,34 +173,17 @@ def with_parameters(response: xr.Dataset) -> xr.Dataset:
         for name in ("parameter", "parameter_units", "parameter_label")
     )
     values = response["parameter_value"].values.T
-    return response.assign(
-        {
-            f"parameter_{name}": ("structure", column, {"units": unit, "long_name": label})
-            for name, unit, label, column in zip(names, units, labels, values, strict=True)
-        }
-    )
-
-
-def _some(dataset: xr.Dataset, names: Collection[str]) -> xr.Dataset:
-    """Return the values of some records, without series; those of one variable are read at a time.
-
-    Every value of a variable is read at once, because netCDF reads scattered values slowly.
-    """
-    places = np.flatnonzero([str(name) in names for name in dataset["record_id"].values])
-    without = dataset.drop_dims("obs", errors="ignore")
-    chosen = {
-        name: (variable.dims, variable.copy(deep=False).to_numpy()[places], variable.attrs)
-        for name, variable in without.variables.items()
-        if variable.dims[:1] == ("record",)
+    further = {
+        f"parameter_{name}": Array.of(["structure"], column, {"units": unit, "long_name": label})
+        for name, unit, label, column in zip(names, units, labels, values, strict=True)
     }
-    others = without.drop_dims("record")
-    held = others.assign(
-        {name: array for name, array in chosen.items() if name not in without.coords}
-    )
-    held = held.assign_coords(
-        {name: array for name, array in chosen.items() if name in without.coords}
-    )
-    return held[[*without.variables]]
+    return response.with_variables({**response.variables, **further})
+
+
+def _some(dataset: Arrays, names: Collection[str]) -> Arrays:
+    """Return the values of some records, without series."""
+    places = [k for k, name in enumerate(dataset["record_id"].values) if str(name) in names]
+    return dataset.without("obs").isel(record=places)
 
 
 #: Largest number of records and files that a page lists with their checks.
@@ -370,8 +353,8 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
     wanted = set(pairs)
     pulses = best_pulses(folder / "pulses.nc")
     with (
-        opened(folder / "records.nc", RECORDS) as records,
-        opened(folder / "response.nc", RESPONSE) as response,
+        opened_arrays(folder / "records.nc", RECORDS) as records,
+        opened_arrays(folder / "response.nc", RESPONSE) as response,
     ):
         rows_of = _samples_of(records)
         steps = dict(zip(_names(records, "record_id"), records["time_step"].values, strict=True))
@@ -388,7 +371,7 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
             if both:
                 acceleration = _length(folder / "records.nc", both)
             else:
-                acceleration = records["acceleration"][rows_of[record]].to_numpy()
+                acceleration = records["acceleration"].isel(obs=rows_of[record]).values
             step = float(steps[both[0] if both else record])
             pulse, start = np.empty(0), 0
             if record in pulses:
@@ -402,7 +385,7 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
             yield ground, [_history(response, record, name, rows, both) for name in chosen]
 
 
-def _components(response: xr.Dataset, row: int) -> list[str]:
+def _components(response: Arrays, row: int) -> list[str]:
     """Return the records of both components of a motion; empty for a motion in one plane."""
     return str(response["components"].values[row]).split() if "components" in response else []
 
@@ -415,13 +398,13 @@ def _length(path: Path, names: Sequence[str]) -> Float:
 
 
 def _history(
-    response: xr.Dataset, record: str, structure: str, rows: slice, both: Sequence[str]
+    response: Arrays, record: str, structure: str, rows: slice, both: Sequence[str]
 ) -> History:
     k = _names(response, "structure").index(structure)
     history_names = {"theta", "u", "v", *(("u_x", "u_y") if both else ("theta_low", "theta_high"))}
     names = ("theta", "u", "v", "theta_low", "theta_high", "u_x", "u_y")
     series = (
-        response[name][k, rows].to_numpy()
+        response[name].isel(structure=k, obs=rows).values
         if name in history_names and name in response
         else np.empty(0)
         for name in names
@@ -429,11 +412,11 @@ def _history(
     return History(record, structure, *series)
 
 
-def _names(dataset: xr.Dataset, variable: str) -> list[str]:
+def _names(dataset: Arrays, variable: str) -> list[str]:
     return [str(name) for name in dataset[variable].values]
 
 
-def _samples_of(dataset: xr.Dataset) -> dict[str, slice]:
+def _samples_of(dataset: Arrays) -> dict[str, slice]:
     """Return the samples of each record along ``obs``."""
     of_obs = slices(dataset["row_size"].values)
     return dict(zip(_names(dataset, "record_id"), of_obs, strict=True))

@@ -22,8 +22,9 @@ from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import InputError, ParameterError
 from rockframe.provenance import key_of, whole_file
 from rockframe.quantities import OF_SCENARIO, QUANTITIES
-from rockframe.results.reading import opened, positions
+from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN
+from rockframe.results.schema.arrays import positions
 from rockframe.results.schema.response import SCREEN_NC
 from rockframe.results.stored import CHUNK, open_netcdf
 from rockframe.results.tables.rows import columns_of, rows_along
@@ -126,7 +127,7 @@ def write_screening(
             mode="a",
         )
     constants = {
-        name: SCREEN_NC[name].holding(np.array(rows)[:, :, None]).isel(scale=0)
+        name: SCREEN_NC[name].holding(np.array(rows)[:, :, None]).isel(scale=0).variable()
         for name, rows in at_reference.items()
     }
     attributes = {"rockframe_kind": SCREEN, "parameters": json.dumps(dict(parameters))}

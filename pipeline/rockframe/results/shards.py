@@ -8,10 +8,11 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import astuple, dataclass
+from functools import partial
 from itertools import accumulate
 from pathlib import Path
 from threading import RLock
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import netCDF4
 import numpy as np
@@ -21,15 +22,15 @@ from rockframe.errors import InputError
 from rockframe.interruption import raise_if_interrupted
 from rockframe.provenance import sha256_of
 from rockframe.results.schema import KINDS
+from rockframe.results.schema.arrays import Array, Arrays, Index
 from rockframe.results.stored import SHARDS, Stored, alone, opened_one
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Attributes that the shards of an index have in common with it.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
 #: Size of the numbers in open shards beyond which all but the last are closed [bytes].
 _MOST_OPEN: Final = 2**28
+#: Largest size of a variable that is read whole when a part of it is needed [bytes].
+_SMALL: Final = 2**16
 #: Opens a file, and yields it with a lock that is held while a variable is read.
 Holder = Callable[[Path], AbstractContextManager[tuple[netCDF4.Dataset, Any]]]
 
@@ -83,7 +84,7 @@ class _Batch:
     variables: Sequence[str]
     names: Sequence[str]
     samples: int
-    shared: Mapping[str, xr.Variable]
+    shared: Mapping[str, Array]
 
 
 def write_index(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
@@ -112,8 +113,6 @@ def write_index(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str
         first; if a file is missing or out of order; if a record is in two of them; or if no file
         contains a record.
     """
-    import xarray as xr  # readers of an index do without
-
     from rockframe.results.writing import named, put
 
     batches = [_batch(path, kind, f"{k}/{len(parts)}") for k, path in enumerate(parts, 1)]
@@ -135,9 +134,9 @@ def write_index(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str
         for b in batches
     ]
     attrs = {name: value for name, value in first.attrs.items() if name != "batch"}
-    index = xr.Dataset(
+    index = Arrays(
         {"record_id": KINDS[kind]["record_id"].holding(names), **first.shared},
-        attrs={**attrs, SHARDS: json.dumps([astuple(shard) for shard in shards])},
+        {**attrs, SHARDS: json.dumps([astuple(shard) for shard in shards])},
     )
     inputs, parameters = (json.loads(attrs[name]) for name in ("input_sha256", "parameters"))
     with named(output) as partial:
@@ -405,3 +404,48 @@ def _with_shards(stored: Sequence[Stored], shards: OpenShards, kind: str) -> lis
         for declared in KINDS[kind].variables
         if declared.name in own or declared.name in joined
     ]
+
+
+@contextmanager
+def opened_arrays(path: Path, kind: str, *, empty: bool = False) -> Iterator[Arrays]:
+    """Open the variables of a file of one kind, and close it at the end of the block.
+
+    They are those of `rockframe.results.reading.opened`, with the same checks, without xarray.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        One of `KINDS`.
+    empty : bool
+        Accept the file of a batch without accepted records too, which has no variables.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or corrupted, if another stage wrote it, or if its content does not
+        match the declaration of the kind.
+    """
+    with opened_file(path, kind, empty=empty) as (attrs, stored):
+        yield Arrays(
+            {
+                variable.declared.name: Array(
+                    variable.dims, variable.shape, partial(_read, variable), variable.attrs
+                )
+                for variable in stored
+            },
+            attrs,
+        )
+
+
+def read_whole(stored: Stored) -> bool:
+    """Return True for a small variable: netCDF takes 0.2 ms for each part, so all is read once."""
+    small = not stored.chunks and "obs" not in stored.dims and stored.bytes <= _SMALL
+    return stored.is_read or small
+
+
+def _read(stored: Stored, key: tuple[Index, ...]) -> Any:
+    # netCDF reads scattered values slowly
+    scattered = not stored.chunks and any(isinstance(index, Sequence) for index in key)
+    return stored.values[key] if scattered or read_whole(stored) else stored.read(key)

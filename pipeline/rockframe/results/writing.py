@@ -9,19 +9,24 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Final, Literal, Required, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Final, Literal, Required, TypedDict, Unpack
 
 import netCDF4
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from rockframe.errors import InputError
 from rockframe.provenance import package_versions, sha256_of, source_code_hash, whole_file
 from rockframe.results.schema import KINDS
+from rockframe.results.schema.arrays import Array, Arrays
 from rockframe.results.schema.declare import FileKind
 from rockframe.results.stored import CHUNK, WITHOUT_RECORDS, open_netcdf
 from rockframe.units import GRAVITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockframe.results.schema.arrays import Dataset
 
 #: The series of a record and its other values, both by variable.
 Row = tuple[Mapping[str, NDArray[np.float64]], Mapping[str, Any]]
@@ -50,13 +55,13 @@ class Origin(TypedDict, total=False):
     left_out: Mapping[str, str] | None
 
 
-def write(dataset: xr.Dataset, path: Path, kind: str, **origin: Unpack[Origin]) -> None:
+def write(dataset: Dataset, path: Path, kind: str, **origin: Unpack[Origin]) -> None:
     """Write a dataset, complete or not at all; the same inputs give the same bytes.
 
     Parameters
     ----------
-    dataset : xarray.Dataset
-        The dataset to write.
+    dataset : Arrays or xarray.Dataset
+        The variables to write.
     path : Path
         The file to write; an older file is replaced.
     kind : str
@@ -100,7 +105,7 @@ def require_ending(path: Path) -> None:
 
 
 def put(
-    dataset: xr.Dataset,
+    dataset: Dataset,
     partial: Path,
     kind: str,
     *,
@@ -137,18 +142,19 @@ def put(
             variable[...] = one.values
 
 
-def _as_stored(variable: xr.Variable, coordinates: str) -> xr.Variable:
+def _as_stored(variable: Array | xr.Variable, coordinates: str) -> Array:
     """Return a variable as it is stored: with the names of its coordinates, and with texts as
     characters, because netCDF strings have no checksum.
     """
     attrs = {**variable.attrs, **({"coordinates": coordinates} if coordinates else {})}
-    if variable.dtype.kind != "O":
-        return xr.Variable(variable.dims, variable.values, attrs, fastpath=True)
-    texts = [str(text).encode() for text in variable.values.ravel()]
+    dimensions, values = [str(dimension) for dimension in variable.dims], variable.values
+    if values.dtype.kind != "O":
+        return Array.of(dimensions, values, attrs)
+    texts = [str(text).encode() for text in values.ravel()]
     length = max(1, max(map(len, texts), default=1))
-    characters = np.array(texts, dtype=f"S{length}").view("S1").reshape(*variable.shape, length)
-    dimensions = *variable.dims, f"string{length}"
-    return xr.Variable(dimensions, characters, {**attrs, "_Encoding": "utf-8"}, fastpath=True)
+    characters = np.array(texts, dtype=f"S{length}").view("S1").reshape(*values.shape, length)
+    dimensions.append(f"string{length}")
+    return Array.of(dimensions, characters, {**attrs, "_Encoding": "utf-8"})
 
 
 @contextmanager
@@ -194,7 +200,7 @@ class Growing:
 
 @contextmanager
 def growing(
-    partial: Path, series: Mapping[str, xr.Variable], mode: Literal["w", "a"] = "w"
+    partial: Path, series: Mapping[str, Array], mode: Literal["w", "a"] = "w"
 ) -> Iterator[Growing]:
     """Yield variables that grow along ``obs`` in a file; memory does not grow with them.
 
@@ -202,7 +208,7 @@ def growing(
     ----------
     partial : Path
         A file of `named`, which is created (in mode ``a``, extended); `put` adds the rest.
-    series : mapping of str to Variable
+    series : mapping of str to Array
         Templates of the variables, of double precision with ``obs`` as their last dimension.
     """
     file = open_netcdf(partial, mode)
@@ -213,7 +219,7 @@ def growing(
                 if dimension not in file.dimensions:
                     file.createDimension(str(dimension), size)
             rows = math.prod(like.shape[:-1])
-            chunk = (*(1,) * (like.ndim - 1), CHUNK)
+            chunk = (*(1,) * (len(like.dims) - 1), CHUNK)
             create_variable(file, name, like, chunk, chunks=4 * rows)
         yield Growing(file)
     finally:
@@ -224,7 +230,7 @@ def growing(
 def create_variable(
     file: netCDF4.Dataset,
     name: str,
-    like: xr.Variable,
+    like: Array,
     chunk: tuple[int, ...] | None = None,
     *,
     chunks: int | None = None,
@@ -237,7 +243,7 @@ def create_variable(
         The open file, which has the dimensions.
     name : str
         Name of the variable.
-    like : Variable
+    like : Array
         The other one.
     chunk : tuple of int, optional
         Size of one compressed block; by default of one row, for series along ``obs``.
@@ -246,16 +252,16 @@ def create_variable(
     """
     if chunk is None and "obs" in like.dims:
         chunk = tuple(min(n, CHUNK) if d == "obs" else 1 for d, n in like.sizes.items())
-    elif chunk is None and like.nbytes > _ONE_BLOCK and like.dims[0] == "record":
+    elif chunk is None and like.values.nbytes > _ONE_BLOCK and like.dims[0] == "record":
         # by default netCDF makes chunks of several MB, and keeps one of each variable in memory
-        rows = max(1, 8 * CHUNK * len(like) // like.nbytes)
-        chunk = min(rows, len(like)), *like.shape[1:]
+        rows = max(1, 8 * CHUNK * like.shape[0] // like.values.nbytes)
+        chunk = min(rows, like.shape[0]), *like.shape[1:]
     created = file.createVariable(
         name,
-        like.dtype,
+        like.values.dtype,
         [str(dimension) for dimension in like.dims],
         chunksizes=chunk,
-        fill_value=np.nan if like.dtype.kind == "f" else None,
+        fill_value=np.nan if like.values.dtype.kind == "f" else None,
         chunk_cache=None if chunks is None else chunks * 8 * math.prod(chunk or ()),
         **COMPRESSED,
     )
@@ -274,7 +280,7 @@ def write_rows(
     further: Callable[[Mapping[str, list[Any]], Growing], Mapping[str, Any]] | None = None,
     batch: str = "",
     **origin: Unpack[Origin],
-) -> xr.Dataset:
+) -> Arrays:
     """Write a file, complete or not at all; the series of one record are in memory at a time.
 
     Returns what was written, without the series, so that nobody has to read it again.
@@ -309,7 +315,7 @@ def write_rows(
     # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
     with named(path) as partial:
-        dataset = xr.Dataset(attrs={"title": WITHOUT_RECORDS})
+        dataset = Arrays({}, {"title": WITHOUT_RECORDS})
         for series, _ in first:
             empty = {name: kind[name].holding(s[..., :0]) for name, s in series.items()}
             with growing(partial, empty) as written:
@@ -318,13 +324,13 @@ def write_rows(
                     for name, value in values.items():
                         columns[name].append(value)
                 more = {} if further is None else further(columns, written)
-            dataset = kind.dataset({**complete(columns), **more})
+            dataset = kind.holding({**complete(columns), **more})
         if batch:
-            dataset.attrs["batch"] = batch
+            dataset = dataset.with_attrs(batch=batch)
         put(dataset, partial, kind.name, mode="a" if columns else "w", **origin)
     left_out = json.dumps(dict(origin.get("left_out") or {}), sort_keys=True)
     parameters = json.dumps(dict(origin["parameters"]))
-    return dataset.assign_attrs(rockframe_kind=kind.name, left_out=left_out, parameters=parameters)
+    return dataset.with_attrs(rockframe_kind=kind.name, left_out=left_out, parameters=parameters)
 
 
 def slices(sizes: ArrayLike) -> list[slice]:

@@ -6,10 +6,9 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import xarray as xr
 
 from rockframe.components import Channel, motions_of
 from rockframe.errors import InputError, ParameterError, RockframeWarning
@@ -22,6 +21,11 @@ from rockframe.signals.corner import UNCHANGED, Corner, CornerSource, choose_cor
 from rockframe.signals.passport import Measures, Passport, passport
 from rockframe.signals.processing import AsRead, BandPass, correct
 from rockframe.units import GRAVITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockframe.results.schema.arrays import Arrays
 
 #: A record, if it can be read and processed; the outcome of its input, with its passport; and the
 #: samples before the correction, if it was corrected here.
@@ -84,7 +88,7 @@ class Ingested:
         accepted, rejected, filtered out, rotated, unread.
     inputs : mapping of str to str
         Names and SHA-256 of the record files, of their StationXML, and of the catalogues.
-    dataset : Dataset
+    content : Arrays
         What was written, without the samples.
     """
 
@@ -92,7 +96,12 @@ class Ingested:
     rejections: tuple[InputOutcome, ...]
     entries: tuple[InputOutcome, ...]
     inputs: Mapping[str, str]
-    dataset: xr.Dataset
+    content: Arrays
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """What was written, without the samples, as a dataset of xarray."""
+        return self.content.dataset()
 
 
 class Acceptance:

@@ -8,17 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-import xarray as xr
-
 from rockframe.errors import ParameterError, RockframeWarning, require_known
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import Ensemble
 from rockframe.results.records import RecordsFile
+from rockframe.results.schema.arrays import Arrays
 from rockframe.units import GRAVITY
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rockframe.figures.captioned import Captioned
     from rockframe.frame import RockingFrame
+    from rockframe.results.schema.arrays import Dataset
     from rockframe.structures.contract import Structure
     from rockframe.study.structures import StructureTable
 
@@ -27,8 +29,9 @@ Answer = TypeVar("Answer")
 
 #: Callback that takes the number of items done and the total.
 Progress = Callable[[int, int], None]
-#: Callback that takes the dataset of the written file, without its series.
-Written = Callable[[xr.Dataset], None]
+#: Callbacks that take the content of the written file, without its series.
+Written = Callable[["xr.Dataset"], None]
+WrittenArrays = Callable[[Arrays], None]
 #: Name of a figure (without suffix), its description, and the figure.
 NamedFigure = tuple[str, str, "Captioned"]
 
@@ -141,7 +144,7 @@ def silent(_done: int, _total: int) -> None:
     """Ignore progress."""
 
 
-def unseen(_dataset: xr.Dataset) -> None:
+def unseen(_content: Dataset) -> None:
     """Ignore what was written."""
 
 

@@ -28,7 +28,7 @@ from rockframe.stages.common import (
     Counted,
     NamedFigure,
     Progress,
-    Written,
+    WrittenArrays,
     accepted,
     filtered_by,
     horizontal,
@@ -59,7 +59,7 @@ def compare_stage(
     filters: Filters | None = None,
     engine: Engine | None = None,
     progress: Progress = silent,
-    written: Written = unseen,
+    written: WrittenArrays = unseen,
 ) -> tuple[InputOutcome, ...]:
     """Compute each structure and its alternatives under each horizontal record: ``compare.nc``.
 
@@ -84,7 +84,7 @@ def compare_stage(
     progress : callable
         Called with the number of records done and in total.
     written : callable
-        Called with the dataset of the written file, without its histories.
+        Called with the `Arrays` of the written file, without its histories.
 
     Returns
     -------

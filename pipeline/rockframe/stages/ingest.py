@@ -274,7 +274,7 @@ def ingest_stage(
         _place(output, rotated=bool(azimuths)) as place,
     ):
         read = inspected(readings, options, checks)
-        inputs, dataset = write_records(
+        inputs, content = write_records(
             acceptance.passed(_and_sequence(read, None if azimuths else options, checks)),
             place,
             input_sha256={name: sha256_of(path) for name, path in files_stated.items()},
@@ -286,7 +286,7 @@ def ingest_stage(
             with open_records(place) as recorded:
                 rotd: dict[str, Mapping[str, Any]] = {}
                 toward = rotated(recorded, outcomes, azimuths, checks, rotd)
-                _, dataset = write_records(
+                _, content = write_records(
                     acceptance.passed(_and_sequence(toward, options, checks)),
                     output,
                     input_sha256=inputs,
@@ -297,7 +297,7 @@ def ingest_stage(
     rows = acceptance.publish()
     _warn_of_idle_options(options, acceptance.accepted, rows)
     rejections = tuple(row for row in rows if row.status == "rejected")
-    return Ingested(tuple(acceptance.accepted), rejections, rows, inputs, dataset)
+    return Ingested(tuple(acceptance.accepted), rejections, rows, inputs, content)
 
 
 #: Formats of the files that an option concerns.

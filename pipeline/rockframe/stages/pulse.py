@@ -23,7 +23,7 @@ from rockframe.stages.common import (
     Batch,
     Counted,
     Progress,
-    Written,
+    WrittenArrays,
     accepted,
     horizontal,
     silent,
@@ -42,7 +42,7 @@ def pulse_stage(
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
-    written: Written = unseen,
+    written: WrittenArrays = unseen,
 ) -> tuple[InputOutcome, ...]:
     """Find the pulses of each horizontal record: ``pulses.nc``.
 
@@ -59,7 +59,7 @@ def pulse_stage(
     progress : callable
         Called with the number of records done and in total.
     written : callable
-        Called with the dataset of the written file, without its series.
+        Called with the `Arrays` of the written file, without its series.
 
     Returns
     -------

@@ -52,7 +52,7 @@ from rockframe.stages.common import (
     Batch,
     Counted,
     Progress,
-    Written,
+    WrittenArrays,
     accepted,
     choose_structures,
     horizontal,
@@ -77,8 +77,7 @@ from rockframe.study.structures import SHIPPED_STRUCTURES, StructureTable
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
-    import xarray as xr
-
+    from rockframe.results.schema.arrays import Arrays
     from rockframe.wobbling import PairAcceleration
 
 #: Largest number of samples times structures in a task, which limits memory for histories.
@@ -134,7 +133,7 @@ def respond_stage(
     batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
-    written: Written = unseen,
+    written: WrittenArrays = unseen,
 ) -> tuple[InputOutcome, ...]:
     """Compute the response of each structure to each horizontal record: ``response.nc``.
 
@@ -155,7 +154,7 @@ def respond_stage(
     progress : callable
         Called with the number of records done and in total.
     written : callable
-        Called with the dataset of the written file, without its histories.
+        Called with the `Arrays` of the written file, without its histories.
 
     Returns
     -------
@@ -227,7 +226,7 @@ def foresee_respond(options: RespondOptions, structures: Sequence[StructureTable
     require_possible(most_critical(chosen, _TRIED), options.ensemble)
 
 
-def _warn_of_motion(response: xr.Dataset) -> None:
+def _warn_of_motion(response: Arrays) -> None:
     """Warn of structures that do not rest when a motion of a sequence begins."""
     for row in part_rows(response):
         if row["start_rotation_ratio"] > 0.0:

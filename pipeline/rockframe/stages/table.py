@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from rockframe.cells import TABLE_FORMATS, write_rows
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
 from rockframe.options.fetch import FetchOptions
@@ -39,6 +37,8 @@ from rockframe.results.tables.summary import (
 from rockframe.results.tables.table import table_rows
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rockframe.fetch.coverage import Fetched
 
 

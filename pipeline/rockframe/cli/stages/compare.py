@@ -15,8 +15,7 @@ from rockframe.errors import ParameterError
 from rockframe.options.model import ExecutionOptions
 
 if TYPE_CHECKING:
-    import xarray as xr
-
+    from rockframe.results.schema.arrays import Arrays
     from rockframe.results.tables.rows import Row
 
 
@@ -78,7 +77,7 @@ def run_compare(options: argparse.Namespace) -> int:
         raise ParameterError("--structures missing. Must be a file with [compare] tables.")
     first = {"designs": DESIGN_COLUMNS, "best": BEST_COLUMNS, _COMPARISON: ("record_id",)}
     arguments.refuse_tables(options, first, _COMPARISON)
-    written: list[xr.Dataset] = []
+    written: list[Arrays] = []
     with console.progress_bar("comparing") as progress:
         rejections = compare_stage(
             options.records,

@@ -162,8 +162,8 @@ def _accepted(result: Ingested) -> list[dict[str, Any]]:
 
 def _unpaired(result: Ingested) -> dict[str, str]:
     """Return the reason for each horizontal that has no RotD."""
-    dataset = result.dataset
-    named = zip(dataset["record_id"].values, dataset["unpaired"].values, strict=True)
+    content = result.content
+    named = zip(content["record_id"].values, content["unpaired"].values, strict=True)
     return {str(name): str(reason) for name, reason in named if reason}
 
 

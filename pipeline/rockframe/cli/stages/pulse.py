@@ -14,10 +14,9 @@ from rockframe.options.model import ExecutionOptions
 from rockframe.options.pulse import PulseOptions
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from rockframe.cells import Column
     from rockframe.record import Record
+    from rockframe.results.schema.arrays import Arrays
 
 
 def add_pulse(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +51,7 @@ def _find(options: argparse.Namespace) -> int:
     from rockframe.stages.pulse import pulse_stage
 
     arguments.refuse_tables(options, {"pulses": ("record_id",)}, "pulses")
-    written: list[xr.Dataset] = []
+    written: list[Arrays] = []
     with console.progress_bar("matching pulses") as progress:
         rejections = pulse_stage(
             options.records,

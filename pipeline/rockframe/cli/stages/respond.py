@@ -27,10 +27,9 @@ from rockframe.options.respond import (
 )
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from rockframe.cells import Column
     from rockframe.outcome import InputOutcome
+    from rockframe.results.schema.arrays import Arrays
     from rockframe.results.tables.rows import Row
 
 
@@ -135,7 +134,7 @@ def _refuse_tables(options: argparse.Namespace) -> None:
 
 
 def _further(
-    options: argparse.Namespace, response: xr.Dataset, written: Sequence[str]
+    options: argparse.Namespace, response: Arrays, written: Sequence[str]
 ) -> dict[str, Any]:
     """Return what is in the JSON only if it was asked for, or if there is any."""
     from rockframe.results.tables.sensitivity import sensitivity_rows
@@ -152,7 +151,7 @@ def _further(
 def _show(
     options: argparse.Namespace,
     wanted: RespondOptions,
-    response: xr.Dataset,
+    response: Arrays,
     said: Mapping[str, Any],
     scaled: list[Row],
     written: Sequence[str],
@@ -186,11 +185,11 @@ def _largest(peaks: Mapping[str, float], row: Row) -> float:
 
 def _respond(
     options: argparse.Namespace, wanted: RespondOptions
-) -> tuple[xr.Dataset, tuple[InputOutcome, ...]]:
+) -> tuple[Arrays, tuple[InputOutcome, ...]]:
     """Run the stage; return what it wrote, and the rejected records."""
     from rockframe.stages.respond import respond_stage
 
-    written: list[xr.Dataset] = []
+    written: list[Arrays] = []
     with console.progress_bar("rocking") as progress:
         rejections = respond_stage(
             options.records,
@@ -300,7 +299,7 @@ def _require_spreads(ensemble: Ensemble) -> None:
         raise ParameterError(f"--sensitivity without an ensemble: {lack}. State another one.")
 
 
-def _force_tables(response: xr.Dataset, responses: Sequence[Row]) -> dict[str, Sequence[Row]]:
+def _force_tables(response: Arrays, responses: Sequence[Row]) -> dict[str, Sequence[Row]]:
     """Return the tables of the forces, and of their envelope over the motions that count."""
     from rockframe.results.tables.envelope import force_envelope, of_motions_that_count
     from rockframe.results.tables.forces import force_rows
@@ -310,7 +309,7 @@ def _force_tables(response: xr.Dataset, responses: Sequence[Row]) -> dict[str, S
 
 
 def _show_forces(
-    response: xr.Dataset, responses: Sequence[Row], output: str, wanted: RespondOptions
+    response: Arrays, responses: Sequence[Row], output: str, wanted: RespondOptions
 ) -> None:
     """Print the forces at the joints, and their meaning."""
     from rockframe.results.tables.envelope import (
@@ -414,7 +413,7 @@ def _show_scales(rows: Sequence[Row]) -> None:
         print(f"{many}; --json and --figures have all.\n")
 
 
-def _draw(response: xr.Dataset, scaled: Sequence[Row], folder: Path) -> list[Path]:
+def _draw(response: Arrays, scaled: Sequence[Row], folder: Path) -> list[Path]:
     """Draw the forces and the change with amplitude of each record; return the files."""
     from rockframe.figures.captioned import save_captioned
     from rockframe.figures.joints import draw_forces
@@ -430,7 +429,7 @@ def _draw(response: xr.Dataset, scaled: Sequence[Row], folder: Path) -> list[Pat
     return drawn
 
 
-def _show_sensitivity(response: xr.Dataset, output: str) -> None:
+def _show_sensitivity(response: Arrays, output: str) -> None:
     """Print the rank correlations of the spreads, and their meaning."""
     from rockframe.results.tables.sensitivity import (
         SENSITIVITY_LEGEND,

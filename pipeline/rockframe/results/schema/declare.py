@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.results.schema.arrays import Array, Arrays
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -105,12 +107,9 @@ class Variable:
             **self.attrs,
         }
 
-    def holding(self, data: Any, units: str = "") -> xr.Variable:
-        """Return the variable with these values, for a dataset."""
-        import xarray as xr  # many commands only name variables
-
-        # the fast path does not ask if the array is one of Dask, which would import Dask
-        return xr.Variable(self.dims, self.array(data), self.described(units), fastpath=True)
+    def holding(self, data: Any, units: str = "") -> Array:
+        """Return the variable with these values."""
+        return Array.of(self.dims, self.array(data), self.described(units))
 
     @property
     def unknown(self) -> Any:
@@ -219,11 +218,11 @@ class FileKind:
         }
 
     def dataset(self, values: Mapping[str, Any], **units: str) -> xr.Dataset:
-        """Return the dataset of these values by variable; `units` choose among several allowed
-        units.
-        """
-        import xarray as xr
+        """Return `holding` as a dataset of xarray."""
+        return self.holding(values, **units).dataset()
 
+    def holding(self, values: Mapping[str, Any], **units: str) -> Arrays:
+        """Return the variables with these values; `units` choose among several allowed units."""
         unknown = values.keys() - {variable.name for variable in self.variables}
         if unknown:
             raise KeyError(f"not declared for {self.name} files: {sorted(unknown)}")
@@ -232,4 +231,4 @@ class FileKind:
             for variable in self.variables
             if variable.name in values
         }
-        return xr.Dataset(variables, attrs={"title": self.title})
+        return Arrays(variables, {"title": self.title})

@@ -6,15 +6,16 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import repeat
-from typing import Any, Final
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import Column, in_digits, number
 from rockframe.quantities import FORCE_DURATION, FORCES, QUANTILES, QUANTITIES, Quantity
-from rockframe.results.reading import only_record
+from rockframe.results.schema.arrays import only_record
 from rockframe.results.tables.rows import Row, is_computed, rocks, rows_along
 from rockframe.study.kinds import declared_kind
+
+if TYPE_CHECKING:
+    from rockframe.results.schema.arrays import Dataset
 
 #: Meaning of the forces, for the lines below a table or figure.
 FORCES_LEGEND: Final = (
@@ -120,12 +121,12 @@ _VARIABLES: Final = {
 }
 
 
-def has_forces(response: xr.Dataset) -> bool:
+def has_forces(response: Dataset) -> bool:
     """Return True if a response file has the forces at the joints."""
     return FORCES[0].name in response
 
 
-def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]:
+def force_rows(response: Dataset, record: str | None = None) -> Iterator[Row]:
     """Yield a row for each record, structure and force; none if the file has no forces.
 
     A row has ``record_id``, ``structure``, ``weight_kn``, ``friction_coefficient``, ``force`` (its
@@ -169,7 +170,7 @@ def force_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]
             }
 
 
-def _in_both_directions(response: xr.Dataset) -> set[str]:
+def _in_both_directions(response: Dataset) -> set[str]:
     """Return the motions in both directions, in which columns roll and no impact has an impulse."""
     if "components" not in response:
         return set()
@@ -177,7 +178,7 @@ def _in_both_directions(response: xr.Dataset) -> set[str]:
     return {record for record, components in zip(*columns, strict=True) if components}
 
 
-def force_cells(response: xr.Dataset) -> Iterator[Row]:
+def force_cells(response: Dataset) -> Iterator[Row]:
     """Return the columns of ``table.csv`` for each record and structure; none without forces.
 
     They are ``weight_kn``, and for each force its value and quantiles over the weight and in kN,

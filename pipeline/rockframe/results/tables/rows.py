@@ -24,6 +24,7 @@ from rockframe.units import GRAVITY
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rockframe.results.schema.arrays import Array, Dataset
     from rockframe.rocking.assessments import EnsembleResponse
 
 AnyCells = TypeVar("AnyCells", bound=Cells)
@@ -406,7 +407,7 @@ _PAIRS: Final = 2**16
 _RECORDS: Final = 1024
 
 
-def blocks(dataset: xr.Dataset) -> Iterator[xr.Dataset]:
+def blocks(dataset: Dataset) -> Iterator[Dataset]:
     """Yield the dataset in blocks of records, so that not all values have to be in memory.
 
     Examples
@@ -420,7 +421,7 @@ def blocks(dataset: xr.Dataset) -> Iterator[xr.Dataset]:
         yield dataset.isel(record=slice(start, start + together))
 
 
-def rows_along(dataset: xr.Dataset, along: str, columns: Mapping[str, str]) -> Iterator[Row]:
+def rows_along(dataset: Dataset, along: str, columns: Mapping[str, str]) -> Iterator[Row]:
     """Return an iterator over a row for each position along the dimensions.
 
     The parameters are those of `columns_along`.
@@ -429,7 +430,7 @@ def rows_along(dataset: xr.Dataset, along: str, columns: Mapping[str, str]) -> I
 
 
 def columns_along(
-    dataset: xr.Dataset, along: str, columns: Mapping[str, str]
+    dataset: Dataset, along: str, columns: Mapping[str, str]
 ) -> Iterator[dict[str, list[Any]]]:
     """Return an iterator over the columns of the rows at each position of the first dimension.
 
@@ -437,7 +438,7 @@ def columns_along(
 
     Parameters
     ----------
-    dataset : Dataset
+    dataset : Arrays or xarray.Dataset
         A variable with fewer dimensions gives the same value in many rows.
     along : str
         The dimensions, separated by spaces; the first varies slowest.
@@ -455,7 +456,7 @@ def columns_along(
 
 
 def _cells(
-    dataset: xr.Dataset, sizes: Mapping[str, int], key: str, name: str
+    dataset: Dataset, sizes: Mapping[str, int], key: str, name: str
 ) -> Callable[[int], list[Any]]:
     """Return a function that gives the cells of a column at a position of the slowest dimension."""
     place = ""
@@ -466,9 +467,13 @@ def _cells(
         unknown = "" if declared.holds in ("text", "flags") else np.nan
         together = math.prod([*sizes.values()][1:])
         return lambda _: [unknown] * together
-    variable = dataset.variables[name].to_base_variable()
-    variable = variable[..., int(place)] if place else variable
-    values = variable.set_dims(sizes).transpose(*sizes).values  # type: ignore[no-untyped-call]
+    variable = dataset.variables[name]
+    dims, values = [*variable.dims], variable.values
+    if place:
+        dims, values = dims[:-1], values[..., int(place)]
+    values = values.transpose([dims.index(dim) for dim in sizes if dim in dims])
+    values = values[tuple(slice(None) if dim in dims else None for dim in sizes)]
+    values = np.broadcast_to(values, [*sizes.values()])
     plain = _plain(key, variable.attrs)
     return lambda i: plain(values[i : i + 1].ravel())
 
@@ -518,7 +523,7 @@ class LabelledValuesOf(Mapping[Key, LabelledValues]):
 
     Parameters
     ----------
-    *parts : xarray.Dataset
+    *parts : Arrays or xarray.Dataset
         The first dataset defines the keys; the others add values for keys that they also have.
     keys : sequence of str
         Variables that contain the names: one variable, or one for each part of a pair.
@@ -532,7 +537,7 @@ class LabelledValuesOf(Mapping[Key, LabelledValues]):
     2.5
     """
 
-    def __init__(self, *parts: xr.Dataset, keys: Sequence[str]) -> None:
+    def __init__(self, *parts: Dataset, keys: Sequence[str]) -> None:
         self._parts = [
             (
                 [{str(name): i for i, name in enumerate(part[key].values)} for key in keys],
@@ -563,7 +568,7 @@ class LabelledValuesOf(Mapping[Key, LabelledValues]):
         return sum(1 for _ in self)
 
 
-def _columns_along(dataset: xr.Dataset, keys: Sequence[str]) -> list[Callable[..., LabelledValue]]:
+def _columns_along(dataset: Dataset, keys: Sequence[str]) -> list[Callable[..., LabelledValue]]:
     """Return a function from a position to the value, for each variable on the keys' dimensions."""
     dims = tuple(dim for key in keys for dim in dataset[key].dims)
     return [
@@ -575,7 +580,7 @@ def _columns_along(dataset: xr.Dataset, keys: Sequence[str]) -> list[Callable[..
 
 def _labelled(
     name: str,
-    array: xr.Variable,
+    array: Array | xr.Variable,
     values: NDArray[Any],
     words: Callable[[int], str] | None,
     at: Sequence[int],

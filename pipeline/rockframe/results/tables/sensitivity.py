@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.cells import DASH, Column, number
-from rockframe.results.reading import only_record
+from rockframe.results.schema.arrays import only_record
 from rockframe.results.tables.rows import Row, rows_along
+
+if TYPE_CHECKING:
+    from rockframe.results.schema.arrays import Dataset
 
 #: Meaning of the rank correlations, for the line below a table or figure.
 SENSITIVITY_LEGEND: Final = (
@@ -19,7 +20,7 @@ SENSITIVITY_LEGEND: Final = (
 )
 
 
-def sensitivity_rows(response: xr.Dataset, record: str | None = None) -> Iterator[Row]:
+def sensitivity_rows(response: Dataset, record: str | None = None) -> Iterator[Row]:
     """Yield a row for each record and structure; none if the file has no rank correlations.
 
     A row has ``record_id``, ``structure``, the rank correlation of each spread by its name,

@@ -41,7 +41,7 @@ from rockframe.results.tables.rows import (
 from rockframe.rocking.verdict import Verdict
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from rockframe.results.schema.arrays import Dataset
 
 #: Columns of a structure in a summary.
 OF_STRUCTURE: Final = ("height_m", "width_m", "mass_ratio", "slenderness_deg")
@@ -167,7 +167,7 @@ def first_words(rows: Iterable[Cells], key: str) -> str:
     return next((str(row[key]) for row in rows if row.get(key)), "")
 
 
-def left_out_motions(screening: xr.Dataset) -> str:
+def left_out_motions(screening: Dataset) -> str:
     """Return `left_out_words` of the motions of a screening."""
     reasons = left_out_reasons(screening.attrs)
     return left_out_words(reasons, screening.sizes["record"], "motions")

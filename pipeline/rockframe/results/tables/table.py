@@ -8,19 +8,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from itertools import chain
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import xarray as xr
 
 from rockframe.cells import Column
 from rockframe.errors import InputError
 from rockframe.quantities import OF_KINDS, PEAKS
 from rockframe.record import Part
 from rockframe.results.pulses import pulse_rows
-from rockframe.results.reading import opened
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.schema.response import CONTACT, ROBUST
+from rockframe.results.shards import opened_arrays
 from rockframe.results.tables.forces import FORCE_CELLS, force_cells
 from rockframe.results.tables.rows import (
     OF_BANDS,
@@ -33,6 +32,9 @@ from rockframe.results.tables.rows import (
 )
 from rockframe.results.tables.summary import OF_STRUCTURE
 from rockframe.rocking.verdict import MODEL_ENDS
+
+if TYPE_CHECKING:
+    from rockframe.results.schema.arrays import Dataset
 
 #: Columns that only some files have, with their variables.
 _SOME: Final = {
@@ -97,7 +99,7 @@ _NO_PULSE: Final[Row] = {
 
 
 def table_rows(
-    records: Path | xr.Dataset, pulses: Path | xr.Dataset, response: Path | xr.Dataset
+    records: Path | Dataset, pulses: Path | Dataset, response: Path | Dataset
 ) -> Iterator[Row]:
     """Yield a row for each record and structure; rows of one record follow each other.
 
@@ -135,7 +137,7 @@ def table_rows(
 
 
 def _table_rows(
-    records: xr.Dataset, pulses: xr.Dataset, response: xr.Dataset, named: Mapping[str, int]
+    records: Dataset, pulses: Dataset, response: Dataset, named: Mapping[str, int]
 ) -> Iterator[Row]:
     """Yield the rows of a block of records; `named` counts the records of each short name."""
     rows_of_records = {row["record_id"]: row for row in rows_along(records, "record", _OF_RECORD)}
@@ -158,7 +160,7 @@ def _table_rows(
         yield {column: row[column] for column in (*_COLUMNS, *further)}
 
 
-def _records_of(response: xr.Dataset, names: Sequence[str]) -> list[str]:
+def _records_of(response: Dataset, names: Sequence[str]) -> list[str]:
     """Return the records of each motion, with spaces between them."""
     if "components" not in response:
         return [*names]
@@ -183,31 +185,30 @@ def _of_motion(answer: Row, records: Mapping[str, Row]) -> Row:
 
 
 @contextmanager
-def _dataset(content: Path | xr.Dataset, kind: str) -> Iterator[xr.Dataset]:
+def _dataset(content: Path | Dataset, kind: str) -> Iterator[Dataset]:
     """Yield the dataset of a file, or the dataset itself."""
     if isinstance(content, Path):
-        with opened(content, kind, empty=True) as dataset:
+        with opened_arrays(content, kind, empty=True) as dataset:
             yield dataset
     else:
         yield content
 
 
-def _file(content: Path | xr.Dataset) -> Path:
+def _file(content: Path | Dataset) -> Path:
     return content if isinstance(content, Path) else Path(f"{content.attrs['rockframe_kind']}.nc")
 
 
-def _places(dataset: xr.Dataset) -> dict[str, int]:
+def _places(dataset: Dataset) -> dict[str, int]:
     """Return the place of each record in a dataset."""
     names = dataset["record_id"].values if "record_id" in dataset else ()
     return {str(name): place for place, name in enumerate(names)}
 
 
-def _some(dataset: xr.Dataset, places: Mapping[str, int], names: Sequence[str]) -> xr.Dataset:
+def _some(dataset: Dataset, places: Mapping[str, int], names: Sequence[str]) -> Dataset:
     """Return the part of a dataset from the first to the last of the named records."""
     present = [places[name] for name in names if name in places]
-    if not present:
-        return dataset.isel(record=slice(0), missing_dims="ignore")
-    return dataset.isel(record=slice(min(present), max(present) + 1))
+    first, last = (min(present), max(present)) if present else (0, -1)
+    return dataset.isel(record=slice(first, last + 1)) if "record_id" in dataset else dataset
 
 
 def _short_name(record: Row) -> str:
@@ -216,7 +217,7 @@ def _short_name(record: Row) -> str:
     return "/".join(part for part in parts if part) or str(record["record_id"])
 
 
-def response_rows(responses: Path | xr.Dataset) -> Iterator[Row]:
+def response_rows(responses: Path | Dataset) -> Iterator[Row]:
     """Yield a row for each record and structure; units are in the names.
 
     Parameters
@@ -235,7 +236,7 @@ def response_rows(responses: Path | xr.Dataset) -> Iterator[Row]:
                 yield from _response_rows(part)
 
 
-def _response_rows(responses: xr.Dataset) -> Iterator[Row]:
+def _response_rows(responses: Dataset) -> Iterator[Row]:
     """Yield the rows of a block of records."""
     rows, robust = rows_along(responses, "record structure", _OF_RESPONSE), ROBUST[0] in responses
     for row, forces in zip(rows, force_cells(responses), strict=False):
@@ -257,7 +258,7 @@ _OF_PART: Final = columns_of(
 )
 
 
-def part_rows(response: xr.Dataset) -> list[Row]:
+def part_rows(response: Dataset) -> list[Row]:
     """Return a row for each structure and motion of each sequence; units in the names of columns.
 
     `motion` counts the motions of a sequence from 1, and `motion_id` is the record of each. The
