@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rockframe.errors import InputError, OtherQuantityError, RockframeError
 from rockframe.ingest.catalogue import (
@@ -30,12 +30,14 @@ from rockframe.ingest.containers import (
 )
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import read_head, unreadable
-from rockframe.ingest.registry import Format, identified, read_format
 from rockframe.ingest.stationxml import is_station_xml
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import read_json
 from rockframe.record import Record
 from rockframe.signals.passport import Measures
+
+if TYPE_CHECKING:
+    from rockframe.ingest.registry import Format
 
 Catalogue = Mapping[str, CatalogueEntry]
 
@@ -330,9 +332,7 @@ _Catalogues = dict[str, dict[str, CatalogueEntry]]
 
 
 def read_content(
-    content: Content,
-    options: ReadOptions = NO_OPTIONS,
-    file_format: Format | None = None,
+    content: Content, options: ReadOptions = NO_OPTIONS, file_format: Format | None = None
 ) -> list[Reading]:
     r"""Read the records of a file or an archive member; the parameters are those of `read_bytes`.
 
@@ -361,6 +361,8 @@ def _read(
     """Return the records of a file or member, and the outcomes of its streams without records."""
     if content.refusal:
         raise InputError(content.where, content.refusal)
+    from rockframe.ingest.registry import identified, read_format  # every reader: workers load them
+
     try:
         names = dict.fromkeys(re.split("[:/]", content.name))
         options = options.of_file(names)
@@ -413,10 +415,8 @@ def read_file(
     (0.01, array([0.   , 1.962]))
     """
     path = Path(path)
-    options = replace(
-        options, units=units or options.units, time_step=time_step or options.time_step
-    )
-    data = load(path)
+    given: Any = {"units": units or options.units, "time_step": time_step or options.time_step}
+    data, options = load(path), replace(options, **given)
     options = with_archived(options, path, companions(path, data))
     return [
         reading.completed()
