@@ -37,9 +37,8 @@ from rockframe.results.tables.summary import (
 from rockframe.results.tables.table import table_rows
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from rockframe.fetch.coverage import Fetched
+    from rockframe.results.schema.arrays import Dataset
 
 
 def table_stage(
@@ -153,7 +152,7 @@ def write_table_workbook(
 
 
 def table_rows_of(
-    records: Path | xr.Dataset, pulses: Path | xr.Dataset, response: Path | xr.Dataset
+    records: Path | Dataset, pulses: Path | Dataset, response: Path | Dataset
 ) -> Iterator[Row]:
     """Return the rows of `table_rows`, with the paper's values for the paper's records."""
     return map(with_paper_facts, table_rows(records, pulses, response))
