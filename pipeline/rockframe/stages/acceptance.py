@@ -100,7 +100,7 @@ class Ingested:
 
     @property
     def dataset(self) -> xr.Dataset:
-        """What was written, without the samples, as a dataset of xarray."""
+        """The content as a dataset of xarray."""
         return self.content.dataset()
 
 

@@ -78,7 +78,7 @@ class Array:
 
 
 class Arrays:
-    """Variables by name, with attributes of all: what `xarray.Dataset` is to files of this package.
+    """Variables by name, with attributes of all.
 
     Parameters
     ----------
