@@ -27,12 +27,13 @@ from rockframe.fetch import service
 PACKAGE: Final = REPOSITORY / "pipeline" / "rockframe"
 PROJECT: Final = tomllib.loads((REPOSITORY / "pyproject.toml").read_text("utf-8"))["project"]
 #: Distributions whose packages have another name.
-NAMES: Final = {"pywt": "pywavelets"}
+NAMES: Final = {"openquake": "openquake-engine", "pywt": "pywavelets"}
 #: Extras of users, and where their packages are imported.
 EXTRAS: Final[dict[str, str | tuple[str, ...]]] = {
     "explorer": "explorer/server.py",
     "tables": ("results/tables", "ingest/tables.py"),
     "dask": "engines",
+    "openquake": "selection/models.py",
     "pdf": "stages/report.py",
 }
 

@@ -431,7 +431,8 @@ class SelectOptions(Options):
     target: File
     """Target spectrum, 5 % damped: CSV of period_s, sa_g (the median) or mean_ln_sa_g, and
     optionally sigma_ln_sa, the standard deviation of ln Sa; or uniform hazard spectra of OpenQuake
-    (hazard_uhs)."""
+    (hazard_uhs); or TOML of the parameters of a code or of ground-motion models; or JSON of the
+    design maps of the USGS."""
     motions: Annotated[int, Field(ge=1, le=1000)] = 11
     """Number of motions to select; ASCE 7 requires 11 or more."""
     pairs: Pairs | None = None

@@ -1,16 +1,21 @@
-"""Elastic spectra of design codes, from the parameters that the codes ask for."""
+"""Elastic spectra of design codes, from their parameters or from the maps of the USGS."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from rockframe.cells import plain
 from rockframe.errors import InputError, ParameterError, require_known
-from rockframe.options.model import Options
+from rockframe.options.model import Options, rule
+from rockframe.provenance import read_json
+from rockframe.selection.models import GroundMotionModels
 from rockframe.study.toml import parse, read_text
 from rockframe.units import GRAVITY
 
@@ -137,21 +142,48 @@ def _require_positive(**values: float) -> None:
 _Positive = Annotated[float, Field(gt=0.0, lt=100.0)]
 
 
-class _Asce7(Options):
-    """The spectrum of ASCE 7, from the two accelerations that its maps give for a site."""
+#: Spectra in the answers of the USGS, by level.
+_LEVELS: Final = {"design": "multiPeriodDesignSpectrum", "mcer": "multiPeriodMCErSpectrum"}
+_WORDS: Final = {"design": "design spectrum", "mcer": "MCE_R spectrum"}
+#: Longest text in a file of the USGS that messages and words show, and largest ordinate [g].
+_SHOWN, _LARGEST = 60, 20.0
 
-    sds_g: _Positive
-    sd1_g: _Positive
-    long_period_s: _Positive
+
+class Asce7(Options):
+    """The spectrum of ASCE 7: two-period, from the accelerations that its maps give for a site, or
+    multi-period, from the answer of the USGS.
+    """
+
+    sds_g: _Positive | None = None
+    sd1_g: _Positive | None = None
+    long_period_s: _Positive | None = None
+    design_maps: str | None = None
+    level: Literal["design", "mcer"] = "design"
     scale: _Positive = 1.0
 
-    def at(self, periods: ArrayLike) -> Float:
-        """Return the spectrum [m s-2]."""
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        two = {"sds_g": self.sds_g, "sd1_g": self.sd1_g, "long_period_s": self.long_period_s}
+        missing = [name for name, value in two.items() if value is None]
+        if self.design_maps is None and missing:
+            raise rule(f"{', '.join(missing)} missing. State them, or design_maps alone")
+        if self.design_maps is not None and len(missing) < len(two):
+            raise rule("design_maps has the accelerations. Remove the others")
+        if self.design_maps is None and self.level != "design":
+            raise rule("level has no effect without design_maps. State scale = 1.5 for MCE_R")
+        return self
+
+    def at(self, path: Path, periods: ArrayLike) -> tuple[Float, str]:
+        """Return the spectrum [m s-2], and its name."""
+        if self.design_maps is not None:
+            sa, words = design_maps_spectrum(path.parent / self.design_maps, periods, self.level)
+            return self.scale * sa, words
+        assert self.sds_g and self.sd1_g and self.long_period_s  # noqa: S101, PT018  validated
         values = (self.sds_g * GRAVITY, self.sd1_g * GRAVITY, self.long_period_s)
-        return self.scale * asce7_spectrum(periods, *values)
+        return self.scale * asce7_spectrum(periods, *values), "ASCE 7"
 
 
-class _Eurocode8(Options):
+class Eurocode8(Options):
     """The elastic spectrum of Eurocode 8, from the acceleration and the type of the ground."""
 
     ground_acceleration_g: _Positive
@@ -159,44 +191,34 @@ class _Eurocode8(Options):
     spectrum_type: Literal[1, 2] = 1
     scale: _Positive = 1.0
 
-    def at(self, periods: ArrayLike) -> Float:
-        """Return the spectrum [m s-2]."""
+    def at(self, _path: Path, periods: ArrayLike) -> tuple[Float, str]:
+        """Return the spectrum [m s-2], and its name."""
         acceleration = self.ground_acceleration_g * GRAVITY
-        return self.scale * eurocode8_spectrum(
-            periods, acceleration, self.ground, self.spectrum_type
-        )
+        sa = eurocode8_spectrum(periods, acceleration, self.ground, self.spectrum_type)
+        return self.scale * sa, "Eurocode 8"
 
 
-class _CodeFile(Options):
-    asce_7: _Asce7 | None = None
-    eurocode_8: _Eurocode8 | None = None
+class _TargetFile(Options):
+    asce_7: Asce7 | None = None
+    eurocode_8: Eurocode8 | None = None
+    ground_motion_models: GroundMotionModels | None = None
 
 
-def read_code_spectrum(path: Path, periods: ArrayLike) -> tuple[Float, str]:
-    r"""Read the parameters of a code's spectrum, and return it at some periods.
+def read_target_file(path: Path) -> Asce7 | Eurocode8 | GroundMotionModels:
+    r"""Read the parameters of a target spectrum.
 
     Parameters
     ----------
     path : Path
-        TOML file with one table: ``[asce_7]`` with ``sds_g``, ``sd1_g`` and ``long_period_s``, or
-        ``[eurocode_8]`` with ``ground_acceleration_g``, ``ground`` and ``spectrum_type``; ``scale``
-        multiplies the spectrum, such as 1.5 for MCE_R.
-    periods : array_like, shape (periods,)
-        Periods [s].
-
-    Returns
-    -------
-    sa : array, shape (periods,)
-        Pseudo-spectral acceleration [m s-2].
-    words : str
-        The code in words.
+        TOML file with one table: ``[asce_7]`` with ``sds_g``, ``sd1_g`` and ``long_period_s`` or
+        ``design_maps`` and ``level``; ``[eurocode_8]`` with ``ground_acceleration_g``, ``ground``
+        and ``spectrum_type``; or ``[ground_motion_models]`` (`GroundMotionModels`). ``scale``
+        multiplies the spectrum, such as 1.5 for MCE_R. Or JSON of the USGS, as `design_maps`.
 
     Raises
     ------
     InputError
-        If the file cannot be read, has no code or two, an unknown key, or an invalid value.
-    ParameterError
-        If the code has no value at a period.
+        If the file cannot be read, has no table or two, an unknown key, or an invalid value.
 
     Examples
     --------
@@ -205,15 +227,94 @@ def read_code_spectrum(path: Path, periods: ArrayLike) -> tuple[Float, str]:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "site.toml")
     ...     _ = path.write_text(text)
-    ...     sa, words = read_code_spectrum(path, [1.0])
+    ...     sa, words = read_target_file(path).at(path, [1.0])
     >>> (sa / GRAVITY).round(3).tolist(), words
     ([0.6], 'ASCE 7')
     """
-    codes = parse(path, read_text(path), _CodeFile)
-    tables = {"ASCE 7": codes.asce_7, "Eurocode 8": codes.eurocode_8}
-    stated = {name: table for name, table in tables.items() if table is not None}
+    if path.suffix.lower() == ".json":
+        return Asce7(design_maps=path.name)
+    file = parse(path, read_text(path), _TargetFile)
+    tables = (file.asce_7, file.eurocode_8, file.ground_motion_models)
+    stated = [table for table in tables if table is not None]
     if len(stated) != 1:
-        raise InputError(path, f"{len(stated)} codes. Must be one table, [asce_7] or [eurocode_8].")
-    [(name, table)] = stated.items()
-    words = name if table.scale == 1.0 else f"{table.scale:g} times {name}"
-    return table.at(periods), words
+        must = "Must be one table, [asce_7], [eurocode_8] or [ground_motion_models]."
+        raise InputError(path, f"{len(stated)} targets. {must}")
+    return stated[0]
+
+
+def design_maps_spectrum(path: Path, periods: ArrayLike, level: str) -> tuple[Float, str]:
+    """Return the multi-period spectrum of ASCE 7-22 that the USGS states for a site [m s-2].
+
+    Parameters
+    ----------
+    path : Path
+        Answer of the seismic design web service of the USGS for ASCE 7-22 (JSON).
+    periods : array_like, shape (periods,)
+        Periods, up to the longest of the file [s].
+    level : {"design", "mcer"}
+        Design level, or MCE_R.
+
+    Returns
+    -------
+    sa : array, shape (periods,)
+        Pseudo-spectral acceleration [m s-2].
+    words : str
+        The spectrum in words, with the title of the request.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has no such spectrum, or does not cover the periods.
+
+    Notes
+    -----
+    Between the periods of the file, Sa is linear in the period: ASCE/SEI 7-22, 11.4.5.1. The
+    accelerations are those of the direction in which they are largest.
+    """
+    try:
+        answer = read_json(path.read_bytes())
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}.") from None
+    except (ValueError, RecursionError):
+        raise InputError(
+            path, "is no JSON. Must be the answer of the USGS for ASCE 7-22."
+        ) from None
+    spectrum = _within(answer, "response", "data", _LEVELS[level])
+    known, sa = (_numbers(spectrum, name) for name in ("periods", "ordinates"))
+    if not 2 <= known.size == sa.size:
+        must = "Must be the answer of the USGS design maps for ASCE 7-22"
+        raise InputError(
+            path, f"no response.data.{_LEVELS[level]} of periods and ordinates. {must}."
+        )
+    if not (
+        (np.diff(known) > 0.0).all() and known[0] >= 0.0 and 0.0 < sa.min() <= sa.max() < _LARGEST
+    ):
+        must = f"Must be increasing periods [s], and ordinates above 0 and below {_LARGEST:g} g"
+        raise InputError(path, f"invalid {_LEVELS[level]}. {must}.")
+    wanted = _valid(periods)
+    for period in wanted:
+        if not known[0] <= period <= known[-1]:
+            covers = f"covers periods from {known[0]:g} to {known[-1]:g} s, not {period:g} s"
+            raise InputError(path, f"{covers}. State periods within this range.")
+    title = _within(answer, "request", "parameters", "title")
+    named = f" of {plain(title)[:_SHOWN]}" if isinstance(title, str) and title else ""
+    words = f"ASCE 7-22 multi-period {_WORDS[level]}{named}"
+    return np.interp(wanted, known, sa) * GRAVITY, words
+
+
+def _within(value: Any, *names: str) -> Any:
+    """Return the value below these names of nested objects; None if there is none."""
+    for name in names:
+        value = value.get(name) if isinstance(value, Mapping) else None
+    return value
+
+
+def _numbers(spectrum: Any, name: str) -> Float:
+    """Return a list of numbers; empty if it is anything else."""
+    values = spectrum.get(name) if isinstance(spectrum, Mapping) else None
+    if not isinstance(values, list) or not all(
+        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        for value in values
+    ):
+        return np.empty(0)
+    return np.array(values, dtype=np.float64)

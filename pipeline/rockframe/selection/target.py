@@ -1,4 +1,4 @@
-"""Target spectra: from files, OpenQuake and design codes, and conditional on one period."""
+"""Target spectra: of files, OpenQuake, codes and ground-motion models, and conditional ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ from rockframe.risk.hazard_files import (
     table_of,
 )
 from rockframe.risk.measures import spectral
-from rockframe.selection.codes import PERIODS, read_code_spectrum
+from rockframe.selection.codes import PERIODS, Asce7, Eurocode8, read_target_file
+from rockframe.selection.models import GroundMotionModels, disaggregation_of, mixture_of
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
@@ -32,6 +33,8 @@ CORRELATED: Final = (0.01, 10.0)
 _PERIOD, _MEDIAN, _MEAN, _DEVIATION = "period_s", "sa_g", "mean_ln_sa_g", "sigma_ln_sa"
 #: Relative difference of periods that are equal.
 _SAME: Final = 1e-6
+#: Suffixes of files with parameters of a target.
+_PARAMETERS: Final = (".toml", ".json")
 #: Number of characters of a heading that messages show.
 _SHOWN: Final = 80
 
@@ -125,8 +128,8 @@ def read_target(
     ----------
     path : Path
         CSV with the columns ``period_s``, ``sa_g`` (the median) or ``mean_ln_sa_g``, and optionally
-        ``sigma_ln_sa``; or uniform hazard spectra of OpenQuake; or TOML with the parameters of a
-        design code (`read_code_spectrum`).
+        ``sigma_ln_sa``; or uniform hazard spectra of OpenQuake; or the parameters of a design code
+        or of ground-motion models (`read_target_file`).
     periods : sequence of float, optional
         Periods of the target [s]; by default those of the file. Between its periods, ln Sa and its
         standard deviation are linear in the logarithm of the period.
@@ -154,7 +157,8 @@ def read_target(
     >>> print(f"{target.epsilon:.3f}", target.deviation.round(3).tolist())
     1.000 [0.398, 0.0, 0.464]
     """
-    is_code = path.suffix.lower() == ".toml"
+    is_code = path.suffix.lower() in _PARAMETERS
+    parameters = read_target_file(path) if is_code else None
     if not is_code and has_uniform_spectra(path):
         spectrum = read_uniform_spectrum(path, site, probability, periods)
         table, words = np.stack([spectrum.period, np.log(spectrum.sa)], axis=1), spectrum.words
@@ -162,13 +166,15 @@ def read_target(
         if probability is not None or (site is not None and (site.place or site.name)):
             message = "has no sites and probabilities to choose from. Do not state them for it."
             raise InputError(path, message)
-        table, words = _of_code(path, periods) if is_code else (_read_table(path), "")
+        if isinstance(parameters, GroundMotionModels):
+            return _of_models(path, parameters, periods, given)
+        table, words = (
+            _of_code(path, periods, parameters) if parameters else (_read_table(path), "")
+        )
     if given is not None and table.shape[1] < 3:
         message = f"no column {_DEVIATION}. A conditional spectrum needs the standard deviation of"
         raise InputError(path, f"{message} ln Sa that the ground-motion model states.")
-    wanted = np.array(sorted(periods) if periods else table[:, 0])
-    if given is not None and not np.isclose(wanted, given[0], rtol=_SAME, atol=0.0).any():
-        wanted = np.sort(np.append(wanted, given[0]))
+    wanted = _with_period(np.array(sorted(periods) if periods else table[:, 0]), given)
     _require_cover(path, table[:, 0], wanted)
     log_sa, *deviation = (
         np.interp(np.log(wanted), np.log(table[:, 0]), column) for column in table.T[1:]
@@ -181,11 +187,59 @@ def read_target(
     return target if given is None else _given(path, target, *given)
 
 
-def _of_code(path: Path, periods: Sequence[float] | None) -> tuple[Float, str]:
+def target_files(path: Path) -> list[Path]:
+    """Return the files that a target is read from: its own, and the one that it names, if any."""
+    if path.suffix.lower() != ".toml":
+        return [path]
+    parameters = read_target_file(path)
+    if isinstance(parameters, Asce7) and parameters.design_maps is not None:
+        return [path, path.parent / parameters.design_maps]
+    if isinstance(parameters, GroundMotionModels):
+        further = disaggregation_of(path, parameters)
+        return [path, *([further] if further else [])]
+    return [path]
+
+
+def _of_code(
+    path: Path, periods: Sequence[float] | None, code: Asce7 | Eurocode8
+) -> tuple[Float, str]:
     """Return periods [s] and ln Sa [ln m s-2] of a design code as columns, and its name."""
     wanted = np.array(sorted(periods or PERIODS))
-    sa, words = read_code_spectrum(path, wanted)
+    sa, words = code.at(path, wanted)
+    words = words if code.scale == 1.0 else f"{code.scale:g} times {words}"
     return np.stack([wanted, np.log(sa)], axis=1), words
+
+
+def _of_models(
+    path: Path,
+    models: GroundMotionModels,
+    periods: Sequence[float] | None,
+    given: tuple[float, float] | None,
+) -> TargetSpectrum:
+    """Return the spectrum of ground-motion models, conditional if one is requested."""
+    wanted = _with_period(np.array(sorted(periods or PERIODS)), given)
+    mixture = mixture_of(path, models, wanted, given)
+    correlated = correlation(wanted, wanted)
+    words = f"{path.name}, {mixture.words}"
+    if given is None:
+        return TargetSpectrum(wanted, *mixture.moments(correlated), words)
+    place = int(np.argmin(np.abs(wanted - given[0])))
+    log_sa, covariance, epsilon = mixture.given(place, math.log(given[1]), correlated)
+    covariance[place, :] = covariance[:, place] = 0.0  # without rounding
+    words = _conditional(words, given, epsilon)
+    return TargetSpectrum(wanted, log_sa, covariance, words, given[0], epsilon)
+
+
+def _with_period(wanted: Float, given: tuple[float, float] | None) -> Float:
+    """Return the periods, with that of the condition, if any."""
+    if given is None or np.isclose(wanted, given[0], rtol=_SAME, atol=0.0).any():
+        return wanted
+    return np.sort(np.append(wanted, given[0]))
+
+
+def _conditional(words: str, given: tuple[float, float], epsilon: float) -> str:
+    sa = f"SA({given[0]:g} s) = {given[1] / GRAVITY:.4g} g"
+    return f"{words}, given {sa} (ε = {epsilon:.2f})"
 
 
 def _given(path: Path, target: TargetSpectrum, period: float, sa: float) -> TargetSpectrum:
@@ -203,7 +257,7 @@ def _given(path: Path, target: TargetSpectrum, period: float, sa: float) -> Targ
     covariance = target.covariance - np.outer(share, target.covariance[place])
     covariance[place, :] = covariance[:, place] = 0.0  # without rounding
     epsilon = away / math.sqrt(variance)
-    words = f"{target.words}, given SA({period:g} s) = {sa / GRAVITY:.4g} g (ε = {epsilon:.2f})"
+    words = _conditional(target.words, (period, sa), epsilon)
     return TargetSpectrum(
         target.period, target.log_sa + share * away, covariance, words, period, epsilon
     )

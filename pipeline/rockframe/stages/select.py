@@ -27,7 +27,7 @@ from rockframe.results.writing import input_hash
 from rockframe.risk import Site
 from rockframe.selection.flatfile import Recording, read_flatfile
 from rockframe.selection.pool import Pool, periods_of
-from rockframe.selection.target import TargetSpectrum, read_target
+from rockframe.selection.target import TargetSpectrum, read_target, target_files
 from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import integrate, peak
 from rockframe.stages.common import Progress, filtered_by, filtered_by_pulse, horizontal, silent
@@ -176,7 +176,7 @@ def select_stage(
         message = "flatfile_columns without a flatfile. State its list as output, such as"
         raise ParameterError(f"{message} selected.csv.")
     tables = output.with_suffix(".csv"), beside(output.with_suffix(".csv"), "spectra", plain="")
-    read = [records_path, options.target, *([pulses_path] if pulses_path else [])]
+    read = [records_path, *target_files(options.target), *([pulses_path] if pulses_path else [])]
     _refuse_places([output, *tables], tables, read, output)
     if options.pulse_like is not None and pulses_path is None:
         raise ParameterError("pulse_like needs pulses. State them with --pulses.")
@@ -234,7 +234,7 @@ def _of_flatfile(path: Path, output: Path, options: SelectOptions, filters: Filt
     if options.pulse_like is not None:
         raise ParameterError("pulse_like needs waveforms, which a flatfile has not. Remove it.")
     tables = output, beside(output, "spectra", plain="")
-    _refuse_places(tables, tables, [path, options.target], output)
+    _refuse_places(tables, tables, [path, *target_files(options.target)], output)
     target = _target(options)
     at = periods_of(target, options)
     flatfile = read_flatfile(path, at, options.flatfile_columns or (), options.pairs)
