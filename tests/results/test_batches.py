@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import pickle
 import shutil
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import netCDF4
-import numpy as np
 import pytest
 import xarray as xr
 from tests.screening import site, stored, structures, three
 
 from rockframe.cli.main import main
+from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError
 from rockframe.results.contents import describe
 from rockframe.results.pulses import best_pulses, recordings_of
@@ -190,22 +191,30 @@ def test_a_record_in_two_shards_is_refused(records: Path, tmp_path: Path) -> Non
 def test_a_table_is_written_in_blocks_of_records(
     records: Path, wholes: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A block of one record has the rows that it has among all records, and no row is held."""
+    """Blocks of one record, each made by a task of its own, give the rows and the summary of all
+    records at once.
+    """
     files = records, wholes["pulse"], wholes["respond"]
     rows = list(table_rows_of(*files))
-    held: list[Iterable[Any]] = []
+    tasks: list[object] = []
 
-    def kept(path: Path, some: Iterable[Any], table_format: str = "") -> int:
-        held.append(some)
-        return write_rows_as(path, some, table_format)
+    class Counting(OneProcess):
+        def map(self, function: Any, tasks_of: Any) -> Any:
+            for task in tasks_of:
+                tasks.append(pickle.dumps(task))
+                result = function(task)
+                assert pickle.dumps(result)
+                yield result
 
     monkeypatch.setattr("rockframe.results.tables.rows._RECORDS", 1)
-    monkeypatch.setattr("rockframe.stages.table.write_rows_as", kept)
-    assert table_stage(*files, tmp_path / "table.csv") == len(rows)
-    assert not isinstance(held[0], Sequence)
-    np.testing.assert_equal(held[1], summary_rows(rows, recordings_of(records)))
+    count = table_stage(*files, tmp_path / "table.csv", engine=Counting())
+    assert count == len(rows) > len(tasks) == 6
     write_rows_as(tmp_path / "at-once.csv", rows)
     assert (tmp_path / "table.csv").read_bytes() == (tmp_path / "at-once.csv").read_bytes()
+    summary = summary_rows(rows, recordings_of(records))
+    write_rows_as(tmp_path / "summary-at-once.csv", summary)
+    at_once = (tmp_path / "summary-at-once.csv").read_bytes()
+    assert (tmp_path / "summary.csv").read_bytes() == at_once
 
 
 def test_without_histories_the_verdicts_are_the_same(

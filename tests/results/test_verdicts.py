@@ -6,6 +6,7 @@ import csv
 import html
 import json
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from rockframe.figures.margins import draw_margin_strips
 from rockframe.options.pulse import PulseOptions
 from rockframe.options.respond import Ensemble, RespondOptions
 from rockframe.results.records import write_records
-from rockframe.results.run import read_run
+from rockframe.results.run import rank, read_run
 from rockframe.results.tables.rows import OVERVIEW, response_columns, spread_verdict
 from rockframe.results.tables.table import response_rows, table_rows
 from rockframe.results.versions import VersionSources
@@ -199,6 +200,30 @@ def test_a_damaged_verdict_is_named(folder: Path, tmp_path: Path) -> None:
     table.write_text(table.read_text().replace(",stands,", ",standing,"))
     with pytest.raises(InputError, match=r"table\.csv: invalid verdict or margin 'STANDING'\."):
         read_run(copy)
+
+
+@pytest.mark.parametrize("most", [1, 4])
+@pytest.mark.parametrize("lines", [1, 2])
+def test_a_report_of_few_rows_has_those_of_most_interest(
+    folder: Path, tmp_path: Path, most: int, lines: int
+) -> None:
+    """They are chosen by response.nc and read from table.csv, also if a text has several lines."""
+    whole = read_run(folder)
+    some = Path(shutil.copytree(folder, tmp_path / "run"))
+    if lines == 2:
+        with (some / "table.csv").open(newline="") as stream:
+            rows = list(csv.reader(stream))
+        rows[1][rows[0].index("event")] = "one\ntwo"
+        with (some / "table.csv").open("w", newline="") as stream:
+            csv.writer(stream, lineterminator="\n").writerows(rows)
+    first = sorted(whole.rows, key=rank)[:most]
+    run_ = read_run(some, most=most)
+    assert [row["structure"] for row in run_.rows] == [
+        row["structure"] for row in whole.rows if row in first
+    ]
+    assert {row["record_id"] for row in run_.rows} == {row["record_id"] for row in first}
+    assert run_.counts == whole.counts
+    assert len(run_.rows) == most < len(whole.rows)
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/theory.md"])

@@ -155,7 +155,7 @@ def show_rows(
 
 def show_first(summary: Sequence[Mapping[str, Any]]) -> None:
     """Print which records have no result and why, and peaks that suggest wrong units, if any."""
-    from rockframe.results.tables.summary import first_words
+    from rockframe.results.tables.notes import first_words
 
     for key, end in (("left_out_words", ""), ("implausible", ".")):
         if words := first_words(summary, key):

@@ -231,7 +231,7 @@ def _show_status(
     folder: Path, facts: Mapping[str, Any], states: Sequence[StepState], inputs: int, again: str
 ) -> None:
     """Print the state of a run in words; `again` is the command that repeats it."""
-    from rockframe.results.tables.summary import reasons_in_words
+    from rockframe.results.tables.notes import reasons_in_words
 
     print(f"{facts['study']} in {folder}")
     for file, reasons in facts["left_out"].items():

@@ -82,8 +82,8 @@ def run_table1(options: argparse.Namespace) -> int:
     from rockframe.results.schema import RESPONSE
     from rockframe.results.stored import attributes_of
     from rockframe.results.tables.entries import require_format
-    from rockframe.results.tables.notes import with_directions
-    from rockframe.results.tables.summary import left_out_reasons, summary_rows
+    from rockframe.results.tables.notes import left_out_reasons, with_directions
+    from rockframe.results.tables.summary import summary_rows
     from rockframe.runs.plan import OF_RECORDS
     from rockframe.stages.table import table_rows_of
 

@@ -25,8 +25,8 @@ from rockframe.results.screen_tables import (
     title_of_states,
     with_its_limits,
 )
+from rockframe.results.tables.notes import left_out_motions
 from rockframe.results.tables.rows import in_verb_of
-from rockframe.results.tables.summary import left_out_motions
 from rockframe.risk import LimitState, Measure, Outcome, measure_of
 from rockframe.rocking import Verdict
 

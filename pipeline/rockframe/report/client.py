@@ -25,11 +25,11 @@ from rockframe.results.tables.envelope import (
     force_envelope,
 )
 from rockframe.results.tables.forces import ROLLING_LEGEND
-from rockframe.results.tables.notes import alone_note
+from rockframe.results.tables.notes import alone_note, left_out_words
 from rockframe.results.tables.outcomes import severity
 from rockframe.results.tables.rows import is_computed, that_count
 from rockframe.results.tables.sentences import answers
-from rockframe.results.tables.summary import OF_STRUCTURE, left_out_words
+from rockframe.results.tables.summary import OF_STRUCTURE
 from rockframe.web import render_still
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from rockframe.results.tables.designs import (
     design_name,
     design_rows,
 )
-from rockframe.results.tables.summary import left_out_words
+from rockframe.results.tables.notes import left_out_words
 from rockframe.web import render_still
 
 Row = Mapping[str, Any]

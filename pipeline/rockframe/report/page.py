@@ -46,7 +46,12 @@ from rockframe.results.tables.forces import (
     force_words,
     forces_in_words,
 )
-from rockframe.results.tables.notes import summary_notes
+from rockframe.results.tables.notes import (
+    first_words,
+    left_out_motions,
+    left_out_words,
+    summary_notes,
+)
 from rockframe.results.tables.rows import (
     OVERVIEW,
     LabelledValue,
@@ -62,14 +67,7 @@ from rockframe.results.tables.rows import (
 )
 from rockframe.results.tables.sensitivity import sensitivity_words, spread_words, spreads_of_row
 from rockframe.results.tables.sentences import answers
-from rockframe.results.tables.summary import (
-    first_words,
-    left_out_motions,
-    left_out_words,
-    summary_columns,
-    summary_legend,
-    summary_title,
-)
+from rockframe.results.tables.summary import summary_columns, summary_legend, summary_title
 from rockframe.risk import LimitState, Outcome, measure_of
 from rockframe.rocking import SpreadVerdict, VerdictKind
 from rockframe.signals.passport import CHECKS

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.record import Orientation
-from rockframe.results.shards import OpenShards
+from rockframe.results.shards import OpenShards, shards_of
 from rockframe.results.stored import SHARDS, Stored, alone, opened_one, sizes_of
 
 if TYPE_CHECKING:
@@ -55,9 +55,18 @@ class Described:
     shards: Mapping[str, str] = field(default_factory=dict)
 
 
-def describe(path: Path, kind: str) -> Described:
+def describe(path: Path, kind: str, workers: int | None = 1) -> Described:
     """Read every value of a file, or of an index and its shards; return its records, inputs and
     structures.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        One of `KINDS`.
+    workers : int, optional
+        Largest number of processes that read shards; None for one for each core.
 
     Raises
     ------
@@ -68,13 +77,24 @@ def describe(path: Path, kind: str) -> Described:
         structures = sizes_of(stored).get("structure", 0)
         if SHARDS not in attrs:
             return _described([_read_all(stored)], attrs, structures)
-        shards = OpenShards(path, kind, attrs, alone)
-        read = []
-        for number in range(len(shards.all)):
-            read.append(_read_all(shards.variables(number).values()))
-            shards.close()
-        hashes = {shard.name: shard.sha256 for shard in shards.all}
-        return replace(_described(read, attrs, structures), shards=hashes)
+    from rockframe.engines.choice import choose_engine  # a single file is read here
+    from rockframe.engines.engine import map_tasks
+
+    shards = shards_of(attrs)
+    tasks = [(path, kind, dict(attrs), number) for number in range(len(shards))]
+    read = map_tasks(_read_shard, tasks, engine=choose_engine(workers))
+    hashes = {shard.name: shard.sha256 for shard in shards}
+    return replace(_described([*read], attrs, structures), shards=hashes)
+
+
+def _read_shard(task: tuple[Path, str, Mapping[str, Any], int]) -> dict[str, list[Any]]:
+    """Read every value of a shard of an index, and return those that tell the motions apart."""
+    path, kind, attrs, number = task
+    shards = OpenShards(path, kind, attrs, alone)
+    try:
+        return _read_all(shards.variables(number).values())
+    finally:
+        shards.close()
 
 
 #: Variables of a file that tell its motions apart.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import heapq
+import io
 import math
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -24,13 +25,14 @@ from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.schema.arrays import Array, Arrays
 from rockframe.results.shards import opened_arrays
 from rockframe.results.stored import attributes_of
-from rockframe.results.tables.entries import rows_of
+from rockframe.results.tables.entries import rows_in, rows_of
 from rockframe.results.tables.forces import force_rows
-from rockframe.results.tables.rows import LabelledValues, LabelledValuesOf, spread_verdict
+from rockframe.results.tables.notes import left_out_reasons
+from rockframe.results.tables.rows import LabelledValues, LabelledValuesOf, blocks, spread_verdict
 from rockframe.results.tables.sensitivity import sensitivity_rows
-from rockframe.results.tables.summary import left_out_reasons
 from rockframe.results.writing import slices
 from rockframe.rocking import Strip
+from rockframe.rocking.verdict import SpreadVerdict, Verdict
 
 Float = NDArray[np.float64]
 #: Record and structure.
@@ -125,8 +127,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
     rockframe.errors.InputError: no-such-folder: no such folder. Must be the folder of a run.
     """
     manifest = read_manifest(folder)
-    counts: Counter[tuple[str, str]] = Counter()
-    rows = _kept(_counted(folder / "table.csv", counts), most)
+    counts, rows = _rows_that_are_kept(folder, most)
     names = {row["record_id"] for row in rows}
     names |= {name for row in rows for name in row.get("components", "").split()}
     left_out = left_out_reasons(attributes_of(folder / "response.nc", RESPONSE))
@@ -242,6 +243,100 @@ def rank(row: Mapping[str, str]) -> tuple[int, float]:
     return kind, 0.0 if math.isnan(rotation) else -rotation
 
 
+def _rows_that_are_kept(
+    folder: Path, most: int | None
+) -> tuple[Counter[tuple[str, str]], tuple[dict[str, str], ...]]:
+    """Return the number of verdicts of each structure by kind, and all rows of the table, or those
+    that `rank` puts first, in the order of the table.
+    """
+    table = folder / "table.csv"
+    with opened_arrays(folder / "response.nc", RESPONSE, empty=True) as response:
+        pairs = response.sizes.get("record", 0) * response.sizes.get("structure", 0)
+        if most is None or pairs <= most:
+            counts: Counter[tuple[str, str]] = Counter()
+            return counts, tuple(_counted(table, counts))
+        counts, places = _ranked(response, most)
+    return counts, tuple(_lines_at(table, places, pairs))
+
+
+#: Variables that the number of verdicts by kind and the rank of a pair follow from.
+_RANKED_BY: Final = ("verdict", "peak_rotation_ratio", "share_overturned", "share_uplifted")
+#: Largest number of pairs of the motions of which a page has rows.
+_MOST_PAIRS: Final = 2**18
+
+
+def _ranked(response: Arrays, most: int) -> tuple[Counter[tuple[str, str]], NDArray[np.int64]]:
+    """Count the verdicts of each structure, and return the places of the pairs that `rank` puts
+    first, among all pairs in the order of the table.
+
+    They belong to so few motions that all pairs of these fit in memory.
+    """
+    structures = [str(name) for name in response["structure"].values]
+    counts: Counter[tuple[str, str]] = Counter()
+    best = np.empty((3, 0))
+    start = 0
+    ranked_by = {name: response[name] for name in _RANKED_BY if name in response}
+    chosen = response.with_variables(ranked_by)
+    for part in blocks(chosen):
+        arrays = {str(name): variable.values for name, variable in part.variables.items()}
+        _count_kinds(arrays, structures, counts)
+        kind = arrays["verdict"].ravel().astype(float)
+        order = np.select([kind == verdict.value for verdict in _RANKS], range(len(_RANKS)), 3)
+        rotation = -np.nan_to_num(arrays["peak_rotation_ratio"].ravel(), nan=0.0, posinf=np.inf)
+        keys = np.array([order, rotation, start + np.arange(kind.size)])
+        best = np.concatenate([best, keys], axis=1)
+        best = best[:, np.lexsort(best[::-1])[:most]]
+        start += kind.size
+    places = best[2].astype(np.int64)
+    motions = places // len(structures)
+    _, first_seen, of_motion = np.unique(motions, return_index=True, return_inverse=True)
+    turn = np.argsort(np.argsort(first_seen))[of_motion]  # the first, second ... motion by rank
+    return counts, np.sort(places[turn < max(1, _MOST_PAIRS // len(structures))])
+
+
+#: Verdicts in the order of `rank`; others follow.
+_RANKS: Final = (Verdict.STANDS, Verdict.OVERTURNS, Verdict.NO_UPLIFT)
+
+
+def _count_kinds(
+    arrays: Mapping[str, NDArray[Any]], structures: Sequence[str], counts: Counter[tuple[str, str]]
+) -> None:
+    """Add the verdicts of some motions to the number of verdicts of each structure, by kind."""
+    verdict = arrays["verdict"].astype(float)
+    unknown = np.full(verdict.shape, math.nan)
+    shares = (arrays.get(f"share_{name}", unknown) for name in ("overturned", "uplifted"))
+    cases, of_case = np.unique(
+        np.array([verdict, *shares]).reshape(3, -1), axis=1, return_inverse=True
+    )
+    kinds = [
+        SpreadVerdict(Verdict(int(value)), share_overturned=share, share_uplifted=uplifted).kind
+        for value, share, uplifted in cases.T.tolist()
+    ]
+    of_case = of_case.reshape(verdict.shape)
+    for column, structure in enumerate(structures):
+        numbers = np.bincount(of_case[:, column], minlength=len(kinds)).tolist()
+        for kind, many in zip(kinds, numbers, strict=True):
+            if many:
+                counts[structure, kind] += many
+
+
+def _lines_at(path: Path, places: NDArray[np.int64], pairs: int) -> Iterator[dict[str, str]]:
+    """Yield the rows of a table at some places, without parsing the others."""
+    wanted, row = {*places.tolist()}, -1
+    chosen: list[str] = []
+    if not path.is_file():
+        raise InputError(path, "missing. Restore the file as the run wrote it.")
+    with path.open(newline="", encoding="utf-8") as stream:
+        head = next(stream, "")
+        for row, line in enumerate(stream):
+            if row in wanted:
+                chosen.append(line)
+    if row + 1 != pairs:  # a text has several lines
+        yield from (cells for k, cells in enumerate(_rows(path)) if k in wanted)
+        return
+    yield from rows_in(io.StringIO("".join([head, *chosen]), newline=""), path)
+
+
 def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str, str]]:
     """Yield the rows of the table, and count the verdicts of each structure by kind."""
     for place, row in enumerate(_rows(path)):
@@ -255,15 +350,6 @@ def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str,
             must_be = "Restore the file as `rockframe table1` wrote it."
             raise InputError(path, f"invalid verdict or margin {error}. {must_be}") from None
         yield row
-
-
-def _kept(rows: Iterator[dict[str, str]], most: int | None) -> tuple[dict[str, str], ...]:
-    """Return all rows, or the rows that `rank` puts first, in the order of the table."""
-    if most is None:
-        return tuple(rows)
-    best = heapq.nsmallest(most, enumerate(rows), key=lambda numbered: rank(numbered[1]))
-    deque(rows, maxlen=0)  # no row is kept, but all are counted
-    return tuple(row for _, row in sorted(best, key=lambda numbered: numbered[0]))
 
 
 def _rows(path: Path) -> Iterator[dict[str, str]]:

@@ -27,20 +27,14 @@ from rockframe.results.tables.entries import (
     write_columns_as,
     write_rows_as,
 )
-from rockframe.results.tables.notes import with_directions
+from rockframe.results.tables.notes import left_out_reasons, with_directions
 from rockframe.results.tables.rows import (
     columns_along,
     columns_of,
     in_verb_of,
     rows_along,
 )
-from rockframe.results.tables.summary import (
-    SUMMARY_COLUMNS,
-    Summary,
-    left_out_reasons,
-    summary_rows,
-    tables_of,
-)
+from rockframe.results.tables.summary import SUMMARY_COLUMNS, Summary, summary_rows, tables_of
 from rockframe.results.tables.workbook import write_workbook
 from rockframe.risk import FURTHER, OVERTURNING, LimitState, Measure, Outcome, measure_of, spectral
 from rockframe.risk.fragility import why_undetermined

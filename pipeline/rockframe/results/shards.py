@@ -325,7 +325,15 @@ class Joined(Stored):
 
     def _of_shard(self, number: int, key: tuple[Any, ...]) -> NDArray[Any]:
         with self._shards.lock:
-            return self._shards.variables(number)[self.declared.name].read(key)
+            stored = self._shards.variables(number)[self.declared.name]
+            wanted = key[self._axis]
+            if not isinstance(wanted, np.ndarray) or wanted.size < 2:
+                return stored.read(key)
+            # netCDF reads scattered places one by one, so all places between them are read
+            between = slice(int(wanted.min()), int(wanted.max()) + 1)
+            values = stored.read((*key[: self._axis], between, *key[self._axis + 1 :]))
+        axis = sum(not isinstance(one, int | np.integer) for one in key[: self._axis])
+        return values.take(wanted - between.start, axis=axis)
 
 
 def _pieces(wanted: Any, ends: NDArray[np.int64]) -> Iterator[tuple[int, Any]]:

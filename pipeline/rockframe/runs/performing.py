@@ -243,7 +243,7 @@ def _ingest(work: Work) -> Ingested:
 
 def _table(work: Work) -> None:
     records, pulses, response = work.inputs
-    table_stage(records, pulses, response, work.output)
+    table_stage(records, pulses, response, work.output, engine=work.engine)
 
 
 def _table1(work: Work) -> None:
@@ -279,7 +279,7 @@ def _report(work: Work) -> None:
 def _verify(work: Work) -> None:
     from rockframe.stages.report import require_whole
 
-    require_whole(work.folder)
+    require_whole(work.folder, work.workers)
 
 
 #: Functions of the steps around the stages that compute: they read, index, show and check.

@@ -182,7 +182,8 @@ def steps_of(study: Study, files: int, then: Sequence[Step] | None = None) -> li
     if then is not None:
         return [*steps, *then, *_last(study, [*steps, *then], page=False)]
     if study.records:
-        steps.append(Step("table", "table", OF_RECORDS, ("table.csv", "summary.csv")))
+        outputs = ("table.csv", "summary.csv")
+        steps.append(Step("table", "table", OF_RECORDS, outputs, threads=_THREADS, workers=True))
     steps += _figures(study, steps)
     return [*steps, *_last(study, steps, page=bool(study.records))]
 
@@ -249,7 +250,8 @@ def _last(study: Study, steps: Sequence[Step], *, page: bool) -> list[Step]:
         options = _json(study.tables.report)
         last.append(Step("report", "report", (MANIFEST,), (PAGE,), options))
     outputs = tuple(name for step in last for name in step.outputs)
-    return [*last, Step("verify", "verify", outputs, (), may_reject=False)]
+    verify = Step("verify", "verify", outputs, (), may_reject=False, threads=_THREADS, workers=True)
+    return [*last, verify]
 
 
 #: Hidden folder of a run for its internal files: plan, stamps, lock.

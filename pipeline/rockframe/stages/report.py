@@ -34,7 +34,7 @@ from rockframe.provenance import (
 from rockframe.results.contents import Described, describe
 from rockframe.results.schema import KINDS, SCREEN
 from rockframe.results.stored import kind_of, require_file
-from rockframe.results.tables.entries import rows_of
+from rockframe.results.tables.entries import count_values, rows_of
 
 #: Files of a run with datasets, in the order of the stages.
 _DATASETS: Final = {f"{kind}.nc": kind for kind in KINDS}
@@ -76,13 +76,16 @@ class Verification:
     other_processor: str
 
 
-def verify_run(folder: str | Path) -> Verification:
+def verify_run(folder: str | Path, *, workers: int | None = None) -> Verification:
     """Compare the files of a run with its manifest, and its datasets with each other.
 
     Parameters
     ----------
     folder : str or Path
         The folder of a run, with its ``manifest.json``.
+    workers : int, optional
+        Largest number of processes that read the shards of a large run; by default one for each
+        core.
 
     Returns
     -------
@@ -104,7 +107,7 @@ def verify_run(folder: str | Path) -> Verification:
         if name not in outputs or name in changed:
             continue
         try:
-            datasets[name] = describe(folder / name, kind)
+            datasets[name] = describe(folder / name, kind, workers)
         except InputError as error:
             faults.append(str(error))
     faults += _files_of_other_runs(folder, manifest, datasets)
@@ -155,15 +158,12 @@ def _miscounted_tables(
             )
     response = datasets.get("response.nc")
     if response is not None and "table.csv" in sound:
-        listed = [row["record_id"] for row in rows_of(folder / "table.csv")]
+        rows = count_values(folder / "table.csv", "record_id")
         motions = (*response.records, *response.pairs)
-        answered = [name for name in motions for _ in range(response.structures)]
-        if len(listed) != len(answered):
-            yield (
-                f"{folder / 'table.csv'}: {len(listed)} rows, {len(answered)} responses. "
-                "Must be equal."
-            )
-        elif sorted(listed) != sorted(answered):
+        count, answered = sum(rows.values()), len(motions) * response.structures
+        if count != answered:
+            yield f"{folder / 'table.csv'}: {count} rows, {answered} responses. Must be equal."
+        elif rows != dict.fromkeys(motions, response.structures):
             yield f"{folder / 'table.csv'}: other records than response.nc. Must be the same."
 
 
@@ -261,9 +261,8 @@ def report_stage(
     from rockframe.results.run import read_histories, read_run
     from rockframe.results.screen import read_screening
     from rockframe.results.stored import attributes_of
-    from rockframe.results.tables.notes import comparison_note
+    from rockframe.results.tables.notes import comparison_note, left_out_reasons
     from rockframe.results.tables.sentences import members_of
-    from rockframe.results.tables.summary import left_out_reasons
 
     limits, output = options or ReportOptions(), output or folder / PAGE
     refuse_obstacles([output])
@@ -470,17 +469,18 @@ def files_as_run(files: Sequence[Path]) -> Iterator[Path]:
         yield folder
 
 
-def require_whole(folder: Path) -> None:
+def require_whole(folder: Path, workers: int | None = None) -> None:
     """Raise an error if a run is incomplete or changed.
 
-    A page that is no step of the run, but was written by `rockframe report`, does not matter.
+    A page that is no step of the run, but was written by `rockframe report`, does not matter. The
+    parameters are those of `verify_run`.
 
     Raises
     ------
     InputError
         If the run has a fault; the message states the first one.
     """
-    faults = verify_run(folder).faults
+    faults = verify_run(folder, workers=workers).faults
     for fault in (*faults, *(strange_report(folder) if _has_page(folder) else ())):
         raise InputError(folder, f"is not a complete run: {fault}")
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rockframe.cells import TABLE_FORMATS, write_rows
+from rockframe.cells import TABLE_FORMATS, write_rows, write_table
+from rockframe.engines.engine import Engine, map_tasks
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
 from rockframe.options.fetch import FetchOptions
 from rockframe.outcome import InputOutcome
@@ -25,16 +27,10 @@ from rockframe.results.tables.entries import (
     write_rows_as,
     write_tables,
 )
-from rockframe.results.tables.notes import with_directions
+from rockframe.results.tables.notes import left_out_reasons, with_directions
 from rockframe.results.tables.rows import Row
-from rockframe.results.tables.summary import (
-    SUMMARY_COLUMNS,
-    Summary,
-    left_out_reasons,
-    summary_rows,
-    tables_of,
-)
-from rockframe.results.tables.table import table_rows
+from rockframe.results.tables.summary import SUMMARY_COLUMNS, Summary, summary_rows, tables_of
+from rockframe.results.tables.table import TableBlock, table_blocks, table_rows
 
 if TYPE_CHECKING:
     from rockframe.fetch.coverage import Fetched
@@ -42,7 +38,13 @@ if TYPE_CHECKING:
 
 
 def table_stage(
-    records: Path, pulses: Path, response: Path, output: Path, table_format: str = ""
+    records: Path,
+    pulses: Path,
+    response: Path,
+    output: Path,
+    table_format: str = "",
+    *,
+    engine: Engine | None = None,
 ) -> int:
     """Write a row for each record and structure, ``table.csv``, and their summary, ``summary.csv``.
 
@@ -55,6 +57,9 @@ def table_stage(
         ``mine-summary.csv``; a workbook (xlsx) has the summary as its first sheet.
     table_format : str
         One of `rockframe.cells.TABLE_FORMATS`; by default the format of the extension.
+    engine : Engine, optional
+        Engine that makes the rows of CSV; by default a `ProcessPool`. Every engine gives the same
+        bytes.
 
     Returns
     -------
@@ -70,12 +75,26 @@ def table_stage(
     refuse_overwriting([output, summary], (records, pulses, response))
     over_records, recordings = Summary(), recordings_of(records)
     left_out = left_out_reasons(attributes_of(response, RESPONSE))
-    rows = over_records.passed(table_rows_of(records, pulses, response))
 
     def summarised() -> list[Row]:
         rows = over_records.rows(recordings, left_out)
         return with_directions(rows, attributes_of(response, RESPONSE))
 
+    if format_of(output, table_format) == "csv":
+        refuse_other_table(summary, SUMMARY_COLUMNS, "the summary of the table")
+        tasks = table_blocks(records, pulses, response)
+        with (
+            whole_file(output) as partial,
+            partial.open("w", newline="", encoding="utf-8") as stream,
+        ):
+            count = 0
+            for text, rows_of_text, part in map_tasks(_in_csv, tasks, engine=engine):
+                stream.write(text.partition("\n")[2] if count else text)
+                count += rows_of_text
+                over_records.join(part)
+        write_rows_as(summary, summarised(), table_format)
+        return count
+    rows = over_records.passed(table_rows_of(records, pulses, response))
     if format_of(output, table_format) == "xlsx":
         held = list(rows)
         files = ((records, RECORDS), (pulses, PULSES), (response, RESPONSE))
@@ -85,6 +104,13 @@ def table_stage(
     count = write_rows_as(output, rows, table_format)
     write_rows_as(summary, summarised(), table_format)
     return count
+
+
+def _in_csv(block: TableBlock) -> tuple[str, int, Summary]:
+    """Return the rows of some motions as CSV, with a header; their number; and their summary."""
+    summary, stream = Summary(), io.StringIO(newline="")
+    count = write_table(stream, summary.passed(map(with_paper_facts, block.rows())))
+    return stream.getvalue(), count, summary
 
 
 def shipped_table_stage(

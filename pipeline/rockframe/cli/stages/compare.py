@@ -68,8 +68,7 @@ def run_compare(options: argparse.Namespace) -> int:
         best_rows,
         design_rows,
     )
-    from rockframe.results.tables.notes import comparison_note
-    from rockframe.results.tables.summary import left_out_reasons
+    from rockframe.results.tables.notes import comparison_note, left_out_reasons
     from rockframe.stages.compare import compare_stage, write_comparison_page
     from rockframe.stages.figures import figures_stage
 
@@ -127,7 +126,8 @@ def _show_comparison(
     left_out: Mapping[str, str],
 ) -> None:
     from rockframe.results.tables.designs import BEST, COMPARISON, DESIGN_LEGEND, design_columns
-    from rockframe.results.tables.summary import left_out_words, summary_title
+    from rockframe.results.tables.notes import left_out_words
+    from rockframe.results.tables.summary import summary_title
 
     count = designs[0]["records"]
     if words := left_out_words(left_out, count):

@@ -80,9 +80,9 @@ def add_respond(parser: argparse.ArgumentParser) -> None:
 def run_respond(options: argparse.Namespace) -> int:
     """Run the stage and print the verdicts."""
     from rockframe.results.pulses import peaks_of, recordings_of
-    from rockframe.results.tables.notes import with_directions
+    from rockframe.results.tables.notes import left_out_reasons, with_directions
     from rockframe.results.tables.sentences import answers
-    from rockframe.results.tables.summary import left_out_reasons, summary_rows, tables_of
+    from rockframe.results.tables.summary import summary_rows, tables_of
     from rockframe.results.tables.table import response_rows
 
     wanted = chosen(options, RespondOptions)

@@ -118,7 +118,7 @@ def _show_tables(
     quantities: Sequence[str],
 ) -> None:
     from rockframe.results.screen_tables import screen_rows
-    from rockframe.results.tables.summary import left_out_motions
+    from rockframe.results.tables.notes import left_out_motions
 
     if words := left_out_motions(screening):
         print(f"{console.filled(words)}\n")

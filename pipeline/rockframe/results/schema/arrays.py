@@ -52,6 +52,10 @@ class Array:
         array.values = values  # reading the text of a scalar would lose its type
         return array
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what a copy in another process is made from: the values."""
+        return Array.of, (self.dims, self.values, dict(self.attrs))
+
     @cached_property
     def values(self) -> NDArray[Any]:
         """All values."""
@@ -143,6 +147,17 @@ class Arrays:
 
         variables = {name: variable.variable() for name, variable in self.variables.items()}
         return xr.Dataset(variables, attrs={**self.attrs})
+
+
+def arrays_of(dataset: Dataset) -> Arrays:
+    """Return the variables of a dataset of xarray, or arrays as they are."""
+    if isinstance(dataset, Arrays):
+        return dataset
+    held = {
+        str(name): Array.of([*map(str, variable.dims)], variable.values, variable.attrs)
+        for name, variable in dataset.variables.items()
+    }
+    return Arrays(held, dataset.attrs)
 
 
 def positions(dataset: Dataset, **wanted: str | float) -> dict[str, int]:

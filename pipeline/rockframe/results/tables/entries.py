@@ -5,12 +5,20 @@ from __future__ import annotations
 import csv
 import importlib
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain, zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
-from rockframe.cells import TABLE_FORMATS, read_rows, rows_of_columns, write_blocks, write_table
+from rockframe.cells import (
+    TABLE_FORMATS,
+    original,
+    read_rows,
+    rows_of_columns,
+    write_blocks,
+    write_table,
+)
 from rockframe.errors import InputError, ParameterError
 from rockframe.options import STAGES
 from rockframe.outcome import InputOutcome
@@ -517,12 +525,45 @@ def rows_of(path: Path) -> Iterator[dict[str, str]]:
         return
     try:
         with path.open(newline="", encoding="utf-8") as stream:
-            rows = read_rows(stream)
-            _, columns = next(rows, (1, []))
-            for line, row in rows:
-                if len(row) != len(columns):
-                    message = f"{len(row)} columns. Must be {len(columns)}."
-                    raise InputError(path, message, line=line)
-                yield dict(zip(columns, row, strict=True))
-    except (OSError, ValueError, csv.Error) as error:
+            yield from rows_in(stream, path)
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error}.") from None
+
+
+def count_values(path: Path, column: str) -> dict[str, int]:
+    """Return how often each text stands in a column of a list of a run; none if it does not exist.
+
+    Raises
+    ------
+    InputError
+        If the list cannot be read, or has no such column.
+    """
+    if not path.is_file():
+        return {}
+    try:
+        with path.open(newline="", encoding="utf-8") as stream:
+            rows = csv.reader(stream, strict=True)
+            place = next(rows, [column]).index(column)
+            return dict(Counter(original(row[place]) for row in rows if row))
+    except (OSError, ValueError, IndexError, csv.Error) as error:
+        raise InputError(path, f"cannot be read: {error}.") from None
+
+
+def rows_in(stream: TextIO, path: Path) -> Iterator[dict[str, str]]:
+    """Yield the rows of a list of a run from an open file; errors name the path.
+
+    Raises
+    ------
+    InputError
+        If the list cannot be read.
+    """
+    try:
+        rows = read_rows(stream)
+        _, columns = next(rows, (1, []))
+        for line, row in rows:
+            if len(row) != len(columns):
+                message = f"{len(row)} columns. Must be {len(columns)}."
+                raise InputError(path, message, line=line)
+            yield dict(zip(columns, row, strict=True))
+    except (ValueError, csv.Error) as error:
         raise InputError(path, f"cannot be read: {error}.") from None

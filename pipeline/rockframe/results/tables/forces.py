@@ -111,7 +111,7 @@ def _in_kilonewtons(force: Quantity, row: Row, end: str) -> float:
 _QUANTILES: Final = ("", *(f"_{100 * quantile:.0f}" for quantile in QUANTILES))
 _SHARED: Final = ("record_id", "structure", "weight", "friction_coefficient", "mass_ratio")
 #: Variables of rows with all forces, over the weight or in N.
-_VARIABLES: Final = {
+OF_FORCES: Final = {
     **{name: name for name in (*_SHARED, "verdict", "kind")},
     **{
         f"{force.name}{end}": f"{force.band}.{place - 1}" if end else force.name
@@ -147,7 +147,7 @@ def force_rows(response: Dataset, record: str | None = None) -> Iterator[Row]:
         return
     response = only_record(response, record)
     rolling = _in_both_directions(response)
-    for row in rows_along(response, "record structure", _VARIABLES):
+    for row in rows_along(response, "record structure", OF_FORCES):
         weight = row["weight"]
         for force in FORCES:
             if not _has(force, row) or (force.kind == "impulse" and row["record_id"] in rolling):
@@ -187,7 +187,7 @@ def force_cells(response: Dataset) -> Iterator[Row]:
     """
     if not has_forces(response):
         return repeat({})
-    return map(_cells, rows_along(response, "record structure", _VARIABLES))
+    return map(_cells, rows_along(response, "record structure", OF_FORCES))
 
 
 def _cells(row: Row) -> Row:

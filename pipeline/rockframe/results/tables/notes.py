@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from rockframe.cells import Cells, number
 from rockframe.results.tables.rows import Row
 
+if TYPE_CHECKING:
+    from rockframe.results.schema.arrays import Dataset
+
 #: Largest number of notes on a summary, and of records that one names.
 _MOST_NOTES: Final = 10
-_MOST_NAMED: Final = 5
+MOST_NAMED: Final = 5
 
 
 def summary_notes(rows: Sequence[Cells]) -> list[str]:
@@ -157,7 +160,76 @@ def alone_note(rows: Sequence[Cells]) -> str:
     'In no motion in both directions, so not counted for round columns: A-1, B-2.'
     """
     alone = next((str(row["alone"]).split() for row in rows if row.get("alone")), [])
-    more = len(alone) - _MOST_NAMED
-    names = ", ".join(alone[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+    more = len(alone) - MOST_NAMED
+    names = ", ".join(alone[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
     start = "In no motion in both directions, so not counted for round columns"
     return f"{start}: {names}." if alone else ""
+
+
+#: Largest number of reasons that are stated.
+_MOST_REASONS: Final = 3
+
+
+def left_out_reasons(attributes: Mapping[str, str]) -> dict[str, str]:
+    """Return why records have no result, by identifier, from the attributes of a dataset.
+
+    Records outside the user's filters are not included.
+    """
+    filtered = json.loads(attributes.get("filtered", "[]"))
+    reasons = json.loads(attributes.get("left_out", "{}"))
+    return {name: reason for name, reason in reasons.items() if name not in filtered}
+
+
+def left_out_words(reasons: Mapping[str, str], computed: int, what: str = "records") -> str:
+    """Return how many records have no result, which ones and why; empty if all have one.
+
+    Parameters
+    ----------
+    reasons : mapping of str to str
+        Reason of each record that was left out, by identifier.
+    computed : int
+        Number of records that have results.
+    what : str
+        Word for records.
+
+    Examples
+    --------
+    >>> left_out_words({"b": "no vertical record."}, 2)
+    '1 of 3 records left out: b: no vertical record.'
+    """
+    if not reasons:
+        return ""
+    count = f"{len(reasons)} of {computed + len(reasons)} {what} left out"
+    return f"{count}: {reasons_in_words(reasons)}"
+
+
+def reasons_in_words(reasons: Mapping[str, str]) -> str:
+    """Return the records of each reason, by identifier; of many, the first.
+
+    Examples
+    --------
+    >>> reasons_in_words({"a": "too short.", "b": "too short.", "c": "no vertical record."})
+    'a, b: too short. c: no vertical record.'
+    """
+    together: dict[str, list[str]] = {}
+    for name, reason in reasons.items():
+        together.setdefault(reason.rstrip("."), []).append(name)
+    said = []
+    for reason, names in [*together.items()][:_MOST_REASONS]:
+        more = len(names) - MOST_NAMED
+        listed = ", ".join(names[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+        said.append(f"{listed}: {reason}.")
+    if len(together) > _MOST_REASONS:
+        said.append(f"{len(together) - _MOST_REASONS} more reasons.")
+    return " ".join(said)
+
+
+def first_words(rows: Iterable[Cells], key: str) -> str:
+    """Return the first words that rows have in a column, such as ``left_out_words``; or ""."""
+    return next((str(row[key]) for row in rows if row.get(key)), "")
+
+
+def left_out_motions(screening: Dataset) -> str:
+    """Return `left_out_words` of the motions of a screening."""
+    reasons = left_out_reasons(screening.attrs)
+    return left_out_words(reasons, screening.sizes["record"], "motions")

@@ -403,7 +403,7 @@ def columns_of(*texts: str) -> dict[str, str]:
 
 
 #: Largest numbers of pairs of record and structure, and of records, in a block.
-_PAIRS: Final = 2**16
+_PAIRS: Final = 2**14
 _RECORDS: Final = 1024
 
 

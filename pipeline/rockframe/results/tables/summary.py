@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from array import array
 from collections import deque
@@ -11,13 +10,14 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rockframe.cells import Cells, Column, in_digits, number, rows_of_columns
 from rockframe.quantities import IN_MATRICES, QUANTILES, QUANTITIES, Quantity
+from rockframe.results.tables.notes import MOST_NAMED, left_out_words
 from rockframe.results.tables.outcomes import (
     OF_OUTCOMES,
     SEARCHED,
@@ -39,9 +39,6 @@ from rockframe.results.tables.rows import (
     share_words,
 )
 from rockframe.rocking.verdict import Verdict
-
-if TYPE_CHECKING:
-    from rockframe.results.schema.arrays import Dataset
 
 #: Columns of a structure in a summary.
 OF_STRUCTURE: Final = ("height_m", "width_m", "mass_ratio", "slenderness_deg")
@@ -102,75 +99,6 @@ MATRICES: Final[Mapping[str, Matrix]] = MappingProxyType(
         "margin": Matrix("margin", margin_of, margin, ".2f"),
     }
 )
-
-
-#: Largest number of records that are named for a reason, and of reasons that are stated.
-_MOST_NAMED, _MOST_REASONS = 5, 3
-
-
-def left_out_reasons(attributes: Mapping[str, str]) -> dict[str, str]:
-    """Return why records have no result, by identifier, from the attributes of a dataset.
-
-    Records outside the user's filters are not included.
-    """
-    filtered = json.loads(attributes.get("filtered", "[]"))
-    reasons = json.loads(attributes.get("left_out", "{}"))
-    return {name: reason for name, reason in reasons.items() if name not in filtered}
-
-
-def left_out_words(reasons: Mapping[str, str], computed: int, what: str = "records") -> str:
-    """Return how many records have no result, which ones and why; empty if all have one.
-
-    Parameters
-    ----------
-    reasons : mapping of str to str
-        Reason of each record that was left out, by identifier.
-    computed : int
-        Number of records that have results.
-    what : str
-        Word for records.
-
-    Examples
-    --------
-    >>> left_out_words({"b": "no vertical record."}, 2)
-    '1 of 3 records left out: b: no vertical record.'
-    """
-    if not reasons:
-        return ""
-    count = f"{len(reasons)} of {computed + len(reasons)} {what} left out"
-    return f"{count}: {reasons_in_words(reasons)}"
-
-
-def reasons_in_words(reasons: Mapping[str, str]) -> str:
-    """Return the records of each reason, by identifier; of many, the first.
-
-    Examples
-    --------
-    >>> reasons_in_words({"a": "too short.", "b": "too short.", "c": "no vertical record."})
-    'a, b: too short. c: no vertical record.'
-    """
-    together: dict[str, list[str]] = {}
-    for name, reason in reasons.items():
-        together.setdefault(reason.rstrip("."), []).append(name)
-    said = []
-    for reason, names in [*together.items()][:_MOST_REASONS]:
-        more = len(names) - _MOST_NAMED
-        listed = ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
-        said.append(f"{listed}: {reason}.")
-    if len(together) > _MOST_REASONS:
-        said.append(f"{len(together) - _MOST_REASONS} more reasons.")
-    return " ".join(said)
-
-
-def first_words(rows: Iterable[Cells], key: str) -> str:
-    """Return the first words that rows have in a column, such as ``left_out_words``; or ""."""
-    return next((str(row[key]) for row in rows if row.get(key)), "")
-
-
-def left_out_motions(screening: Dataset) -> str:
-    """Return `left_out_words` of the motions of a screening."""
-    reasons = left_out_reasons(screening.attrs)
-    return left_out_words(reasons, screening.sizes["record"], "motions")
 
 
 def summary_rows(
@@ -238,6 +166,16 @@ class Summary:
                 summaries[structure] = _OverRecords(row)
             summaries[structure].include(row)
             yield row
+
+    def join(self, other: Summary) -> None:
+        """Include the rows that another summary includes, after those of this one."""
+        self._components |= other._components
+        for own, further in ((self._of_each, other._of_each), (self._in_both, other._in_both)):
+            for structure, entry in further.items():
+                if structure in own:
+                    own[structure].join(entry)
+                else:
+                    own[structure] = entry
 
     def include(self, blocks: Iterable[Mapping[str, Sequence[Any]]]) -> None:
         """Include rows, a table for each motion with the same structures in one order."""
@@ -340,6 +278,29 @@ class _OverRecords:
             self.include_columns({key: [row.get(key) for row in self._kept] for key in keys})
             self._kept = []
 
+    def join(self, other: _OverRecords) -> None:
+        """Include the responses to further records."""
+        self.include_kept()
+        other.include_kept()
+        self.names += other.names
+        self.shares.extend(other.shares)
+        for quantity, peaks in self._peaks.items():
+            peaks.extend(other._peaks[quantity])
+        self._drifts_of_uplifted.extend(other._drifts_of_uplifted)
+        self._implausible += other._implausible
+        for key, smallest in other._margins.items():
+            self._margins[key] = float(np.fmin(self._margins[key], smallest))
+        for key, least in other._beyond.items():
+            self._beyond[key] = min(self._beyond[key], least)
+        self._uplifted += other._uplifted
+        self._nominal = self._nominal and other._nominal
+        self._model_ends += other._model_ends
+        self._largest_share_ends = max(self._largest_share_ends, other._largest_share_ends)
+        if other._severity < self._severity:
+            self._worst, self._severity = other._worst, other._severity
+        self.not_computed += other.not_computed
+        self.reason = other.reason or self.reason
+
     def include_columns(self, columns: Mapping[str, Sequence[Any]]) -> None:
         """Include the rows of a table of columns."""
         rows = OutcomeColumns(columns)
@@ -409,7 +370,7 @@ class _OverRecords:
                 for column, value in zip(one.band_columns, over_records(peaks), strict=True)
             },
             **self._smallest_margins(),
-            "implausible": "; ".join(self._implausible[:_MOST_NAMED]),
+            "implausible": "; ".join(self._implausible[:MOST_NAMED]),
             "worst_record": self._worst,
             "nominal": self._nominal,
         }

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -18,9 +19,10 @@ from rockframe.quantities import OF_KINDS, PEAKS
 from rockframe.record import Part
 from rockframe.results.pulses import pulse_rows
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
+from rockframe.results.schema.arrays import Arrays, arrays_of
 from rockframe.results.schema.response import CONTACT, ROBUST
 from rockframe.results.shards import opened_arrays
-from rockframe.results.tables.forces import FORCE_CELLS, force_cells
+from rockframe.results.tables.forces import FORCE_CELLS, OF_FORCES, force_cells
 from rockframe.results.tables.rows import (
     OF_BANDS,
     SHARES,
@@ -90,6 +92,7 @@ _OF_RESPONSE: Final = columns_of(
     *(f"{column}={name}" for column, name in _SOME.items()),
     *(f"{column}={variable}" for column, variable in OF_BANDS.items()),
 )
+_OF_ANSWER: Final = {**_OF_RESPONSE, **OF_FORCES}
 _NO_PULSE: Final[Row] = {
     "wavelet": "",
     "pulse_verdict": "",
@@ -116,6 +119,39 @@ def table_rows(
         If a file is missing, corrupted or of another kind, or if the responses belong to other
         records.
     """
+    for block in table_blocks(records, pulses, response):
+        yield from block.rows()
+
+
+@dataclass(frozen=True)
+class TableBlock:
+    """Some motions with all that their rows need, in memory.
+
+    Parameters
+    ----------
+    records, pulses, response : Arrays
+        The motions, and the records from the first to the last of them.
+    shared_names : frozenset of str
+        Stations and components that name several records.
+    """
+
+    records: Arrays
+    pulses: Arrays
+    response: Arrays
+    shared_names: frozenset[str]
+
+    def rows(self) -> Iterator[Row]:
+        """Yield the rows of the motions."""
+        return _table_rows(self.records, self.pulses, self.response, self.shared_names)
+
+
+def table_blocks(
+    records: Path | Dataset, pulses: Path | Dataset, response: Path | Dataset
+) -> Iterator[TableBlock]:
+    """Yield the motions of `table_rows` in blocks, so that not all have to be in memory.
+
+    The parameters and errors are those of `table_rows`.
+    """
     with ExitStack() as stack:
         record_rows, pulse_rows_of, answers = (
             stack.enter_context(_dataset(one, kind))
@@ -124,8 +160,11 @@ def table_rows(
         if "record_id" not in answers:  # a batch without accepted records
             return
         named = Counter(map(_short_name, rows_along(record_rows, "record", _OF_NAME)))
+        shared_names = frozenset(name for name, count in named.items() if count > 1)
         of_records, of_pulses = _places(record_rows), _places(pulse_rows_of)
-        for part in blocks(answers):
+        record_rows, answers = _needed(record_rows, _OF_RECORD), _needed(answers, _OF_ANSWER)
+        pulse_rows_of = arrays_of(pulse_rows_of).without("obs")
+        for part in map(arrays_of, blocks(answers)):
             names = [str(name) for name in part["record_id"].values]
             names = [*chain(*map(str.split, _records_of(part, names)))]
             for name in names:
@@ -133,13 +172,23 @@ def table_rows(
                     must_be = f"which {_file(records)} does not. Must be of the same records."
                     raise InputError(_file(response), f"holds {name!r}, {must_be}")
             beside = _some(record_rows, of_records, names), _some(pulse_rows_of, of_pulses, names)
-            yield from _table_rows(*beside, part, named)
+            in_records, in_pulses = (arrays_of(some).loaded() for some in beside)
+            yield TableBlock(in_records, in_pulses, part.loaded(), shared_names)
+
+
+def _needed(dataset: Dataset, columns: Mapping[str, str]) -> Arrays:
+    """Return only the variables of some columns."""
+    names = dict.fromkeys(
+        name for column in columns.values() for name in (column, column.partition(".")[0])
+    )
+    arrays = arrays_of(dataset)
+    return arrays.with_variables({name: arrays[name] for name in names if name in arrays})
 
 
 def _table_rows(
-    records: Dataset, pulses: Dataset, response: Dataset, named: Mapping[str, int]
+    records: Dataset, pulses: Dataset, response: Dataset, shared_names: Container[str]
 ) -> Iterator[Row]:
-    """Yield the rows of a block of records; `named` counts the records of each short name."""
+    """Yield the rows of a block of records."""
     rows_of_records = {row["record_id"]: row for row in rows_along(records, "record", _OF_RECORD)}
     best = {row["record_id"]: row for row in pulse_rows(pulses) if row["best"]}
     for answer in _response_rows(response):
@@ -150,9 +199,9 @@ def _table_rows(
             **pulse,
             **record,
             **answer,
-            "record": short
-            if named[_short_name(rows_of_records[_first_of(answer)])] == 1
-            else name,
+            "record": name
+            if _short_name(rows_of_records[_first_of(answer)]) in shared_names
+            else short,
             "pulse_p_value": pulse["p_value"],
         }
         further = [column for column, name in _SOME.items() if name in response]
