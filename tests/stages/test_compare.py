@@ -95,7 +95,9 @@ def test_every_model_is_in_the_file_the_table_and_the_figure(
         assert 0.0 < drifts[k][0] < drifts[k][2]
     histories = read_histories(output, rows[0]["record_id"], "bent")
     for k, row in enumerate(rows):
-        assert np.nanmax(np.abs(histories["u"][k])) == pytest.approx(row["peak_u_m"], rel=1e-2)
+        assert np.nanmax(np.abs(histories["u"].values[k])) == pytest.approx(
+            row["peak_u_m"], rel=1e-2
+        )
     assert rows[1]["peak_tendon_force_n"] > 1.0e5
     printed = capsys.readouterr().out
     assert all(model in printed for model in models)

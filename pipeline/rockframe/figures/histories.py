@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
-import xarray as xr
 from matplotlib import rcParams
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -36,6 +35,9 @@ from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd
 from rockframe.study.kinds import declared_kind
 from rockframe.units import GRAVITY
 
+if TYPE_CHECKING:
+    from rockframe.results.schema.arrays import Dataset
+
 Float = NDArray[np.float64]
 
 #: Time that is drawn before the first and after the last visible rocking [s]; rotation over
@@ -49,7 +51,7 @@ _SHARES: Final = ("share_overturned", "share_uplifted", "share_model_ends")
 def draw_response_history(
     acceleration: Float,
     match: PulseMatch | None,
-    histories: Sequence[xr.Dataset],
+    histories: Sequence[Dataset],
     title: str,
     *,
     tested: str = "",
@@ -62,8 +64,8 @@ def draw_response_history(
         Ground acceleration [m s-2] at the histories' times.
     match : PulseMatch or None
         The matched pulse, if any.
-    histories : sequence of Dataset
-        As returned by ``open_response(...).sel``, one for each structure.
+    histories : sequence of Arrays or xarray.Dataset
+        As returned by ``open_response(...).history`` or ``.sel``, one for each structure.
     title : str
         First line of the figure.
     tested : str
@@ -86,9 +88,9 @@ def draw_response_history(
         ground, rotation, *uplift, drift = panels
         time = histories[0]["time"].values
         _draw_ground(ground, time, acceleration, match, tested)
-        own = dict(zip([str(each["structure"].item()) for each in lifting], uplift, strict=False))
+        own = dict(zip([str(each["structure"].values) for each in lifting], uplift, strict=False))
         for k, history in enumerate(histories):
-            panel = own.get(str(history["structure"].item())) if apart else uplift[0]
+            panel = own.get(str(history["structure"].values)) if apart else uplift[0]
             _draw_structure((rotation, panel, drift), history, k)
         if apart:
             _name_uplifts(own)
@@ -104,7 +106,7 @@ def draw_response_history(
         drift.set_xlim(*_window(time, histories))
         _align_labels(figure, panels)
         handles: list[Artist] = [*rotation.get_legend_handles_labels()[0]]
-        if any(np.isfinite(history["overturning_time"]) for history in histories):
+        if any(np.isfinite(history["overturning_time"].values) for history in histories):
             falling = f"beyond {DRAWN_TO:g} α, falling: drawn no further"
             handles.append(Line2D([], [], color="0.4", marker="x", linestyle="", label=falling))
         if any("theta_low" in history for history in histories):
@@ -184,15 +186,15 @@ def _draw_pulse(panel: Axes, match: PulseMatch, tested: str) -> None:
     panel.plot(near, pulse.acceleration(near) / GRAVITY, color="black", linewidth=1.8, label=label)
 
 
-def _draw_structure(panels: Sequence[Axes | None], history: xr.Dataset, number: int) -> None:
+def _draw_structure(panels: Sequence[Axes | None], history: Dataset, number: int) -> None:
     """Draw theta/alpha, v and u of a structure in the panels that there are."""
     time = history["time"].values
     verdict = _verdict_in(history)
-    label = label_of(f"{history['structure'].item()}: {verdict.sentence}")
+    label = label_of(f"{history['structure'].values}: {verdict.sentence}")
     colours = len(rcParams["axes.prop_cycle"])
     colour, line = f"C{number}", LINES[number // colours % len(LINES)]
     series = (history[name].values for name in ("theta", "v", "u"))
-    drawn = _until_falling(float(history["slenderness"]), *series)
+    drawn = _until_falling(float(history["slenderness"].values), *series)
     for panel, values in zip(panels, drawn, strict=True):
         if panel is None:
             continue
@@ -203,9 +205,9 @@ def _draw_structure(panels: Sequence[Axes | None], history: xr.Dataset, number: 
         _draw_envelope(panels[0], history, colour)
 
 
-def _draw_envelope(panel: Axes, history: xr.Dataset, colour: Any) -> None:
+def _draw_envelope(panel: Axes, history: Dataset, colour: Any) -> None:
     """Draw the middle 68 % of the ensemble's rotations until it leaves the panel."""
-    slenderness = float(history["slenderness"])
+    slenderness = float(history["slenderness"].values)
     low, high = (history[name].values / slenderness for name in ("theta_low", "theta_high"))
     beyond = ~((low >= -DRAWN_TO) & (high <= DRAWN_TO))
     end = int(np.argmax(beyond)) if beyond.any() else beyond.size
@@ -213,23 +215,23 @@ def _draw_envelope(panel: Axes, history: xr.Dataset, colour: Any) -> None:
     panel.fill_between(time, low[:end], high[:end], alpha=0.2, linewidth=0.0, color=colour)
 
 
-def _verdict_in(history: xr.Dataset) -> SpreadVerdict:
+def _verdict_in(history: Dataset) -> SpreadVerdict:
     """Return the verdict of a dataset of one record and structure."""
 
     def number(name: str) -> float | None:
-        return float(history[name]) if name in history else None
+        return float(history[name].values) if name in history else None
 
-    shares: dict[str, Any] = {name: float(history[name]) for name in _SHARES if name in history}
+    shares: dict[str, Any] = {name: number(name) for name in _SHARES if name in history}
     return SpreadVerdict(
-        Verdict(int(history["verdict"])),
-        overturning_time=float(history["overturning_time"]),
+        Verdict(int(history["verdict"].values)),
+        overturning_time=float(history["overturning_time"].values),
         robust_scale=number("robust_scale_10"),
         critical_scale=number("critical_scale"),
         largest_scale=number("largest_scale") or math.nan,
         **shares,
-        model_ends={name: float(history[name]) for name in MODEL_ENDS if name in history},
-        model_end=ModelEnd(int(history.get("model_end", 0))),
-        fails=declared_kind(str(history.get("kind", xr.DataArray("")).item())).fails,
+        model_ends={name: float(history[name].values) for name in MODEL_ENDS if name in history},
+        model_end=ModelEnd(int(history["model_end"].values) if "model_end" in history else 0),
+        fails=declared_kind(str(history["kind"].values) if "kind" in history else "").fails,
     )
 
 
@@ -243,17 +245,17 @@ def _until_falling(
     return ratio[:end], 100.0 * v[:end], 100.0 * u[:end]
 
 
-def _rotation_limits(histories: Sequence[xr.Dataset]) -> tuple[float, float]:
-    ratios = [float(history["peak_rotation_ratio"]) for history in histories]
+def _rotation_limits(histories: Sequence[Dataset]) -> tuple[float, float]:
+    ratios = [float(history["peak_rotation_ratio"].values) for history in histories]
     furthest = max((min(ratio, DRAWN_TO) for ratio in ratios if not math.isnan(ratio)), default=0.0)
     furthest = max(1.08 * furthest, 0.02)
     return -furthest, furthest
 
 
-def _window(time: Float, histories: Sequence[xr.Dataset]) -> tuple[float, float]:
+def _window(time: Float, histories: Sequence[Dataset]) -> tuple[float, float]:
     moving = np.zeros(time.size, dtype=bool)
     for history in histories:
-        ratio = np.abs(history["theta"].values) / float(history["slenderness"])
+        ratio = np.abs(history["theta"].values) / float(history["slenderness"].values)
         if np.isnan(ratio).all():  # it does not rock
             drift = np.abs(history["u"].values)
             ratio = drift / max(float(np.nanmax(drift)), np.finfo(float).tiny)
@@ -378,7 +380,7 @@ _PANELS: Final = (("u", 100.0, "drift  u [cm]"), ("v", 100.0, "lift  v [cm]"))
 _RANGES: Final = 400
 
 
-def draw_comparison(histories: xr.Dataset) -> Captioned:
+def draw_comparison(histories: Dataset) -> Captioned:
     """Draw the histories of all models of one structure under one record.
 
     Parameters
@@ -386,7 +388,7 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
     histories : Dataset
         As returned by `read_histories` of a comparison.
     """
-    record, structure = (str(histories[name].item()) for name in ("record_id", "structure"))
+    record, structure = (str(histories[name].values) for name in ("record_id", "structure"))
     time = histories["time"].values
     with styled():
         models = [str(model) for model in histories["model"].values]
@@ -408,8 +410,8 @@ def draw_comparison(histories: xr.Dataset) -> Captioned:
                     linestyle=dashes,
                 )  # fmt: skip
             _draw_shear(panels[2 + k], time[:last], history["base_shear"].values[:last], window, k)
-            ended = Validity(int(history["validity"]))
-            when = float(history["valid_until"])
+            ended = Validity(int(history["validity"].values))
+            when = float(history["valid_until"].values)
             if np.isfinite(when) and when <= time[-1]:
                 at = min(int(np.searchsorted(time, when)), max(last - 1, 0))
                 panels[0].plot(time[at], 100.0 * history["u"].values[at], "x", color=f"C{k}")
@@ -463,14 +465,14 @@ def _name_shears(panels: Sequence[Axes], models: Sequence[str]) -> None:
     panels[len(panels) // 2].set_ylabel("base shear / W")
 
 
-def _largest_drift(histories: xr.Dataset) -> float:
+def _largest_drift(histories: Dataset) -> float:
     """Return the largest drift [m] of bridges that do not overturn, or of all if all overturn."""
     peaks = histories["peak_u"].values
     standing = peaks[np.isfinite(peaks)]
     return float(standing.max() if standing.size else np.nanmax(np.abs(histories["u"].values)))
 
 
-def _comparison_window(histories: xr.Dataset) -> tuple[float, float]:
+def _comparison_window(histories: Dataset) -> tuple[float, float]:
     """Return the times that are drawn: from the start to shortly after the last visible drift."""
     time = histories["time"].values
     drift = np.nan_to_num(np.abs(histories["u"].values))

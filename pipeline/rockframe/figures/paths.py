@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockframe.figures.captioned import DRAWN_TO, PAGE_WIDTH, Captioned, label_of, styled
 
+if TYPE_CHECKING:
+    from rockframe.results.schema.arrays import Dataset
+
 #: Structures side by side.
 _ACROSS = 3
 
 
-def draw_paths(histories: Sequence[xr.Dataset], title: str) -> Captioned:
+def draw_paths(histories: Sequence[Dataset], title: str) -> Captioned:
     """Draw the path of the deck of each structure, seen from above.
 
     Parameters
     ----------
-    histories : sequence of Dataset
-        As returned by ``open_response(...).sel`` for a motion in both directions, one for each
-        structure.
+    histories : sequence of Arrays or xarray.Dataset
+        As returned by ``open_response(...).history`` or ``.sel`` for a motion in both directions,
+        one for each structure.
     title : str
         Name of the motion.
     """
@@ -47,8 +50,8 @@ def draw_paths(histories: Sequence[xr.Dataset], title: str) -> Captioned:
     )
 
 
-def _draw_path(panel: Axes, history: xr.Dataset) -> None:
-    falling = history["theta"].values > DRAWN_TO * float(history["slenderness"])
+def _draw_path(panel: Axes, history: Dataset) -> None:
+    falling = history["theta"].values > DRAWN_TO * float(history["slenderness"].values)
     x, y = (np.where(falling, np.nan, 100.0 * history[name].values) for name in ("u_x", "u_y"))
     panel.plot(x, y, linewidth=0.7)
     panel.plot(0.0, 0.0, ".", color="black")
@@ -59,5 +62,5 @@ def _draw_path(panel: Axes, history: xr.Dataset) -> None:
         reach = 1.08 * float(max(length[furthest], 0.1))
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach))
     panel.set_aspect("equal")
-    panel.set_title(label_of(str(history["structure"].item())), fontsize=9)
+    panel.set_title(label_of(str(history["structure"].values)), fontsize=9)
     panel.set(xlabel="$u_x$ [cm]", ylabel="$u_y$ [cm]")

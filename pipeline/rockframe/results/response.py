@@ -462,12 +462,10 @@ class ResponseFile:
     """
 
     def __init__(self, path: str | Path) -> None:
-        from rockframe.results.reading import opened  # loads xarray
-
         self.path = Path(path)
         with ExitStack() as stack:
-            self.dataset = stack.enter_context(opened(self.path, RESPONSE))
-            self._rows = slices(self.dataset["row_size"].values)
+            self.arrays = stack.enter_context(opened_arrays(self.path, RESPONSE))
+            self._rows = slices(self.arrays["row_size"].values)
             self._open = stack.pop_all()
 
     def __enter__(self) -> ResponseFile:
@@ -481,32 +479,40 @@ class ResponseFile:
         self._open.close()
 
     @cached_property
+    def dataset(self) -> xr.Dataset:
+        """The file as a dataset of xarray, which reads histories on demand."""
+        from rockframe.results.reading import opened
+
+        return self._open.enter_context(opened(self.path, RESPONSE))
+
+    @cached_property
     def records(self) -> list[str]:
         """Identifiers of the records."""
-        return [str(name) for name in self.dataset["record_id"].values]
+        return [str(name) for name in self.arrays["record_id"].values]
 
     @cached_property
     def structures(self) -> list[str]:
         """Names of the structures."""
-        return [str(name) for name in self.dataset["structure"].values]
+        return [str(name) for name in self.arrays["structure"].values]
 
     def kept(self, record: str) -> list[str]:
         """Return the names of the structures whose histories under a record are in the file."""
         with self._damage_named():
-            kept = self.dataset["history"][positions(self.dataset, record=record)].values
+            where = positions(self.arrays, record=record)
+            kept = self.arrays["history"].isel(**where).values
         return [name for name, there in zip(self.structures, kept, strict=True) if there]
 
     def components(self, record: str) -> list[str]:
         """Return the records of both components of a motion; empty for a motion in one plane."""
-        if "components" not in self.dataset:
+        if "components" not in self.arrays:
             return []
-        where = positions(self.dataset, record=record)["record"]
-        return str(self.dataset["components"].values[where]).split()
+        where = positions(self.arrays, record=record)["record"]
+        return str(self.arrays["components"].values[where]).split()
 
     def strips(self, record: str) -> dict[str, Strip]:
         """Return the strip of each structure under a record; empty without margins."""
         with self._damage_named():
-            strips = strips_of(self.dataset, [record])
+            strips = strips_of(self.arrays, [record])
         return {structure: strip for (_, structure), strip in strips.items()}
 
     def sel(self, *, record: str, structure: str) -> xr.Dataset:
@@ -517,16 +523,27 @@ class ResponseFile:
         ParameterError
             If there is no such record or structure, or if the history was not kept.
         """
+        where = self._place(record, structure)
         with self._damage_named():
-            where = positions(self.dataset, record=record, structure=structure)
-            if not self.dataset["history"][where]:
+            chosen = self.dataset.isel(where).drop_vars("row_size").load()
+        return chosen.swap_dims(obs="time").set_coords("record_id")
+
+    def history(self, *, record: str, structure: str) -> Arrays:
+        """Return the variables of `sel` as arrays, along ``obs``; the errors are the same."""
+        where = self._place(record, structure)
+        with self._damage_named():
+            return self.arrays.isel(**where).loaded()
+
+    def _place(self, record: str, structure: str) -> dict[str, Any]:
+        """Return the indexes of a history that was kept."""
+        with self._damage_named():
+            where = positions(self.arrays, record=record, structure=structure)
+            if not self.arrays["history"].isel(**where).values:
                 raise ParameterError(
                     f"no history of {structure!r} under {record!r} was kept. Compute it with "
                     "--histories all."
                 )
-            obs = self._rows[where["record"]]
-            chosen = self.dataset.isel({**where, "obs": obs}).drop_vars("row_size").load()
-        return chosen.swap_dims(obs="time").set_coords("record_id")
+        return {**where, "obs": self._rows[where["record"]]}
 
     def _damage_named(self) -> AbstractContextManager[None]:
         return damage_named(self.path, RESPONSE)
@@ -728,7 +745,7 @@ def _in_kilonewtons(row: Row) -> Row:
     return row | {"weight_kn": kilonewtons(1.0, weight)} | forces
 
 
-def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
+def read_histories(path: Path, record: str, structure: str) -> Arrays:
     """Return the histories and peaks of all models of one structure under one record.
 
     Raises
@@ -738,13 +755,10 @@ def read_histories(path: Path, record: str, structure: str) -> xr.Dataset:
     ParameterError
         If there is no such record or structure.
     """
-    from rockframe.results.reading import opened  # loads xarray
-
-    with opened(path, COMPARE_NC.name) as dataset:
+    with opened_arrays(path, COMPARE_NC.name) as dataset:
         where = positions(dataset, record=record, structure=structure)
         obs = slices(dataset["row_size"].values)[where["record"]]
-        chosen: xr.Dataset = dataset.isel({**where, "obs": obs}).load()
-        return chosen
+        return dataset.isel(**where, obs=obs).loaded()
 
 
 def furthest_pairs(path: Path, most: int) -> list[tuple[str, str]]:

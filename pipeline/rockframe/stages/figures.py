@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 
 from rockframe.cells import write_rows
@@ -42,6 +41,7 @@ from rockframe.provenance import (
 from rockframe.results.pulses import best_pulses
 from rockframe.results.records import open_records
 from rockframe.results.response import open_response
+from rockframe.results.schema.arrays import Arrays
 from rockframe.results.stored import kind_of
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.forces import force_rows
@@ -233,7 +233,7 @@ class _OfRecord:
     acceleration: Float
     pulse: PulseMatch | None
     tested: str
-    histories: list[xr.Dataset]
+    histories: list[Arrays]
     strips: dict[str, Strip]
     spreads: list[Row]
     forces: list[Row]
@@ -298,10 +298,10 @@ class _Chosen:
                     else records.read(name).acceleration,
                     pulse=pulses.get(name),
                     tested=stated_pulse(row),
-                    histories=[response.sel(record=name, structure=s) for s in kept],
+                    histories=[response.history(record=name, structure=s) for s in kept],
                     strips=response.strips(name),
-                    spreads=list(sensitivity_rows(response.dataset, name)),
-                    forces=list(force_rows(response.dataset, name)),
+                    spreads=list(sensitivity_rows(response.arrays, name)),
+                    forces=list(force_rows(response.arrays, name)),
                     both=bool(both),
                 )
 

@@ -128,10 +128,10 @@ class Arrays:
         return self.with_variables(held)
 
     def loaded(self) -> Arrays:
-        """Return the same after reading all values, so that their file can be closed."""
-        for variable in self.variables.values():
-            _ = variable.values
-        return self
+        """Return the same with all values in memory, so that their file can be closed."""
+        return self.with_variables(
+            {name: Array.of(v.dims, v.values, v.attrs) for name, v in self.variables.items()}
+        )
 
     def with_variables(self, variables: Mapping[str, Array]) -> Arrays:
         """Return other variables with the same attributes."""
