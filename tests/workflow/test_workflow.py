@@ -216,5 +216,5 @@ def test_change_of_an_option_concerns_what_follows(made: Path) -> None:
     study.write_text(STUDY + "[pulse]\nperiods_s = [0.3, 4.0]\n")
     rockframe("run", study, "--output", made / "flow", "--plan")
     done = jobs_done(snakemake(made / "flow"))
-    assert {"pulse", "merge_pulse", "table", "manifest", "report", "verify"} <= done
-    assert not {"ingest", "respond", "merge_respond"} & done
+    assert {"pulse", "index_pulse", "table", "manifest", "report", "verify"} <= done
+    assert not {"ingest", "respond", "index_respond"} & done
