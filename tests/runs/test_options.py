@@ -43,8 +43,8 @@ def everything(folder: Path, rotation: str) -> Plan:
         "",
         text,
     )
-    # The hazard file is a single curve of one site.
-    text = re.sub(r"(?m)^hazard_(?:site|site_id|curve) = .*\n", "", text)
+    # The hazard file is a single curve of one site and measure.
+    text = re.sub(r"(?m)^hazard_(?:site|site_id|curve|measure|columns) = .*\n", "", text)
     # Alternatives of reading files.
     alternatives = "factor_m_s2|values_per_line|time_column|channels|catalogue_columns"
     text = re.sub(rf"(?m)^(?:{alternatives}) = .*\n", "", text)

@@ -16,6 +16,7 @@ from rockframe.options.model import (
     File,
     Finite,
     Motions,
+    Names,
     Options,
     Positive,
     PositiveNumbers,
@@ -66,10 +67,6 @@ NotZero = Annotated[Finite, AfterValidator(_not_zero)]
 #: Beginning of comment lines, and number of values of a line.
 Mark = Annotated[str, Field(min_length=1)]
 ValueCount = Annotated[int, Field(ge=1, le=1000)]
-#: Columns of a catalogue and their names in a table.
-Names = Annotated[
-    tuple[Annotated[str, Field(title="COLUMN=NAME")], ...], Field(min_length=1, strict=False)
-]
 #: Columns and their components.
 Channels = Annotated[
     tuple[Annotated[str, Field(title="COLUMN=COMPONENT")], ...],

@@ -469,6 +469,10 @@ Sites = Annotated[
     BeforeValidator(lambda stated: (stated,) if isinstance(stated, str) else stated),
     AfterValidator(_unique),
 ]
+#: Columns of this package and their names in a table.
+Names = Annotated[
+    tuple[Annotated[str, Field(title="COLUMN=NAME")], ...], Field(min_length=1, strict=False)
+]
 #: Records that follow one another, at least two.
 Motions = Annotated[tuple[str, ...], Field(strict=False, min_length=2)]
 #: At least one word for contradictions, none twice; a single word may be stated without a list.

@@ -18,6 +18,7 @@ from rockframe.options.model import (
     FurtherMeasures,
     Kept,
     Margins,
+    Names,
     Numbers,
     NumbersFromZero,
     Options,
@@ -331,13 +332,23 @@ class ScreenOptions(Options):
     how much better it predicts than PGA. Structures with tendons or dissipaters are left out."""
     hazard: Annotated[File | None, Field(examples=["hazard.csv"])] = None
     """Hazard curve of the site: CSV of annual_rate (or probability_in_50_years) and one of pga_g,
-    pgv_m_s, a_p_g, L_p_m, sa_1s_g; a file of OpenQuake or of the USGS; or a folder of OpenQuake."""
+    pgv_m_s, a_p_g, L_p_m, sa_1s_g; a file of OpenQuake (CSV, NRML) or of the USGS (CSV, JSON); or a
+    folder of OpenQuake."""
     return_period_years: Annotated[PositiveNumbers | None, Field(examples=[(475.0, 2475.0)])] = None
     """Return periods at which the demand of each structure is stated [years]: rotation, drift, lift
     and the other quantities that can be limited. It needs a hazard curve."""
     hazard_curve: Annotated[str | None, Field(examples=["quantile-0.84"])] = None
     """Kind of the hazard curve of OpenQuake: mean, max, quantile-0.84 or another that its files
     state; by default mean in a folder, and that of the file otherwise."""
+    hazard_measure: Annotated[str | None, Field(examples=["sa_1s"])] = None
+    """Measure of the hazard curve in a file of several, such as pga or sa_1s; sa_1s_rotd50 states
+    that the curve of sa_1s is of this measure of both horizontals."""
+    hazard_columns: Annotated[
+        Names | None, Field(examples=[("pga_g=PGA", "return_period_years=TR")])
+    ] = None
+    """Columns of a hazard curve that is any other table: a measure, such as pga_g, pgv_cm_s or
+    sa_1s_m_s2, and annual_rate, probability_in_50_years or return_period_years, each with the name
+    or number of the column in the table."""
     hazard_site: Annotated[
         tuple[Finite, Finite] | None, Field(strict=False, examples=[(23.73, 37.98)])
     ] = None
@@ -383,7 +394,10 @@ class ScreenOptions(Options):
     @model_validator(mode="after")
     def _site_of_hazard(self) -> Self:
         """Require a hazard curve for a site, and valid coordinates of the site."""
-        for name in ("hazard_site", "hazard_site_id", "hazard_curve", "return_period_years"):
+        for name in (
+            *("hazard_site", "hazard_site_id", "hazard_curve", "hazard_measure"),
+            *("hazard_columns", "return_period_years"),
+        ):
             if self.hazard is None and getattr(self, name) is not None:
                 raise rule(f"{name} without hazard. State the file of hazard curves")
         require_one_site(self.hazard_site, self.hazard_site_id)

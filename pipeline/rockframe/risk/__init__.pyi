@@ -22,9 +22,9 @@ from .hazard import HazardCurve as HazardCurve
 from .hazard import LognormalFragility as LognormalFragility
 from .hazard import OverturningRate as OverturningRate
 from .hazard import overturning_rate as overturning_rate
-from .hazard_files import Site as Site
 from .hazard_files import hazard_file as hazard_file
 from .hazard_files import read_hazard as read_hazard
+from .hazard_sites import Site as Site
 from .measures import FURTHER as FURTHER
 from .measures import MEASURES as MEASURES
 from .measures import POOLED as POOLED

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -17,37 +16,28 @@ from rockframe.cells import decimal, table_lines
 from rockframe.errors import InputError
 from rockframe.risk.hazard import HazardCurve
 from rockframe.risk.hazard_points import RATE, Points, curve_of, rounding_of
-from rockframe.risk.measures import (
-    COLUMNS,
-    MEASURES,
-    Measure,
-    measure_of_column,
-    period_of,
-    spectral,
+from rockframe.risk.hazard_sites import (
+    VELOCITY,
+    Lines,
+    Site,
+    measure_named_by,
+    measure_of_imt,
+    nearest_site,
 )
+from rockframe.risk.measures import COLUMNS, Measure, measure_of_column, period_of
 from rockframe.units import GRAVITY
 
 Float = NDArray[np.float64]
-
-Lines = list[tuple[int, list[str]]]
 
 #: Column of probabilities in a number of years.
 _PROBABILITY: Final = re.compile(r"probability_in_(\d+(?:\.\d+)?)_years?")
 #: Headings of the USGS hazard tools, in lower case.
 _USGS: Final = re.compile(r"annual (frequency|rate) of exceed[ae]nce", re.IGNORECASE)
 _GROUND_MOTION: Final = re.compile(r"ground motion \(g\)", re.IGNORECASE)
-#: Names of measures in OpenQuake files, and in names of folders and files of the USGS.
-_IMT: Final = re.compile(r"PGA|PGV|SA\((\d*\.?\d+)\)|SA(\d+)P(\d+)")
-_NAMED: Final = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|SA\d+P\d+)(?![A-Za-z0-9])")
-_VELOCITY: Final = 0.01  # both have velocities in cm/s
 #: Number of characters of an invalid row that messages show.
 _SHOWN: Final = 80
 #: Number of characters of a list of files that messages show.
 _LISTED: Final = 400
-#: Largest distance of a site from the requested place, and the earth's radius [km].
-NEAR, _EARTH = 10.0, 6371.0
-#: Columns that name the sites of OpenQuake and of the USGS.
-_NAMES: Final = ("custom_site_id", "site_id", "name")
 _MAPS: Final = "hazard maps (hazard_map)"
 #: Files of OpenQuake that contain no hazard curves, by their columns.
 _NO_CURVES: Final = (
@@ -88,30 +78,6 @@ _LEVELS: Final = (
 _SAME_PERIOD: Final = 1e-6
 #: Relative difference of probabilities that are equal: the columns print six decimals.
 _SAME_PROBABILITY: Final = 1e-4
-
-
-@dataclass(frozen=True)
-class Site:
-    """The requested site of a file of several: a place, or the name that the file gives it.
-
-    Parameters
-    ----------
-    place : (float, float), optional
-        Longitude and latitude [degree]; the nearest site is taken.
-    name : str
-        Name of the site; replaces the place.
-    within : float
-        Largest distance of the site from the place [km].
-
-    Examples
-    --------
-    >>> Site((23.73, 37.98)).within
-    10.0
-    """
-
-    place: tuple[float, float] | None = None
-    name: str = ""
-    within: float = NEAR
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +150,12 @@ def _stated(file: Path) -> dict[str, str]:
 
 
 def read_hazard(
-    path: str | Path, site: Site | tuple[float, float] | None = None, kind: str | None = None
+    path: str | Path,
+    site: Site | tuple[float, float] | None = None,
+    kind: str | None = None,
+    *,
+    columns: Sequence[str] = (),
+    measure: str | None = None,
 ) -> HazardCurve:
     r"""Read a hazard curve.
 
@@ -192,13 +163,19 @@ def read_hazard(
     ----------
     path : str or Path
         CSV of two columns, `annual_rate` or `probability_in_50_years` (or another number) and one
-        of pga_g, pgv_m_s, a_p_g, L_p_m, sa_1s_g (or another period); hazard curves of OpenQuake or
-        of the USGS; or a folder of OpenQuake's curves.
+        of pga_g, pgv_m_s, a_p_g, L_p_m, sa_1s_g (or another period); hazard curves of OpenQuake
+        (CSV, NRML) or of the USGS (CSV, JSON); or a folder of OpenQuake's curves.
     site : Site or (float, float), optional
         The site to read, by its name or by longitude and latitude [degree], of which the nearest
         site within 10 km is read. It is not needed if the file has one site.
     kind : str, optional
         Kind of the curve of OpenQuake, such as ``mean`` (the default in a folder) or ``max``.
+    columns : sequence of str
+        Columns of any other table, such as ``pga_g=PGA`` and ``return_period_years=TR``:
+        `points_by_words`.
+    measure : str, optional
+        Name of the measure in a file of several, such as ``sa_1s``. With ``_rotd50`` or
+        ``_rotd100`` at its end, it states that the curve is of this measure of both horizontals.
 
     Raises
     ------
@@ -218,13 +195,60 @@ def read_hazard(
     """
     path = hazard_file(Path(path), kind)
     wanted = site if isinstance(site, Site) else Site(site)
+    data = _content(path)
+    spectrum = measure_of_column(f"{measure}_g")
+    measure = spectrum.name if spectrum else measure  # sa_1.0s is sa_1s
+    if columns or data.lstrip()[:1] in (b"{", b"<"):
+        points, called = _of_other_formats(path, data, wanted, columns, measure)
+    else:
+        points, called = _of_table(path, wanted)
+    if measure is not None:
+        points = replace(points, measure=_restated(path, points.measure, measure))
+    return curve_of(path, points, called)
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}.") from None
+
+
+def _of_other_formats(
+    path: Path, data: bytes, site: Site, columns: Sequence[str], measure: str | None
+) -> tuple[Points, str]:
+    """Return the points of a file of NRML, of JSON, or of a table by the user's words."""
+    from rockframe.risk import hazard_formats  # few hazard curves need it
+
+    if not columns and data.lstrip().startswith(b"<"):
+        curves = hazard_formats.curves_of_nrml(path, data, site)
+        return hazard_formats.of_measure(path, curves, measure)
+    if site.place is not None or site.name:
+        raise InputError(path, "has no sites to choose from. Do not state a site for it.")
+    if columns:
+        return hazard_formats.points_by_words(path, data, columns), ""
+    return hazard_formats.of_measure(path, hazard_formats.curves_of_usgs(path, data), measure)
+
+
+def _of_table(path: Path, site: Site) -> tuple[Points, str]:
+    """Return the points of a file of two columns, or of a table of OpenQuake or the USGS."""
     lines, header, comment = table_of(path)
     _refuse_other_files(path, lines, header)
     if "lon" in header and "lat" in header:
-        return curve_of(path, *_at_site(path, lines, header, comment, wanted))
-    if wanted.place is not None or wanted.name:
+        return _at_site(path, lines, header, comment, site)
+    if site.place is not None or site.name:
         raise InputError(path, "has no sites to choose from. Do not state a site for it.")
-    return curve_of(path, _of_two_columns(path, lines, header))
+    return _of_two_columns(path, lines, header), ""
+
+
+def _restated(path: Path, measure: Measure, name: str) -> Measure:
+    """Return the measure with the stated name: that of the file, perhaps over both horizontals."""
+    plain = name.removesuffix("_rotd50").removesuffix("_rotd100")
+    wanted = measure_of_column(measure.column.replace(measure.name, name, 1))
+    if wanted is None or measure.name not in (plain, name):
+        message = f"is a hazard curve of {measure.name}. Must be of {name[:_SHOWN]!r}, as stated"
+        raise InputError(path, f"{message} with --hazard-measure.")
+    return wanted
 
 
 def has_uniform_spectra(path: Path) -> bool:
@@ -278,11 +302,11 @@ def read_uniform_spectrum(
     for index, name in enumerate(header):
         match = _ORDINATE.fullmatch(name)
         if match:
-            period = period_of(_measure_of(path, match[2], lines[0][0]).name)
+            period = period_of(measure_of_imt(path, match[2], lines[0][0]).name)
             columns.setdefault(float(match[1]), {})[period] = index
     selected = _with_probability(path, columns, probability)
     years = _investigation_time(path, comment, line=max(1, lines[0][0] - 1))
-    (line, row), called = _nearest(path, lines, header, site or Site())
+    (line, row), called = nearest_site(path, lines, header, site or Site())
     spectra = {
         p: {t: _cell(path, row, i, header[i], line) for t, i in sorted(places.items())}
         for p, places in columns.items()
@@ -405,7 +429,7 @@ def _of_two_columns(path: Path, lines: Lines, header: Sequence[str]) -> Points:
     measures = [measure_of_column(name) for name in header]
     often = [i for i, name in enumerate(header) if _years(name) is not None]
     if len(header) == 2 and len(often) == 1 and _GROUND_MOTION.search(header[1 - often[0]]):
-        measures[1 - often[0]] = _named_by(path)
+        measures[1 - often[0]] = measure_named_by(path)
     strong = [i for i, measure in enumerate(measures) if measure is not None]
     if len(header) != 2 or len(often) != 1 or len(strong) != 1:
         allowed = ", ".join((*COLUMNS, "sa_1s_g"))
@@ -439,14 +463,14 @@ def _at_site(
 ) -> tuple[Points, str]:
     """Read the row of a site from a table of OpenQuake (``poe-0.1``) or the USGS (``0.1``)."""
     imt, years = _IMT_OF.search(comment), 0.0
-    measure = _measure_of(path, imt[1], 1) if imt else _named_by(path)
+    measure = measure_of_imt(path, imt[1], 1) if imt else measure_named_by(path)
     if imt:
         years = _investigation_time(path, comment, line=lines[0][0] - 1)
     columns = {i: _intensity(name, "poe-" if imt else "") for i, name in enumerate(header)}
     used = {i: level for i, level in columns.items() if level is not None}
-    (line, row), called = _nearest(path, lines, header, site)
+    (line, row), called = nearest_site(path, lines, header, site)
     values = np.array([_cell(path, row, i, header[i], line) for i in used])
-    unit = _VELOCITY if measure.name == "pgv" else 1.0  # m/s and g are the units of the columns
+    unit = VELOCITY if measure.name == "pgv" else 1.0  # m/s and g are the units of the columns
     levels = np.array([*used.values()]) * unit
     rounding = np.array([rounding_of(row[i]) for i in used])
     return Points(measure, [line] * len(used), levels, values, years, rounding), called
@@ -471,84 +495,6 @@ def _intensity(heading: str, before: str) -> float | None:
         return decimal(heading.removeprefix(before)) if heading.startswith(before) else None
     except ValueError:
         return None
-
-
-def _nearest(
-    path: Path, lines: Lines, header: Sequence[str], site: Site
-) -> tuple[tuple[int, list[str]], str]:
-    """Return the row of the requested site, or of the only one, and the site in words."""
-    if site.name:
-        return _called(path, lines, header, site.name), f"site {site.name}"
-    places = []
-    for line, row in lines[1:]:
-        try:
-            places.append((decimal(row[header.index("lon")]), decimal(row[header.index("lat")])))
-        except (ValueError, IndexError):
-            shown = ", ".join(row)[:_SHOWN]
-            raise InputError(
-                path, f"row {shown!r} without longitude and latitude [degree].", line=line
-            ) from None
-    if site.place is None:
-        if len(places) != 1:
-            message = f"has {len(places)} sites. Choose one with --hazard-site LON LAT"
-            raise InputError(path, f"{message} or --hazard-site-id ID.")
-        return lines[1], f"the only site, at {places[0][0]:g} {places[0][1]:g}"
-    away = [_distance(site.place, place) for place in places] or [math.inf]
-    best = int(np.argmin(away))
-    there = f"at {places[best][0]:g} {places[best][1]:g}" if places else ""
-    if away[best] > site.within:
-        nearest = f"the site nearest to {site.place[0]:g} {site.place[1]:g} is {away[best]:.3g} km"
-        message = f"{nearest} away{there and ', '}{there}. Must be within {site.within:g} km."
-        raise InputError(path, message)
-    words = f"the nearest site, {there}, {away[best]:.2f} km from the requested place"
-    return lines[1 + best], words
-
-
-def _called(path: Path, lines: Lines, header: Sequence[str], name: str) -> tuple[int, list[str]]:
-    """Return the row of the site with this name."""
-    columns = [header.index(column) for column in _NAMES if column in header]
-    if not columns:
-        message = f"names no sites (no column {' or '.join(_NAMES)}). Choose one with"
-        raise InputError(path, f"{message} --hazard-site LON LAT.")
-    named = [row[columns[0]].strip() if columns[0] < len(row) else "" for _, row in lines[1:]]
-    if named.count(name) != 1:
-        allowed = ", ".join(named)[:_SHOWN]
-        raise InputError(path, f"{named.count(name)} sites {name!r}. Must be one of: {allowed}.")
-    return lines[1 + named.index(name)]
-
-
-def _distance(place: tuple[float, float], other: tuple[float, float]) -> float:
-    """Return the distance between two places [km], by the haversine formula."""
-    (x, y), (u, v) = ((math.radians(lon), math.radians(lat)) for lon, lat in (place, other))
-    share = math.sin(0.5 * (v - y)) ** 2
-    share += math.cos(y) * math.cos(v) * math.sin(0.5 * (u - x)) ** 2
-    return 2.0 * _EARTH * math.asin(min(1.0, math.sqrt(share)))
-
-
-def _measure_of(path: Path, imt: str, line: int | None = None) -> Measure:
-    """Return the measure with this name in files of OpenQuake and the USGS."""
-    match = _IMT.fullmatch(imt)
-    if match is None:
-        raise InputError(path, f"is of imt {imt!r}. Must be PGA, PGV or SA(T).", line)
-    period = match[1] or (f"{match[2]}.{match[3]}" if match[2] else "")
-    if not period:
-        return MEASURES[imt.lower()]
-    if not float(period) > 0.0:
-        raise InputError(path, f"is of {imt}. The period must be above 0 s.", line)
-    return spectral(float(period))
-
-
-def _named_by(path: Path) -> Measure:
-    """Return the measure that is part of the name of the file or of its folder."""
-    for name in (path.stem, path.absolute().parent.name):
-        match = _NAMED.search(name.replace("_", "-"))
-        if match:
-            return _measure_of(path, match[0])
-    raise InputError(
-        path,
-        "does not state its measure. The name of the file or of its folder must contain PGA, PGV "
-        "or SA1P0 (1.0 s).",
-    )
 
 
 def _numbers(path: Path, row: list[str], line: int) -> list[float]:

@@ -422,12 +422,10 @@ def _validate_inputs(study: Study) -> None:
 
         read_selection(files["records", "selection"])
     if ("screen", "hazard") in files:
-        # They import scipy, which is slow and only needed here.
-        from rockframe.risk import read_hazard
-        from rockframe.stages.screen import requested_site
+        from rockframe.stages.screen import stated_hazard  # scipy is slow, and only needed here
 
         path, screen = files["screen", "hazard"], study.options("screen")
-        measure = read_hazard(path, requested_site(screen), screen.hazard_curve).measure
+        measure = stated_hazard(path, screen).measure
         if screen.azimuths_degree and measure in ("a_p", "L_p"):
             unknown = f"is for {measure}, which is unknown for rotated motions"
             raise InputError(path, f"{unknown}. Must be of PGA or PGV.")

@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from rockframe.cells import decimal
 from rockframe.errors import InputError, ParameterError
 from rockframe.risk.hazard_files import (
-    Site,
     has_uniform_spectra,
     read_uniform_spectrum,
     refuse_other_targets,
     table_of,
 )
+from rockframe.risk.hazard_sites import Site
 from rockframe.risk.measures import spectral
 from rockframe.selection.codes import PERIODS, Asce7, Eurocode8, read_target_file
 from rockframe.selection.models import GroundMotionModels, disaggregation_of, mixture_of

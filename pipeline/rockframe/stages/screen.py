@@ -562,16 +562,17 @@ def _wanted(options: ScreenOptions, hazard: HazardCurve | None) -> tuple[list[fl
     return sorted(periods), names
 
 
-def requested_site(options: ScreenOptions) -> Site:
-    """Return the site of the hazard curve that the options state."""
-    name = options.hazard_site_id or ""
-    return Site(options.hazard_site, name, options.hazard_site_within_km)
+def stated_hazard(path: Path, options: ScreenOptions) -> HazardCurve:
+    """Return the hazard curve of a file, with the site and the measure that the options state."""
+    site = Site(options.hazard_site, options.hazard_site_id or "", options.hazard_site_within_km)
+    columns, measure = options.hazard_columns or (), options.hazard_measure
+    return read_hazard(path, site, options.hazard_curve, columns=columns, measure=measure)
 
 
 def _hazard(options: ScreenOptions, pulses_path: Path | None, pairs: bool) -> HazardCurve | None:
     if (path := options.hazard) is None:
         return None
-    curve = read_hazard(path, requested_site(options), options.hazard_curve)
+    curve = stated_hazard(path, options)
     if curve.measure in ("a_p", "L_p"):
         unknown = {
             "without pulses. State them with --pulses.": pulses_path is None,
