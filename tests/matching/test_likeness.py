@@ -16,6 +16,7 @@ from rockframe.matching.match import match_pulses
 from rockframe.matching.record_pulses import (
     Likeness,
     PulseVerdict,
+    _enough,
     _indices,
     find_pulses,
     likeness,
@@ -73,6 +74,29 @@ def test_plain_scrambling_calls_noise_a_pulse_because_it_swells_and_fades() -> N
     assert calls([noise(seed) for seed in range(20)], plain) >= 0.7
     steady = [np.random.default_rng([seed, 6]).normal(size=1500) for seed in range(20)]
     assert calls(steady, plain) <= 0.25
+
+
+@pytest.mark.parametrize("record", [noise(1), with_pulse(2, 0.2), with_pulse(1, 1.0)])
+def test_the_result_does_not_depend_on_how_many_surrogates_are_searched_at_once(
+    record: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only the coarse search rounds otherwise, as it cuts all of them to one length."""
+    together = judged(record)
+    monkeypatch.setattr(record_pulses, "_VALUES", 0)
+    few = judged(record)
+    for name, one in together.items():
+        assert (one.verdict, one.surrogates) == (few[name].verdict, few[name].surrogates)
+        assert one.p_value == pytest.approx(few[name].p_value, abs=0.02)
+        assert one.median == pytest.approx(few[name].median, rel=1e-3)
+
+
+def test_the_search_ends_at_the_first_ten_after_which_no_wavelet_can_pass() -> None:
+    """Four surrogates of 99 may match as well; the later wavelet decides."""
+    beaten = np.zeros((2, 60), dtype=bool)
+    beaten[0, :5] = beaten[1, 20:25] = True
+    assert _enough(beaten, 4) == 30
+    assert _enough(beaten[:, :20], 4) == 0
+    assert _enough(beaten, 5) == 0
 
 
 def test_the_same_seed_draws_the_same_surrogates() -> None:

@@ -24,29 +24,24 @@ _MOST_STEPS: Final = 8
 
 @compiled
 def match_lines(
-    spectrum: Complex, shape: SingleComplex, scales: Float, bins: int, table: SingleComplex
+    spectrum: SingleComplex, shape: SingleComplex, scales: Float, table: SingleComplex
 ) -> None:
     """Multiply the spectra of signals and of a wavelet's parts.
 
     Parameters
     ----------
-    spectrum : array, shape (signals, bins or more)
+    spectrum : array, shape (signals, bins)
         Spectra of the signals.
     shape : array, shape (parts, tabulated lines)
         Conjugate spectra of the parts.
     scales : array, shape (periods,)
         Distance of two bins, in tabulated lines.
-    bins : int
-        Number of bins.
     table : array, shape (signals, periods, parts, bins or more)
         Filled with the products, and with 0 beyond the bins.
     """
+    bins = spectrum.shape[1]
     row = np.empty(bins, dtype=np.complex64)
     lines = np.empty(bins, dtype=np.intp)
-    singles = np.empty((spectrum.shape[0], bins), dtype=np.complex64)
-    for i in range(spectrum.shape[0]):
-        for k in range(bins):
-            singles[i, k] = spectrum[i, k]
     for j in range(scales.size):
         for k in range(bins):
             lines[k] = int(np.rint(scales[j] * k))
@@ -55,8 +50,9 @@ def match_lines(
                 row[k] = shape[part, lines[k]]
             for i in range(spectrum.shape[0]):
                 for k in range(bins):
-                    table[i, j, part, k] = singles[i, k] * row[k]
-                table[i, j, part, bins:] = 0.0
+                    table[i, j, part, k] = spectrum[i, k] * row[k]
+                for k in range(bins, table.shape[3]):
+                    table[i, j, part, k] = 0.0
 
 
 @compiled

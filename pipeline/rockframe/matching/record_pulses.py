@@ -40,6 +40,9 @@ _HALF_CYCLES: Final = 3
 _FINENESS: Final = 6
 #: Number of surrogates that are searched together.
 _TOGETHER: Final = 10
+#: Number of values that are searched together, of a record that matches better than the first
+#: surrogates: short ones are searched with more surrogates at once.
+_VALUES: Final = 1 << 16
 #: Number of surrogates that are searched together with the record; with fewer than 19, no verdict
 #: is certain.
 _FIRST: Final = 20
@@ -159,9 +162,13 @@ def likeness(
     whole = _indices(np.concatenate([source.record[None], first]), time_step, options)
     own, drawn = whole[:, :1], whole[:, 1:]
     while (rest := options.surrogates - drawn.shape[1]) > 0:
-        if ((drawn >= own).sum(axis=1) > allowed).all():
+        end = _enough(drawn >= own, allowed)
+        if end:
+            drawn = drawn[:, :end]
             break
-        further = _indices(source.draw(min(_TOGETHER, rest)), time_step, options)
+        clear = ((drawn >= own).sum(axis=1) == 0).any()  # then all surrogates will be needed
+        count = max(_TOGETHER, _VALUES // samples.size) if clear else _TOGETHER
+        further = _indices(source.draw(min(count, rest)), time_step, options)
         drawn = np.concatenate([drawn, further], axis=1)
     beaten = (drawn >= own).sum(axis=1).tolist()
     levels = np.quantile(drawn, (0.5, 1.0 - LEVEL), axis=1)
@@ -170,6 +177,17 @@ def likeness(
         name: _judged(matches[name], drawn.shape[1], *number)
         for name, number in zip(options.wavelet, numbers, strict=True)
     }
+
+
+def _enough(beaten: NDArray[np.bool_], allowed: int) -> int:
+    """Return the number of surrogates after which no wavelet can pass; 0 if one still can.
+
+    It is one of those at which a search of `_TOGETHER` at a time would stop, so that the result
+    does not depend on how many are searched at once.
+    """
+    counts = beaten.cumsum(axis=1)
+    ends = range(min(_FIRST, counts.shape[1]), counts.shape[1] + 1, _TOGETHER)
+    return next((end for end in ends if (counts[:, end - 1] > allowed).all()), 0)
 
 
 def _judged(

@@ -197,7 +197,8 @@ def largest(
     bins = min(lines, math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1])))
     sizes = (len(signal.spectrum), periods.size)
     table = np.empty((*sizes, len(shape), lines + 1), dtype=np.complex64)
-    match_lines(signal.spectrum, shape, periods * (_FINENESS / signal.period), bins, table)
+    spectrum = np.ascontiguousarray(signal.spectrum[:, :bins], dtype=np.complex64)
+    match_lines(spectrum, shape, periods * (_FINENESS / signal.period), table)
     products = scipy.fft.irfft(table, signal.padded, overwrite_x=True)
     products = products.reshape(*sizes, count, len(shape) // count, signal.padded)
     factors = periods / signal.time_step**2
