@@ -513,7 +513,8 @@ class BatchOptions(Options):
     """Batches of records in a run."""
 
     records: Annotated[int, Field(ge=1)] = 50
-    """Number of record files of each batch; larger if there would be more than 150 batches."""
+    """Number of record files of each batch. If it is not stated, it is larger where there would be
+    more than 150 batches."""
 
 
 class FigureOptions(Options):

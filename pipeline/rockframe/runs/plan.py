@@ -149,7 +149,7 @@ OF_RECORDS: Final = ("records.nc", "pulses.nc", "response.nc")
 PAGE: Final = "report.html"
 #: Folder of the files of batches, which their index names.
 SHARD_FOLDER: Final = "shards"
-#: Largest number of batches: more would only add starts, and three stages stay below 500 jobs.
+#: Largest number of batches that nobody stated: three stages stay below 500 jobs of a scheduler.
 _MOST_BATCHES: Final = 150
 #: Processes of a step that computes in a pool of its own.
 _THREADS: Final = 8
@@ -167,7 +167,10 @@ def steps_of(study: Study, files: int, then: Sequence[Step] | None = None) -> li
     then : sequence of Step, optional
         Steps in place of table, figures and page.
     """
-    batches = min(_MOST_BATCHES, -(-files // study.tables.batches.records))
+    stated = study.tables.batches
+    batches = -(-files // stated.records)
+    if "records" not in stated.model_fields_set:
+        batches = min(_MOST_BATCHES, batches)
     table = study.tables.records
     if batches > 1 and table is not None and table.sequence:
         raise ParameterError(
