@@ -11,6 +11,7 @@ import pytest
 from tests.runs.small import FEW, make_study, run
 
 from rockframe.cli.main import main
+from rockframe.errors import InputError
 from rockframe.results.run import read_run
 from rockframe.results.tables.entries import rows_of
 
@@ -109,9 +110,14 @@ def test_file_of_several_records_asks_which(
 def test_table_that_is_gone_is_said(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Without the table, a record would look as if no response had been computed."""
+    """A page without it would look as if nothing had been computed; `show` reads response.nc."""
     run = Path(shutil.copytree(folder, tmp_path / "run"))
     assert sum(read_run(run, most=0).counts.values()) == 4
+    assert main(["show", str(run), "motion-2"]) == 0
+    with_table = capsys.readouterr().out
     (run / "table.csv").unlink()
-    assert main(["show", str(run), "motion-2"]) == 2
-    assert "table.csv: missing. Restore the file as the run wrote it." in capsys.readouterr().err
+    assert main(["show", str(run), "motion-2"]) == 0
+    assert capsys.readouterr().out == with_table
+    for most in (None, 1):
+        with pytest.raises(InputError, match=r"table.csv: missing. Restore the file as the run"):
+            read_run(run, most=most)

@@ -31,20 +31,26 @@ def add_show(parser: argparse.ArgumentParser) -> None:
 
 def run_show(options: argparse.Namespace) -> None:
     """Find the record and print what happened to it."""
-    from rockframe.results.run import read_run
-    from rockframe.results.tables.entries import rows_of
+    from rockframe.provenance import read_manifest
+    from rockframe.results.run import motions_of, read_run
+    from rockframe.results.schema import RESPONSE
+    from rockframe.results.shards import opened_arrays
+    from rockframe.stages.table import table_rows_of
 
-    content = read_run(options.folder, most=0)
-    rows = list(rows_of(options.folder / "table.csv"))
-    both = {row["record_id"]: row.get("components", "").split() for row in rows}
-    first = (both.get(options.record) or [options.record])[0]  # of both components, the first
-    history = _record_history(content, _entry(content, first))
+    read_manifest(options.folder)
+    records, pulses = (options.folder / f"{kind}.nc" for kind in ("records", "pulses"))
+    with opened_arrays(options.folder / "response.nc", RESPONSE, empty=True) as response:
+        motions = motions_of(response)
+        first = (motions.get(options.record) or [options.record])[0]  # of both, the first component
+        entry = _entry(options.folder, first)
+        name = entry["record_id"]
+        own = [k for k, (motion, of) in enumerate(motions.items()) if name in (motion, *of)]
+        rows = list(table_rows_of(records, pulses, response.isel(record=own)) if own else ())
+    history = _record_history(read_run(options.folder, record=name), entry)
     if options.json:
         console.show_json(history)
     else:
-        name = history["record_id"]
-        own = [row for row in rows if row["record_id"] == name or name in both[row["record_id"]]]
-        _show(history, own)
+        _show(history, rows)
 
 
 def _show_rows(rows: Sequence[Mapping[str, str]]) -> None:
@@ -57,18 +63,21 @@ def _show_rows(rows: Sequence[Mapping[str, str]]) -> None:
             console.show_rows(title, response_columns(chosen[0], {}), chosen)
 
 
-def _entry(run: Run, text: str) -> Mapping[str, str]:
+def _entry(folder: Path, text: str) -> Mapping[str, str]:
     """Return the row of a record in the list of inputs; the record must be unique."""
+    from rockframe.results.tables.entries import rows_of
+
+    listed = list(rows_of(folder / "records.csv"))
     composed = unicodedata.normalize("NFC", text)  # identifiers are in this form
-    entries = [row for row in run.entries if row["record_id"] == composed]
-    entries = entries or [row for row in run.entries if row["file"] == text]
+    entries = [row for row in listed if row["record_id"] == composed]
+    entries = entries or [row for row in listed if row["file"] == text]
     if len(entries) > 1:
         names = ", ".join(row["record_id"] or f"{row['file']} ({row['reason']})" for row in entries)
         raise ParameterError(
             f"{text!r} is a file of {len(entries)} records. Choose one of them: {names}."
         )
     if not entries:
-        allowed = ", ".join(row["record_id"] for row in run.entries if row["record_id"])
+        allowed = ", ".join(row["record_id"] for row in listed if row["record_id"])
         raise ParameterError(
             f"Invalid record {text!r}. Must be the name of a file of the run, or one of: {allowed}."
         )

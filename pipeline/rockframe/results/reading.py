@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -46,7 +46,7 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
         match the declaration of the kind.
     """
     with opened_file(path, kind, empty=empty, held=_shared) as (attrs, stored):
-        yield _dataset(stored, attrs)
+        yield _dataset(stored, attrs, (path.absolute(), kind))
 
 
 @contextmanager
@@ -106,8 +106,12 @@ def indexed(dataset: xr.Dataset) -> xr.Dataset:
 class _Lazy(xr.backends.BackendArray):
     """A variable of an open file, read on demand."""
 
-    def __init__(self, stored: Stored) -> None:
-        self._stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
+    def __init__(self, stored: Stored, file: tuple[Path, str]) -> None:
+        self._stored, self.shape, self.dtype, self._file = stored, stored.shape, stored.dtype, file
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how another process, such as a worker of Dask, opens the variable."""
+        return _reopened, (*self._file, self._stored.declared.name)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
         """Read values; xarray calls this. A small variable is read once, whatever part is needed,
@@ -124,24 +128,40 @@ class _Lazy(xr.backends.BackendArray):
         return np.array(self._stored.values[key], dtype=self.dtype)
 
 
-def _variable(stored: Stored) -> xr.Variable:
+def _reopened(path: Path, kind: str, name: str) -> _Lazy:
+    """Return a variable of a file that another process opened."""
+    _, variables = _kept_open(path, kind, path.stat().st_mtime_ns)
+    return _Lazy(variables[name], (path, kind))
+
+
+@lru_cache(maxsize=8)
+def _kept_open(path: Path, kind: str, _changed: int) -> tuple[ExitStack, Mapping[str, Stored]]:
+    """Return the variables of a file, and what holds it open in this process, until it changes."""
+    holder = ExitStack()
+    _, stored = holder.enter_context(opened_file(path, kind, held=_shared))
+    return holder, {variable.declared.name: variable for variable in stored}
+
+
+def _variable(stored: Stored, file: tuple[Path, str]) -> xr.Variable:
     """Return a variable; values that were checked are read already, unless they are many."""
-    data: Any = stored.values if stored.is_read else _lazily(stored)
+    data: Any = stored.values if stored.is_read else _lazily(stored, file)
     encoding = {"preferred_chunks": stored.chunks} if stored.chunks else None
     return xr.Variable(stored.dims, data, stored.attrs, encoding, fastpath=True)
 
 
-def _lazily(stored: Stored) -> Any:
+def _lazily(stored: Stored, file: tuple[Path, str]) -> Any:
     """Return an array that is read on demand, or the values if this xarray has no such arrays."""
     if not all(hasattr(indexing, name) for name in _INTERNALS):
         return stored.values
-    lazy = indexing.LazilyIndexedArray(_Lazy(stored))
+    lazy = indexing.LazilyIndexedArray(_Lazy(stored, file))
     return indexing.MemoryCachedArray(lazy)  # type: ignore[no-untyped-call]
 
 
-def _dataset(stored: Sequence[Stored], attrs: Mapping[str, Any]) -> xr.Dataset:
+def _dataset(
+    stored: Sequence[Stored], attrs: Mapping[str, Any], file: tuple[Path, str]
+) -> xr.Dataset:
     """Return the dataset of variables, made without the general and slow decoding of xarray."""
-    variables = {variable.declared.name: _variable(variable) for variable in stored}
+    variables = {variable.declared.name: _variable(variable, file) for variable in stored}
     beside = {variable.declared.attrs.get("coordinates", "") for variable in stored}
     coords = [
         name for name, variable in variables.items() if name in beside or variable.dims == (name,)

@@ -103,7 +103,7 @@ class Run:
         return str(study.get("name") or self.folder.resolve().name)
 
 
-def read_run(folder: Path, *, most: int | None = None) -> Run:
+def read_run(folder: Path, *, most: int | None = None, record: str | None = None) -> Run:
     """Read a run without its histories.
 
     Parameters
@@ -114,6 +114,9 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
         Largest number of rows of the table to keep; by default all. If it is stated and not 0, the
         run also has only the values of the records of these rows, and at most `MOST_ENTRIES` rows
         of ``records.csv`` beside theirs: rejections and warnings first.
+    record : str, optional
+        Read only the values of this record and of the motions of which it is a component, and no
+        row of the table.
 
     Raises
     ------
@@ -127,7 +130,7 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
     rockframe.errors.InputError: no-such-folder: no such folder. Must be the folder of a run.
     """
     manifest = read_manifest(folder)
-    counts, rows = _rows_that_are_kept(folder, most)
+    counts, rows = _rows_that_are_kept(folder, most) if record is None else (Counter(), ())
     names = {row["record_id"] for row in rows}
     names |= {name for row in rows for name in row.get("components", "").split()}
     left_out = left_out_reasons(attributes_of(folder / "response.nc", RESPONSE))
@@ -137,7 +140,9 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
         opened_arrays(folder / "pulses.nc", PULSES) as pulses,
         opened_arrays(folder / "response.nc", RESPONSE) as response,
     ):
-        if most:
+        if record is not None:
+            names = {n for n, of in motions_of(response).items() if record in (n, *of)} | {record}
+        if most or record is not None:
             records, pulses, response = (
                 _some(record, names) for record in (records, pulses, response)
             )
@@ -163,6 +168,15 @@ def read_run(folder: Path, *, most: int | None = None) -> Run:
             listed,
             left_out,
         )
+
+
+def motions_of(response: Arrays) -> dict[str, list[str]]:
+    """Return the names of the motions of responses, with their components; none of one record."""
+    if "record_id" not in response:
+        return {}
+    names = [str(name) for name in response["record_id"].values]
+    both = response["components"].values if "components" in response else [""] * len(names)
+    return {name: str(of).split() for name, of in zip(names, both, strict=True)}
 
 
 def with_parameters(response: Arrays) -> Arrays:
