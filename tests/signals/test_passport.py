@@ -23,9 +23,11 @@ from rockframe.signals.measures import (
     arias_intensity,
     clipped_samples,
     cumulative_absolute_velocity,
+    housner_intensity,
     longest_constant,
     opening_share,
     significant_duration,
+    spectral_acceleration,
 )
 from rockframe.signals.noise import pre_event, signal_to_noise_band, usable_periods
 from rockframe.signals.passport import CheckVerdict, Passport, passport
@@ -82,6 +84,26 @@ def test_cav_grows_with_the_amplitude_and_does_not_depend_on_the_sign() -> None:
     velocity = cumulative_absolute_velocity(-2 * shake(), STEP)
     assert velocity == pytest.approx(2 * cumulative_absolute_velocity(shake(), STEP))
     assert checked(shake()).measures.cumulative_absolute_velocity == pytest.approx(velocity / 2)
+
+
+def test_no_measure_changes_the_samples() -> None:
+    """Some programs set weak seconds to zero in the caller's array, so that the order decides."""
+    samples = shake() + hum()
+    before = samples.copy()
+    for measure in (
+        arias_intensity,
+        cumulative_absolute_velocity,
+        significant_duration,
+        housner_intensity,
+        opening_share,
+        longest_constant,
+    ):
+        measure(samples, STEP)
+    spectral_acceleration(samples, STEP, [0.1, 1.0])
+    clipped_samples(samples)
+    pre_event(samples, STEP)
+    correct(samples, STEP, BandPass())
+    np.testing.assert_array_equal(samples, before)
 
 
 def test_measures_of_a_scaled_motion_are_those_of_its_samples() -> None:

@@ -99,6 +99,16 @@ def test_a_spectrum_is_the_peak_of_each_response() -> None:
     assert_allclose(spectral_acceleration(NOISE, STEP, periods), expected, rtol=1e-12)
 
 
+def test_whole_numbers_are_the_same_periods_as_decimal_ones() -> None:
+    """A table of factors by whole numbers has other exponents in other programs."""
+    whole = spectral_acceleration(NOISE, STEP, [1, 2])
+    assert_array_equal(whole, spectral_acceleration(NOISE, STEP, [1.0, 2.0]))
+    assert_array_equal(
+        spectral_acceleration(np.array([0, 3, 0, -3, 0]), 1, [1]),
+        spectral_acceleration(np.array([0.0, 3.0, 0.0, -3.0, 0.0]), 1.0, [1.0]),
+    )
+
+
 def test_stiff_oscillators_move_with_the_ground() -> None:
     assert_allclose(spectral_acceleration(NOISE, STEP, [1e-4]), peak(NOISE), rtol=1e-3)
 

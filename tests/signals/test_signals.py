@@ -59,6 +59,18 @@ def test_the_correction_is_that_of_scipy(low: float, high: float, step: float) -
     np.testing.assert_allclose(corrected, expected, rtol=0.0, atol=1e-9 * peak(expected))
 
 
+@pytest.mark.parametrize("low", [0.05, 0.2])
+def test_displacements_of_a_fine_record_are_those_of_a_coarse_one(low: float) -> None:
+    """As one ratio of polynomials, this filter has 374 times the PGD at 500 samples/s."""
+    peaks = []
+    for step in (0.01, 0.002):
+        time = step * np.arange(round(60.0 / step) + 1)
+        pulse = np.where(np.abs(time - 30.0) < 1.0, np.sin(np.pi * time), 0.0)
+        corrected, *_ = correct(pulse, step, BandPass(low, 40.0))
+        peaks.append(peak(integrate(integrate(corrected, step), step)))
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-3)
+
+
 def test_the_bits_of_corrected_records_and_scales_do_not_depend_on_the_processor() -> None:
     """Switches of numpy and OpenBLAS stand for an older processor."""
     code = (
