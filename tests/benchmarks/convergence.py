@@ -1,4 +1,4 @@
-"""How statistics of ensembles converge: `python -m tests.benchmarks.convergence`.
+"""Convergence of statistics of ensembles: `python -m tests.benchmarks.convergence`.
 
 The pairs are those of a bundled record, times 1.5, and a shipped structure of which 10 to 90 % of
 1,024 members overturn: the outcome is chaotic. For each pair and each number of members, 64 to
