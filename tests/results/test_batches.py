@@ -225,6 +225,27 @@ def test_a_table_is_written_in_blocks_of_records(
     assert (tmp_path / "summary.csv").read_bytes() == at_once
 
 
+@pytest.mark.filterwarnings("ignore:The inplace keyword")  # of Dask with a newer pandas
+def test_a_parquet_table_is_written_in_groups_of_rows(
+    records: Path, wholes: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A column that is empty in the first rows may have texts later; other programs read them."""
+    parquet = pytest.importorskip("pyarrow.parquet")
+    pandas = pytest.importorskip("pandas")
+    rows = list(table_rows_of(records, wholes["pulse"], wholes["respond"]))
+    rows = [{**row, "remark": None if k < 6 else "late"} for k, row in enumerate(rows)]
+    write_rows_as(tmp_path / "whole.parquet", rows)
+    monkeypatch.setattr("rockframe.results.tables.entries._ROW_GROUP", 5)
+    assert write_rows_as(tmp_path / "groups.parquet", iter(rows)) == len(rows) == 12
+    whole, groups = (pandas.read_parquet(tmp_path / f"{n}.parquet") for n in ("whole", "groups"))
+    pandas.testing.assert_frame_equal(whole, groups)
+    assert parquet.ParquetFile(tmp_path / "groups.parquet").num_row_groups == 3
+    assert groups["peak_u_m"].tolist() == [row["peak_u_m"] for row in rows]
+    frames = pytest.importorskip("dask.dataframe")
+    mean = frames.read_parquet(tmp_path / "groups.parquet")["peak_u_m"].mean().compute()
+    assert mean == pytest.approx(groups["peak_u_m"].mean())
+
+
 def test_without_histories_the_verdicts_are_the_same(
     records: Path, wholes: dict[str, Path]
 ) -> None:

@@ -7,7 +7,8 @@ import importlib
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import chain, zip_longest
+from contextlib import ExitStack
+from itertools import chain, islice, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
@@ -60,6 +61,9 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
         from rockframe.results.tables.workbook import write_workbook
 
         return write_workbook(path, {path.stem: rows})
+    if table_format == "parquet":
+        with whole_file(path) as partial:
+            return _write_parquet(partial, rows)
     import pandas as pd  # the import takes half a second
 
     frame = pd.DataFrame.from_records(list(rows))
@@ -290,10 +294,34 @@ def _format_of(path: Path) -> str:
     return formats.get(path.suffix.lower(), "csv")
 
 
+#: Number of rows of a row group of a parquet file, which are in memory together.
+_ROW_GROUP: Final = 2**16
+
+
+def _write_parquet(path: Path, rows: Iterable[Mapping[str, Any]]) -> int:
+    """Write rows as parquet in groups, so that few are in memory, and return their number."""
+    import pandas as pd
+
+    arrow = importlib.import_module("pyarrow")
+    count, schema, remaining = 0, None, iter(rows)
+    with ExitStack() as stack:
+        writer: Any = None
+        while (group := list(islice(remaining, _ROW_GROUP))) or writer is None:
+            frame = pd.DataFrame.from_records(group)
+            table = arrow.Table.from_pandas(frame, schema=schema, preserve_index=False)
+            if writer is None:
+                # a column that is empty in the first rows may have texts later
+                texts = [arrow.string() if t == arrow.null() else t for t in table.schema.types]
+                schema = arrow.schema(zip(table.schema.names, texts, strict=True))
+                writer = importlib.import_module("pyarrow.parquet").ParquetWriter(path, schema)
+                stack.enter_context(writer)
+            writer.write_table(table.cast(schema))
+            count += len(group)
+    return count
+
+
 def _write(frame: Any, path: Path, table_format: str) -> None:
-    if table_format == "parquet":
-        frame.to_parquet(path, index=False, engine="pyarrow")
-    elif table_format == "latex":
+    if table_format == "latex":
         content = frame.to_latex(index=False, escape=True, na_rep="--", float_format="%.4g")
         path.write_text(content, encoding="utf-8")
     else:
