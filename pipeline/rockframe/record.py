@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 #: Largest number of characters in a record identifier.
 LONGEST_ID: Final = 64
+#: Identifiers of ASCII characters alone.
+_ASCII_ID: Final = re.compile(rf"[A-Za-z0-9][A-Za-z0-9._-]{{0,{LONGEST_ID - 1}}}")
 
 
 def is_record_id(name: str) -> bool:
@@ -39,6 +42,8 @@ def is_record_id(name: str) -> bool:
     >>> is_record_id("Αθήνα_1"), is_record_id("../a"), is_record_id("-a")
     (True, False, False)
     """
+    if name.isascii():
+        return _ASCII_ID.fullmatch(name) is not None
     kinds = [unicodedata.category(character) for character in name]
     return (
         0 < len(name) <= LONGEST_ID

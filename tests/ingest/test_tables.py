@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from scipy.io import savemat
 
 from rockframe.cli.main import main
-from rockframe.errors import InputError
+from rockframe.errors import InputError, RockframeWarning
 from rockframe.ingest.containers import contents
 from rockframe.ingest.files import read_file
+from rockframe.ingest.options import ReadOptions
 from rockframe.ingest.parsing.matlab import numeric_arrays
 from rockframe.ingest.tables import arrays
 from rockframe.units import GRAVITY
@@ -235,3 +236,15 @@ def test_damaged_files_of_matlab_are_read_or_refused(data: st.DataObject, compre
     cut = data.draw(st.integers(130, len(content)))
     with suppress(InputError):
         assert list(arrays(Path("a.mat"), bytes(content[:cut])))
+
+
+def test_an_array_that_is_no_record_does_not_cost_the_others(tmp_path: Path) -> None:
+    """Coefficients of a filter beside a record: `ingest` lists them, and `read_file` warns."""
+    data = matlab(acc=SHAKE, time=STEP * np.arange(50), filter=np.linspace(0.0, 1.0, 20))
+    path = written(tmp_path, "shake.mat", data)
+    options = ReadOptions(units="g")
+    with pytest.warns(RockframeWarning, match=r"20-values.*columns 'filter'.* is left out"):
+        [record] = read_file(path, options)
+    assert record.acceleration == pytest.approx(9.81 * SHAKE)
+    with pytest.raises(InputError, match=r"a\.mat:20-values:1: columns 'filter'"):
+        read_file(written(tmp_path, "a.mat", matlab(filter=np.linspace(0.0, 1.0, 20))))

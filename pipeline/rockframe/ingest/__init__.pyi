@@ -12,10 +12,10 @@ from .containers import ARCHIVE_HEAD as ARCHIVE_HEAD
 from .containers import contents as contents
 from .containers import folder_names as folder_names
 from .containers import is_archive as is_archive
+from .containers import load as load
 from .containers import printable as printable
 from .files import Reading as Reading
 from .files import Source as Source
-from .files import load as load
 from .files import read_file as read_file
 from .files import sources_of as sources_of
 from .options import ReadOptions as ReadOptions

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 from rockframe.errors import InputError
+from rockframe.ingest.parsing.lines import unreadable
 
 #: Size limit of a file, and of an archive member after expansion [bytes].
 LARGEST: Final = 256_000_000
@@ -387,6 +388,17 @@ def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:
         yield _refused(content, error.reason)
 
 
+def is_of_tables(data: bytes) -> bool:
+    """Return True if a file is a workbook or a MATLAB file, which hold tables.
+
+    Examples
+    --------
+    >>> is_of_tables(b"time_s,acc_g")
+    False
+    """
+    return _reader_of_tables(data) is not None
+
+
 def _reader_of_tables(data: bytes) -> _TableReader | None:
     """Return the function that reads a workbook or a MATLAB file; None for other files."""
     if not data.startswith((*_ZIP, b"MATLAB")):
@@ -441,3 +453,35 @@ def _is_tar(head: bytes) -> bool:
 def _other_archive(head: bytes) -> str:
     """Return the name of an archive that is not read, or ""."""
     return next((name for mark, name in _OTHER_ARCHIVES.items() if head.startswith(mark)), "")
+
+
+def load(path: Path) -> bytes:
+    """Return the bytes of a regular file of at most 256 MB.
+
+    Parameters
+    ----------
+    path : Path
+        File to load.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not a regular file, too large, or cannot be read.
+
+    Examples
+    --------
+    >>> load(Path("lost.AT2"))
+    Traceback (most recent call last):
+    rockframe.errors.InputError: lost.AT2: no such file.
+    """
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise InputError(path, "not a regular file.")
+        if status.st_size > LARGEST:
+            raise InputError(path, f"{status.st_size} bytes. Must be at most {LARGEST}.")
+        return path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError, ValueError):  # a name with a null character
+        raise InputError(path, "no such file.") from None
+    except OSError as error:
+        raise unreadable(path, error) from error

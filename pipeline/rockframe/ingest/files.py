@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 import stat
+import warnings
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rockframe.errors import InputError, OtherQuantityError, RockframeError
+from rockframe.errors import InputError, OtherQuantityError, RockframeError, RockframeWarning
 from rockframe.ingest.catalogue import (
     CATALOGUE,
     CatalogueEntry,
@@ -21,11 +22,12 @@ from rockframe.ingest.catalogue import (
 )
 from rockframe.ingest.containers import (
     ARCHIVE_HEAD,
-    LARGEST,
     Content,
     contents,
     folder_names,
     is_archive,
+    is_of_tables,
+    load,
     printable,
 )
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
@@ -384,7 +386,8 @@ def read_file(
 ) -> list[Record]:
     r"""Return the records of a file, one per channel; for an archive, the records of all members.
 
-    In an archive, catalogues and documents are skipped, and StationXML is used.
+    In an archive, catalogues and documents are skipped, and StationXML is used. Of a workbook or a
+    MATLAB file, a warning names the tables that are no records, if another one is.
 
     Parameters
     ----------
@@ -415,15 +418,27 @@ def read_file(
     (0.01, array([0.   , 1.962]))
     """
     path = Path(path)
-    given: Any = {"units": units or options.units, "time_step": time_step or options.time_step}
-    data, options = load(path), replace(options, **given)
+    data = load(path)
+    if units or time_step:
+        given = {"units": units or options.units, "time_step": time_step or options.time_step}
+        options = replace(options, **given)  # type: ignore[arg-type]
     options = with_archived(options, path, companions(path, data))
-    return [
-        reading.completed()
-        for content in contents(path, data)
-        if not note_of_member(content)
-        for reading in read_content(content, options, file_format)
-    ]
+    records: list[Record] = []
+    refused: list[InputError] = []
+    for content in contents(path, data):
+        try:
+            if not note_of_member(content):
+                readings = read_content(content, options, file_format)
+                records += [reading.completed() for reading in readings]
+        except InputError as error:
+            if not is_of_tables(data):
+                raise
+            refused.append(error)
+    if refused and not records:
+        raise refused[0]
+    for table in refused:  # of a workbook or MATLAB file
+        warnings.warn(f"{table} The table is left out.", RockframeWarning, stacklevel=2)
+    return records
 
 
 def note_of_member(content: Content) -> str:
@@ -452,38 +467,6 @@ def with_archived(options: ReadOptions, path: Path, within: list[Content]) -> Re
     """Return options that find the StationXML in an archive and beside it."""
     stations = tuple(c for c in within if is_station_xml(c.path, c.data))
     return replace(options, archived=stations, folder=options.folder or path.parent)
-
-
-def load(path: Path) -> bytes:
-    """Return the bytes of a regular file of at most 256 MB.
-
-    Parameters
-    ----------
-    path : Path
-        File to load.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, not a regular file, too large, or cannot be read.
-
-    Examples
-    --------
-    >>> load(Path("lost.AT2"))
-    Traceback (most recent call last):
-    rockframe.errors.InputError: lost.AT2: no such file.
-    """
-    try:
-        if not path.exists():
-            raise InputError(path, "no such file.")
-        if not path.is_file():
-            raise InputError(path, "not a regular file.")
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise InputError(path, f"{size} bytes. Must be at most {LARGEST}.")
-        return path.read_bytes()
-    except OSError as error:
-        raise unreadable(path, error) from error
 
 
 def read_outcomes(path: Path, options: ReadOptions) -> Iterator[list[Reading] | InputOutcome]:

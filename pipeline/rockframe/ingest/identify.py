@@ -282,13 +282,18 @@ def _stem(name: str) -> str:
 
 
 def _safe(name: str) -> str:
+    if name.isascii():
+        return _UNSAFE.sub("_", name.strip())
     composed = unicodedata.normalize("NFC", name.strip())
     return "".join(c if is_record_id(f"a{c}") else "_" for c in composed)
 
 
 def _without_leading_marks(name: str) -> str:
     """Return a safe name without leading points, hyphens and underscores."""
-    return "".join(dropwhile(lambda c: not is_record_id(c), _safe(name)))
+    safe = _safe(name)
+    if safe.isascii():
+        return safe.lstrip("._-")
+    return "".join(dropwhile(lambda c: not is_record_id(c), safe))
 
 
 def _join(stem: str, end: str = "") -> str:
@@ -297,6 +302,8 @@ def _join(stem: str, end: str = "") -> str:
     return stem[:room].encode()[: 3 * room].decode(errors="ignore") + end
 
 
+#: ASCII characters that no identifier has.
+_UNSAFE: Final = re.compile(r"[^A-Za-z0-9._-]")
 #: Depth from which a sensor is in a borehole, not in a shallow vault [m].
 _DEEP: Final = 3.0
 #: Mean radius of the earth [km].

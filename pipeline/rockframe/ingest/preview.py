@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.errors import TRUSTED, RockframeError
-from rockframe.ingest.containers import ARCHIVE_HEAD, contents, is_archive, printable
-from rockframe.ingest.files import companions, load, note_of_member, read_content, with_archived
+from rockframe.ingest.containers import ARCHIVE_HEAD, contents, is_archive, load, printable
+from rockframe.ingest.files import companions, note_of_member, read_content, with_archived
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
 from rockframe.ingest.parsing.lines import decoded, is_utf16, unify_line_ends
 from rockframe.ingest.registry import identified

@@ -45,16 +45,16 @@ def numbers_of_columns(block: bytes) -> Float | None:
     if not count or size % count:
         return None
     width = size // count
-    characters = np.frombuffer(block, dtype=np.uint8)
-    whole = (characters.size + 1) // (size + 1)  # the last full line has lost its end
-    rows = np.append(characters[: whole * (size + 1)], _LINE_END)[: whole * (size + 1)]
-    rows = rows.reshape(whole, size + 1)
-    last = characters[whole * (size + 1) :]
+    characters = np.frombuffer(block + b"\n", dtype=np.uint8)  # the last full line lost its end
+    whole = characters.size // (size + 1)
+    rows = characters[: whole * (size + 1)].reshape(whole, size + 1)
+    last = characters[whole * (size + 1) : -1]
     if (rows[:, size] != _LINE_END).any() or (rows[:, :size] == _LINE_END).any():
         return None
     if last.size % width or (last == _LINE_END).any():
         return None
-    fields = np.append(rows[:, :size], last).reshape(-1, width)
+    fields = rows[:, :size].reshape(-1, width)
+    fields = np.append(fields, last.reshape(-1, width), axis=0) if last.size else fields
     touching = fields[:, 0] != ord(" ")
     touching[::count] = False
     return None if touching.any() else aligned_numbers(fields)
@@ -124,10 +124,10 @@ def _mantissas(places: NDArray[np.uint8], point: int) -> tuple[Float, NDArray[np
     return np.asarray(sizes), np.asarray(minus.any(axis=0))
 
 
-def _exponents(places: NDArray[np.uint8]) -> NDArray[np.int64] | None:
+def _exponents(places: NDArray[np.uint8]) -> NDArray[np.int16] | None:
     """Return the numbers after the E, or one zero if there are none."""
     if not len(places):
-        return np.zeros(1, dtype=np.int64)
+        return np.zeros(1, dtype=np.int16)
     letters, *rest = places
     if not 2 <= len(rest) <= 1 + _EXPONENT:
         return None
@@ -136,7 +136,7 @@ def _exponents(places: NDArray[np.uint8]) -> NDArray[np.int64] | None:
     letter = (letters == ord("E")) | (letters == ord("e"))
     if not ((minus | (rest[0] == ord("+"))) & letter).all() or (digits > 9).any():
         return None
-    size = np.zeros(letters.size, dtype=np.int64)
-    for digit in digits:
+    size = digits[0].astype(np.int16)
+    for digit in digits[1:]:
         size = 10 * size + digit
-    return np.where(minus, -size, size)
+    return np.asarray(np.where(minus, -size, size))

@@ -307,18 +307,19 @@ def _has_one_width(body: bytes) -> bool:
     """Return True if all lines but the last have as many characters and end with none of white
     space, or False more often, in a twentieth of the time.
     """
-    ends = np.flatnonzero(np.frombuffer(body.rstrip(), dtype=np.uint8) == ord("\n"))
-    if ends.size == 0:
+    rows = body.rstrip()
+    size, count = rows.find(b"\n") + 1, rows.count(b"\n")
+    if count == 0:
         return True
-    before = np.frombuffer(body, dtype=np.uint8)[ends - 1]
-    return bool((np.diff(ends) == ends[0] + 1).all() and (before > ord(" ")).all())
+    ends, before = rows[size - 1 :: size][:count], rows[size - 2 :: size][:count]
+    return size > 1 and ends == b"\n" * count and min(before) > ord(" ")
 
 
 def _has_long_exponent(body: bytes) -> bool:
     """Return what `_LONG_EXPONENT` finds, or True more often, in a tenth of the time."""
-    codes = np.frombuffer(body + b"    ", dtype=np.uint8)
-    places = np.flatnonzero((codes[:-4] | 32) == ord("e"))  # of either case
-    return bool((codes[places + 4] - np.uint8(ord("0")) < 10).any())
+    codes = np.frombuffer(body, dtype=np.uint8)
+    is_letter = (codes[:-4] | 32) == ord("e")  # of either case
+    return bool((is_letter & (codes[4:] - np.uint8(ord("0")) < 10)).any())
 
 
 def _forms(row: bytes) -> tuple[tuple[int, int], ...]:
