@@ -23,12 +23,20 @@ from rockframe.risk import (
     peak_distribution,
     wilson,
 )
-from rockframe.risk.distribution import over_azimuths
+from rockframe.risk.distribution import _tails, over_azimuths
 
 
 def test_share_is_that_of_the_motions() -> None:
     band = peak_distribution([0.1, 0.3, 0.3, math.inf], [0.1, 0.2, 0.3, 9.0])
     assert band.share.tolist() == [0.25, 0.25, 0.75, 0.75]
+
+
+def test_ends_of_bands_are_the_quantiles_of_numpy_to_the_last_bit() -> None:
+    """Ties and an odd number of draws included."""
+    chance, tail = np.random.default_rng(2), 0.5 * (1.0 - 0.9)
+    for drawn in (chance.random((1000, 7)), chance.integers(0, 5, (1000, 7)) / 3.0):
+        for some in (drawn, drawn[:37], drawn[:2]):
+            assert_array_equal(_tails(some), np.quantile(some, (tail, 1.0 - tail), axis=0))
 
 
 def test_seed_decides_the_draws() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -171,11 +172,25 @@ def _band_of_each(reached: Float, clusters: ArrayLike | None, seed: int) -> Band
     np.add.at(total, belongs, reached)
     sizes = np.bincount(belongs).astype(np.float64)
     drawn_shares = np.concatenate([(n @ total) / (n @ sizes)[:, None] for n in _draws(count, seed)])
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    low, high = np.quantile(drawn_shares, [tail, 1.0 - tail], axis=0)
+    low, high = _tails(drawn_shares)
     share = reached.mean(axis=0)
     least, most = wilson(share, count)
     return Band(share, np.minimum(low, least), np.maximum(high, most))
+
+
+def _tails(drawn: Float) -> tuple[Float, Float]:
+    """Return the quantiles at both ends of the `CONFIDENCE` interval along the first axis.
+
+    They are those of `numpy.quantile`, which takes three times as long: it does not sort rows.
+    """
+    ordered = np.ascontiguousarray(drawn.T)
+    ordered.sort(axis=1)
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low, high = (
+        np.quantile(ordered[:, math.floor(at) :][:, :2], at % 1.0, axis=1)
+        for at in (tail * (len(drawn) - 1), (1.0 - tail) * (len(drawn) - 1))
+    )
+    return low, high
 
 
 def _draws(count: int, seed: int) -> Iterable[Float]:

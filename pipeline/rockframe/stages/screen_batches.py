@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from itertools import chain, repeat
+from itertools import chain, islice, repeat
 from typing import TYPE_CHECKING, Any, Final, Self, TypeGuard
 
 import numpy as np
@@ -68,6 +68,8 @@ _RESPONSES: Final = 2048
 _TOGETHER: Final = 64
 #: Largest number of motions per batch if members respond, because each may have five versions.
 _TOGETHER_IN_VERSIONS: Final = 12
+#: Number of scenarios whose quantities are computed together.
+_SCENARIOS: Final = 2**14
 #: Largest number of responses of candidates that are in memory together.
 _HELD: Final = 2**22
 #: Approximate number of history nodes per batch.
@@ -331,8 +333,7 @@ class ScreeningRun:
         structures = self.request.structures
         ensemble = self.request.options.scenario_ensemble()
         each = repeat(None) if ensemble is None else self._peaks("members")
-        for i, (peaks, of_members) in enumerate(zip(self._peaks("peaks"), each, strict=False)):
-            row = quantities_of(structures, *peaks)
+        for i, (row, of_members) in enumerate(zip(self._nominal(), each, strict=False)):
             self.verdicts[i] = row["verdict"]
             mask = self.request.histories.mask(row["verdict"], row["peak_rotation_ratio"])
             self._selected.append(np.argwhere(mask & (row["verdict"] != Verdict.NOT_COMPUTED)))
@@ -350,6 +351,17 @@ class ScreeningRun:
                 name: np.stack([held_peak[name] for held_peak in held_peaks])
                 for name in held_peaks[0]
             }
+
+    def _nominal(self) -> Iterator[Arrays]:
+        """Yield the quantities of the stated structures motion by motion, computed for many."""
+        peaks = self._peaks("peaks")
+        together = max(1, _SCENARIOS // self.verdicts[0].size)
+        while some := list(islice(peaks, together)):
+            joined = (np.concatenate(values, axis=1) for values in zip(*some, strict=True))
+            arrays = quantities_of(self.request.structures, *joined)
+            for k in range(len(some)):
+                part = slice(k * self.request.scales.size, (k + 1) * self.request.scales.size)
+                yield {name: values[:, part] for name, values in arrays.items()}
 
     def _keep_nominal(self, i: int, arrays: Arrays) -> None:
         """Keep what the stated structures do under a motion, shape (structures, scales)."""
