@@ -8,7 +8,15 @@ from pathlib import Path
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import FORMATS, containers, read_bytes, read_file, registry, sniff_format
+from rockframe.ingest import (
+    FORMATS,
+    ReadOptions,
+    containers,
+    read_bytes,
+    read_file,
+    registry,
+    sniff_format,
+)
 from rockframe.ingest.identify import direction, record_ids
 from rockframe.record import Orientation, is_record_id
 
@@ -53,7 +61,7 @@ def test_unknown_format() -> None:
 
 
 def test_a_pickle_is_not_opened() -> None:
-    with pytest.raises(InputError, match="unknown format, begins b'"):
+    with pytest.raises(InputError, match="unknown format: a pickle of Python"):
         read_bytes("evil.AT2", pickle.dumps({"NPTS": 3}))
 
 
@@ -137,3 +145,40 @@ def test_a_name_says_which_way_is_positive(component: str) -> None:
 @pytest.mark.parametrize("component", ["", "361", "L", "H1", "FN", "N95E", "500"])
 def test_unstated(component: str) -> None:
     assert direction(component)[0] is Orientation.UNSTATED
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        (
+            b'<?xml version="1.0"?>\n<FDSNStationXML xmlns="a">',
+            "StationXML. Put it beside its records",
+        ),
+        (b'<?xml version="1.0"?>\n<q:quakeml xmlns:q="a">', "QuakeML. Put it beside the records"),
+        (b"<html><body>Not found</body></html>", "XML or HTML. Must be a record"),
+        (b'{"dt": 0.01, "record": [0.1]}', "JSON. Save its samples as CSV"),
+        (b"000001V 010008402.4121950,001", "SEED. Put dataless SEED beside its miniSEED"),
+        (b"#\t\t<< IRIS SEED Reader >>\nB050F03     Station:     ANMO\n", "RESP. Put it beside"),
+        (b"\x93NUMPY\x01\x00v\x00", "an array of NumPy. Save it as text by numpy.savetxt"),
+        (b"\x80\x04\x95\x86\x00", "a pickle of Python. Save its samples as text"),
+        (
+            b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
+            "a former Office file. Save the sheet as .xlsx or CSV",
+        ),
+        (b"%PDF-1.4\n", "a picture or PDF. Must be a record"),
+        (b"SQLite format 3\x00", "a database. Export the record as CSV"),
+        (b"RIFF\x00\x00\x00\x00WAVEfmt ", "sound. Save its samples as text"),
+    ],
+)
+def test_files_that_are_no_records_are_named(head: bytes, words: str) -> None:
+    """A download that failed is HTML, and programs save records in files that are not read."""
+    with pytest.raises(InputError) as error:
+        read_bytes("a.dat", head)
+    assert f"unknown format: {words}" in str(error.value)
+
+
+def test_a_table_in_brackets_or_with_a_comment_is_no_other_file() -> None:
+    """Only what no program of records writes is named: the comment of RESP has its blockettes."""
+    text = b"# B050F03 is not at the start of a line\n" + b"0.1 -0.2\n" * 9
+    records = read_bytes("a.txt", text, ReadOptions(units="g", time_step=0.01, column="1"))
+    assert records[0].acceleration.size == 9

@@ -43,6 +43,34 @@ from rockframe.record import Record
 HEAD: Final = 4096
 #: First lines of Caltech tapes: text, and record numbers such as IIA001.
 _CALTECH: Final = re.compile(r"\bof uncorrected accelerogram data of\b|\bII[A-Z]{1,2}\d{3}\b", re.I)
+#: Files that are no records, by their beginning, with what to do; the first match counts.
+_OTHERS: Final = tuple(
+    (re.compile(mark, re.S), words)
+    for mark, words in (
+        (rb"\A\s*<.{0,400}?<FDSNStationXML", "StationXML. Put it beside its records"),
+        (rb"\A\s*<.{0,400}?<(?:\w+:)?quakeml\b", "QuakeML. Put it beside the records"),
+        (rb"\A\s*<.{0,400}?<seiscomp\b", "SeisComP XML. Convert it to StationXML or QuakeML"),
+        (rb"\A\s*<", "XML or HTML. Must be a record"),
+        (rb"\A\s*[\[{]\s*[\"\[{\d-]", "JSON. Save its samples as CSV"),
+        (
+            rb"\A\d{6}V ",
+            "SEED. Put dataless SEED beside its miniSEED; convert full SEED to miniSEED and "
+            "StationXML",
+        ),
+        (rb"\A#.{0,1000}\nB05[02]F03", "RESP. Put it beside its records"),
+        (
+            rb"\A\* \*{20}.{0,400}\* NETWORK",
+            "a file of poles and zeros. Put a StationXML beside its records",
+        ),
+        (rb"\A\x93NUMPY", "an array of NumPy. Save it as text by numpy.savetxt"),
+        (rb"\A\x80[\x02-\x05]", "a pickle of Python. Save its samples as text"),
+        (rb"\A\xd0\xcf\x11\xe0", "a former Office file. Save the sheet as .xlsx or CSV"),
+        (rb"\A(?:\x89PNG|\xff\xd8\xff|GIF8|%PDF)", "a picture or PDF. Must be a record"),
+        (rb"\ASQLite format 3", "a database. Export the record as CSV"),
+        (rb"\ARIFF.{4}WAVE", "sound. Save its samples as text, in units of acceleration"),
+        (rb"\A\x00\x00\x27\x0a", "a shapefile. Must be a record"),
+    )
+)
 
 
 @dataclass(frozen=True)
@@ -188,6 +216,8 @@ def _only_one(claims: list[Format], head: bytes, source: str | Path) -> Format:
             "is a Caltech/USC tape in a layout that cannot be read. "
             "Use a copy of the record in another format, such as PEER AT2, SMC or COSMOS.",
         )
+    if words := _other_kind(head):
+        raise InputError(source, f"unknown format: {words}.")
     supported = "`rockframe formats` lists the supported ones."
     raise InputError(source, f"unknown format, begins {_beginning(head)}. {supported}")
 
@@ -282,7 +312,7 @@ def _recognised(path: Path, data: bytes, options: ReadOptions) -> Format:
     """Return the format of a file; that of tables if rows of numbers follow title lines."""
     head = data[:HEAD]
     claims = _claims(head)
-    unclaimed = not claims and not _is_caltech(head)
+    unclaimed = not claims and not _is_caltech(head) and not _other_kind(head)
     if unclaimed and text.reads(data, options):
         return _TABLE
     return _only_one(claims, head, path)
@@ -294,6 +324,11 @@ def _claims(head: bytes) -> list[Format]:
     return marked or [
         reader for reader in FORMATS if reader.name in UNMARKED and reader.sniff(head)
     ]
+
+
+def _other_kind(head: bytes) -> str:
+    """Return what a file is that is no record, and what to do, or ""."""
+    return next((words for mark, words in _OTHERS if mark.search(head)), "")
 
 
 def _is_caltech(head: bytes) -> bool:
