@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from rockframe.errors import InputError
-from rockframe.ingest import FORMATS, read_bytes
+from rockframe.ingest import FORMATS, read_bytes, sniff_format
 from rockframe.record import Orientation, Record
 
 SAMPLES = (0.4, -0.8, 1.6, -3.2, 1.2, 2.0, -1.6, 0.4, 0.8, -0.4)
@@ -324,3 +324,21 @@ def test_the_title_of_a_unam_file_is_in_its_first_ten_lines() -> None:
     title = b"ARCHIVO ESTANDAR DE ACELERACION:\n"
     assert unam_format.sniff(b"*\n" * 9 + title)
     assert not unam_format.sniff(b"*\n" * 10 + title)
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-8"])
+def test_a_mexican_file_with_accents_blanks_and_a_last_stroke(encoding: str) -> None:
+    """Networks write the keys of the standard with Spanish accents, and values with blanks."""
+    data = SMALL["unam"].data
+    [plain, *_] = read("unam", data)
+    for bare, accented in (("DURACION", "DURACIÓN"), ("ORIENTACION", "ORIENTACIÓN"),
+                           ("ESTANDAR DE ACELERACION", "ESTÁNDAR DE ACELERACIÓN")):  # fmt: skip
+        assert bare.encode() in data
+        data = data.replace(bare.encode(), accented.encode(encoding))
+    data = data.replace(b"/10/10/10", b"/ 10 / 10 / 10 /")
+    assert sniff_format(data).name == "unam"
+    [again, *_] = read("unam", data)
+    assert again.acceleration == pytest.approx(plain.acceleration)
+    assert (again.station, again.azimuth) == (plain.station, plain.azimuth)
+    with pytest.raises(InputError, match="Must be a value for each of 3 channels"):
+        read("unam", SMALL["unam"].data.replace(b"/10/10/10", b"/10/10"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -58,7 +59,15 @@ def sniff(head: bytes) -> bool:
     >>> sniff(b"****\nARCHIVO ESTANDAR DE ACELERACION:\n")
     True
     """
-    return any(line.startswith(_TOP) for line in head_lines(head)[:10])
+    return any(
+        line.startswith(_TOP) or (not line.isascii() and _is_top(line))
+        for line in head_lines(head)[:10]
+    )
+
+
+def _is_top(line: str) -> bool:
+    """Return True for the title with accents, of a line that was decoded as Latin-1."""
+    return _without_accents(_decoded(line.encode("latin-1", "replace"))).startswith(_TOP)
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
@@ -76,7 +85,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     rockframe.errors.InputError: CANA1709.191: no line '---------+' above and below the names of ...
     """
     lines = plain_text(path, data).rstrip().split(b"\n")
-    words = [line.decode("latin-1") for line in lines[:_LONGEST_HEADER]]
+    words = [_without_accents(_decoded(line)) for line in lines[:_LONGEST_HEADER]]
     rules = [number for number, line in enumerate(words) if line.startswith(_RULE)]
     if len(rules) != 2:
         raise InputError(path, f"no line {_RULE!r} above and below the names of the channels.")
@@ -185,9 +194,30 @@ def _day(text: str) -> str:
 
 
 def _values(header: KeyedHeader, key: str) -> list[str]:
-    """Return the values of the channels: `/200/200/200`."""
-    values = header.required(key).split("/")
-    component_names = header.required(_NAMES).split("/")[1:]
-    if values[0] or len(values) != len(component_names) + 1:
-        raise header.invalid(key, f"a value for each of {len(component_names)} channels, after /")
-    return values[1:]
+    """Return the values of the channels: `/200/200/200`, perhaps with blanks and a last stroke."""
+    first, *values = _split(header.required(key))
+    count = len(_split(header.required(_NAMES))) - 1
+    if first or len(values) != count:
+        raise header.invalid(key, f"a value for each of {count} channels, after /")
+    return values
+
+
+def _split(text: str) -> list[str]:
+    values = [value.strip() for value in text.split("/")]
+    return values[:-1] if len(values) > 2 and not values[-1] else values
+
+
+def _decoded(line: bytes) -> str:
+    """Return a line of UTF-8 or, as most files have it, of Latin-1."""
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
+def _without_accents(text: str) -> str:
+    """Return a text without accents, with which some networks write the keys."""
+    if text.isascii():
+        return text
+    letters = unicodedata.normalize("NFD", text)
+    return "".join(letter for letter in letters if not unicodedata.combining(letter))
