@@ -256,6 +256,8 @@ def test_bins_of_a_disaggregation_count_by_their_rates(tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         ("BooreEtAl2014", "BooreEtAl3014", "model 'BooreEtAl3014'. Must be a model of OpenQuake"),
+        ("BooreEtAl2014", "AvgGMPE", "AvgGMPE cannot be computed at these periods (IndexError:"),
+        ("BooreEtAl2014", "KothaEtAl2020Slope", "slope, for which there is no key. Choose another"),
         ("distance_rjb_km = 12.0\n", "", "BooreEtAl2014 needs distance_rjb_km. State them."),
         (
             "BooreEtAl2014",

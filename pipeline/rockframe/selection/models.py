@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
@@ -29,7 +29,8 @@ _NAMES: Final = {
     "distance_rrup_km": "rrup", "distance_rjb_km": "rjb", "distance_rx_km": "rx",
     "distance_ry0_km": "ry0", "distance_hypocentral_km": "rhypo",
     "epicentral_distance_km": "repi", "vs30_m_s": "vs30", "vs30_measured": "vs30measured",
-    "z1_0_m": "z1pt0", "z2_5_km": "z2pt5", "backarc": "backarc",
+    "z1_0_m": "z1pt0", "z2_5_km": "z2pt5", "backarc": "backarc", "region": "region",
+    "distance_volcanic_front_km": "xvf",
 }  # fmt: skip
 #: Columns of a disaggregation by magnitude and distance.
 _MAG_DIST: Final = ("imt", "iml", "poe", "mag", "dist")
@@ -72,6 +73,8 @@ class GroundMotionModels(Options):
     z1_0_m: Annotated[float, Field(ge=0.0, le=20_000.0)] | None = None
     z2_5_km: Annotated[float, Field(ge=0.0, le=20.0)] | None = None
     backarc: bool | None = None
+    region: Annotated[int, Field(ge=0, le=1000)] | None = None
+    distance_volcanic_front_km: Annotated[float, Field(ge=-2000.0, le=2000.0)] | None = None
     scale: Annotated[float, Field(gt=0.0, lt=100.0)] = 1.0
 
     @model_validator(mode="after")
@@ -304,26 +307,36 @@ def _evaluated(
     if name not in get_available_gsims():
         message = f"model {name[:80]!r}. Must be a model of OpenQuake, such as {_LIKE}."
         raise InputError(path, message)
-    model = valid.gsim(name)
-    needed = _needed(path, name, model, scenarios)
-    maker = simple_cmaker([model], [f"SA({period:.10g})" for period in periods])
-    size = len(scenarios["mag"])
-    mean, deviation = np.empty((size, periods.size)), np.empty((size, periods.size))
+    try:
+        model = valid.gsim(name)
+        needed = _needed(path, name, model, scenarios)
+        maker = simple_cmaker([model], [f"SA({period:.10g})" for period in periods])
+        mean, deviation = _of_maker(maker, needed, scenarios, periods.size)
+    except _FAILURES as error:
+        said = " ".join(str(error).split())[:100]
+        message = f"{name} cannot be computed at these periods ({type(error).__name__}: {said})"
+        raise InputError(path, f"{message}. State others, or the spectrum as CSV.") from None
+    if not (np.isfinite(mean).all() and (deviation > 0.0).all()):
+        raise InputError(path, f"{name} has no finite spectrum for this scenario.")
+    component = model.DEFINED_FOR_INTENSITY_MEASURE_COMPONENT
+    return mean, deviation, str(getattr(component, "value", "component not stated"))
+
+
+def _of_maker(
+    maker: Any, needed: Collection[str], scenarios: Mapping[str, Float], periods: int
+) -> tuple[Float, Float]:
+    """Return mean [ln g] and standard deviation, shape (scenarios, periods); OpenQuake takes the
+    scenarios of one magnitude together.
+    """
+    mean, deviation = np.empty((2, scenarios["mag"].size, periods))
     for magnitude in np.unique(scenarios["mag"]):
         rows = np.flatnonzero(scenarios["mag"] == magnitude)
         context = maker.new_ctx(rows.size)
-        for own in needed & {*context.dtype.names}:
+        for own in {*needed} & {*context.dtype.names}:
             context[own] = scenarios[own][rows]
-        try:
-            values = maker.get_mean_stds([context])[:2, 0]  # mean and total, shape (periods, rows)
-        except (KeyError, ValueError, IndexError, NotImplementedError) as error:
-            said = " ".join(str(error).split())[:100]
-            raise InputError(path, f"{name} has no value at these periods: {said}.") from None
+        values = maker.get_mean_stds([context])[:2, 0]  # mean and total, shape (periods, rows)
         mean[rows], deviation[rows] = values[0].T, values[1].T
-    if not (np.isfinite(mean).all() and (deviation > 0.0).all()):
-        raise InputError(path, f"{name} has no finite spectrum for this scenario.")
-    component = str(model.DEFINED_FOR_INTENSITY_MEASURE_COMPONENT.value)
-    return mean, deviation, component
+    return mean, deviation
 
 
 def _needed(path: Path, name: str, model: Any, scenarios: Mapping[str, Float]) -> set[str]:
@@ -334,12 +347,21 @@ def _needed(path: Path, name: str, model: Any, scenarios: Mapping[str, Float]) -
         *model.REQUIRES_SITES_PARAMETERS,
     }
     keys = {own: key for key, own in _NAMES.items()}
-    unstated = needed - {*scenarios}
-    missing = sorted(keys.get(own, f"{own} (which has no key here)") for own in unstated)
-    if missing:
-        raise InputError(path, f"{name} needs {', '.join(missing)}. State them.")
+    unstated = sorted(needed - {*scenarios})
+    other = [own for own in unstated if own not in keys]
+    if other:
+        message = f"{name} needs {', '.join(other)}, for which there is no key"
+        raise InputError(path, f"{message}. Choose another model, or state the spectrum as CSV.")
+    if unstated:
+        missing = ", ".join(sorted(keys[own] for own in unstated))
+        raise InputError(path, f"{name} needs {missing}. State them.")
     return needed
 
 
+#: Errors of models of OpenQuake that need more than the parameters of a scenario.
+_FAILURES: Final = (
+    *(ArithmeticError, AssertionError, AttributeError, LookupError, NotImplementedError),
+    *(OSError, RuntimeError, TypeError, ValueError),
+)
 #: Examples of models.
 _LIKE: Final = "BooreEtAl2014 or AkkarEtAlRjb2014"
