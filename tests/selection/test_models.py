@@ -124,6 +124,8 @@ def test_without_openquake_the_message_says_what_to_install(tmp_path: Path) -> N
         (MODELS.replace("models = {", "models = {} #"), "models"),
         (MODELS.replace("vs30_m_s", "vs30"), ":6: unknown key 'ground_motion_models.vs30'"),
         (MODELS.replace("400.0", "-400.0"), "vs30_m_s -400.0. Must be"),
+        # a model of OpenQuake would take NaN for some style of faulting, each for another one
+        (MODELS.replace("rake_degree = 0.0", "rake_degree = nan"), "rake_degree nan. Must be"),
     ],
 )
 def test_files_of_models_with_a_fault(tmp_path: Path, text: str, message: str) -> None:
