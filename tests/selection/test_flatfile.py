@@ -138,6 +138,12 @@ def test_the_sample_of_nga_west2() -> None:
     ("text", "options", "message"),
     [
         ("a;b\n1;2\n", {}, "no columns of spectra, such as T1.000S or rotD50_T1_000. Name them"),
+        ("", {}, "no recordings. Must have one or more."),
+        (
+            '"a\nb",c\n1,2\n',
+            {"columns": ("record_id=x",)},
+            "no column 'x'. Must be one of: a b, c.",
+        ),
         ("a;b\n", {}, "no recordings. Must have one or more."),
         (PEER, {"pairs": "rotd100"}, "states rotd50. Must be rotd100, as --pairs states."),
         (ESM, {"pairs": "rotd100"}, "no spectra for --pairs rotd100. It has those of"),

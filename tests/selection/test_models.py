@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from tests.conftest import SHARED
 
 from rockframe.errors import InputError
-from rockframe.selection.models import Mixture
+from rockframe.selection.models import Mixture, _of_maker
 from rockframe.selection.target import correlation, read_target, target_files
 from rockframe.units import GRAVITY
 
@@ -169,6 +169,27 @@ def test_disaggregations_with_a_fault(
     with pytest.raises(InputError) as error:
         read_target(of_disaggregation(tmp_path, table), given=condition)
     assert message in str(error.value)
+
+
+class Maker:
+    """A stand-in for the maker of contexts: ln Sa = magnitude - R_JB / period, in one magnitude."""
+
+    def new_ctx(self, size: int) -> np.recarray:
+        return np.recarray(size, [("mag", float), ("rjb", float)])
+
+    def get_mean_stds(self, contexts: list[np.recarray]) -> np.ndarray:
+        [context] = contexts
+        assert len({*context.mag.tolist()}) == 1
+        mean = context.mag - context.rjb / PERIODS[:, None]
+        return np.array([mean, 0.1 * context.mag + 0.0 * mean, mean, mean])[:, None]
+
+
+def test_scenarios_keep_their_order_when_magnitudes_are_taken_together() -> None:
+    scenarios = {"mag": np.array([7.0, 6.0, 7.0, 5.0]), "rjb": np.array([1.0, 2.0, 3.0, 4.0])}
+    mean, deviation = _of_maker(Maker(), ["mag", "rjb"], scenarios, PERIODS.size)
+    expected = scenarios["mag"][:, None] - scenarios["rjb"][:, None] / PERIODS
+    assert_allclose(mean, expected, rtol=1e-12)
+    assert_allclose(deviation, np.broadcast_to(0.1 * scenarios["mag"][:, None], mean.shape))
 
 
 def hazardlib(name: str, periods: np.ndarray, **parameters: float) -> np.ndarray:

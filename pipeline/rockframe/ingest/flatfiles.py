@@ -238,8 +238,9 @@ def table_rows(data: bytes, separator: str) -> Iterator[tuple[int, dict[str, str
     # The header of NGA-West2 is not quoted; names contain commas in brackets or before blanks.
     names = re.split(r",(?! )(?![^()]*\))", first) if '"' not in first else []
     rows = csv.reader(io.StringIO(text), delimiter=separator)
-    cells = next(rows)
-    names = [name.strip().lower() for name in (names if separator == "," and names else cells)]
+    cells = next(rows, [])
+    headings = names if separator == "," and names else cells
+    names = [" ".join(name.split()).lower() for name in headings]  # some have line ends
     for row in rows:
         if any(row):
             yield rows.line_num, dict(zip(names, map(str.strip, row), strict=False))
