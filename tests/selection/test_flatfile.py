@@ -139,11 +139,7 @@ def test_the_sample_of_nga_west2() -> None:
     [
         ("a;b\n1;2\n", {}, "no columns of spectra, such as T1.000S or rotD50_T1_000. Name them"),
         ("", {}, "no recordings. Must have one or more."),
-        (
-            '"a\nb",c\n1,2\n',
-            {"columns": ("record_id=x",)},
-            "no column 'x'. Must be one of: a b, c.",
-        ),
+        ('c,"a\nb"\n1,2\n', {"columns": ("record_id=x",)}, "'x'. Must be one of: c, a b."),
         ("a;b\n", {}, "no recordings. Must have one or more."),
         (PEER, {"pairs": "rotd100"}, "states rotd50. Must be rotd100, as --pairs states."),
         (ESM, {"pairs": "rotd100"}, "no spectra for --pairs rotd100. It has those of"),
