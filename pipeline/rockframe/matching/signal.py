@@ -351,8 +351,9 @@ def strong_stretch(
     samples = signal.samples.astype(np.float32, copy=False)
     count, longest = strong_blocks(samples, within, block, -(-half // block), least, ends)
     ends = ends[:count]
+    rows = ends[:, 0].copy()  # a part of a larger array would need compiled code of its own
     if count == 0:
-        return signal, ends[:, 0], range(0)
+        return signal, rows, range(0)
     times = range(_RINGING, _RINGING + longest)
     size = times.stop + _RINGING
     reach = math.ceil(far[1] / signal.time_step)
@@ -361,7 +362,7 @@ def strong_stretch(
     cut_samples(samples, ends, within - longest, _RINGING, size, cuts)
     spectrum = scipy.fft.rfft(cuts) * signal.time_step
     cut = Signal(cuts[:, :size], signal.time_step, signal.weighting, padded, spectrum)
-    return cut, ends[:, 0], times
+    return cut, rows, times
 
 
 def cut_around(
