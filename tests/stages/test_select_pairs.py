@@ -22,7 +22,8 @@ from rockframe.errors import ParameterError
 from rockframe.ingest import read_file
 from rockframe.options.ingest import IngestOptions, SelectOptions
 from rockframe.record import Record
-from rockframe.results.records import open_records
+from rockframe.results.pulses import read_metadata
+from rockframe.results.records import RecordsFile, open_records
 from rockframe.signals.measures import spectral_acceleration
 from rockframe.signals.processing import integrate, peak
 from rockframe.stages.ingest import ingest_stage
@@ -253,3 +254,36 @@ def test_the_output_says_what_is_selected_from(
     assert main(["select", str(flat), *words, f"{tmp_path}/s.csv", "--pulses", "p.nc"]) == 2
     assert "--pulses has no effect: a flatfile has no waveforms" in capsys.readouterr().err
     assert not list(tmp_path.glob("s*"))
+
+
+def test_a_pair_is_usable_as_long_as_both_components(
+    real: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The target ends at 2 s, and one component of each pair says nothing beyond 1 s."""
+
+    def usable(_file: RecordsFile, name: str) -> tuple[float, float]:
+        return 0.0, 1.0 if name.endswith("360") else 9.0
+
+    monkeypatch.setattr(RecordsFile, "usable_periods", usable)
+    with pytest.raises(ParameterError, match="Left out: 2 by usable_period_longest"):
+        selected(real)
+
+
+@pytest.mark.parametrize(("wanted", "station"), [(True, "CLC"), (False, "CCC")])
+def test_a_pair_is_pulse_like_if_a_component_is(
+    real: Path, monkeypatch: pytest.MonkeyPatch, *, wanted: bool, station: str
+) -> None:
+    """The second component of CLC has a pulse, and no component of CCC."""
+    known = read_metadata(real / "records.nc", None)
+    pulse_like: list[bool | None] = [name == "Ridgecrest2019-CLC-360" for name in known.names]
+    metadata = replace(known, pulse_like=pulse_like)
+    monkeypatch.setattr("rockframe.stages.select.read_metadata", lambda *_: metadata)
+    (real / "pulses.nc").write_bytes(b"")
+    (real / "target.csv").write_text(TARGET, encoding="utf-8")
+    options = SelectOptions(
+        target=real / "target.csv", motions=1, pairs="rotd50", pulse_like=wanted
+    )
+    selection = select_stage(
+        real / "records.nc", real / "pulsed.nc", options, pulses_path=real / "pulses.nc"
+    )
+    assert [row["station"] for row in selection.motions] == [station]
