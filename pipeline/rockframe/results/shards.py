@@ -28,7 +28,7 @@ from rockframe.results.stored import SHARDS, Stored, alone, opened_one
 #: Attributes that the shards of an index have in common with it.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
 #: Size of the numbers in open shards beyond which all but the last are closed [bytes].
-_MOST_OPEN: Final = 2**28
+_MOST_OPEN: Final = 2**26
 #: Largest size of a variable that is read whole when a part of it is needed [bytes].
 _SMALL: Final = 2**16
 #: Opens a file, and yields it with a lock that is held while a variable is read.

@@ -110,6 +110,7 @@ def _in_csv(block: TableBlock) -> tuple[str, int, Summary]:
     """Return the rows of some motions as CSV, with a header; their number; and their summary."""
     summary, stream = Summary(), io.StringIO(newline="")
     count = write_table(stream, summary.passed(map(with_paper_facts, block.rows())))
+    summary.include_kept()  # here, not by the process that joins them
     return stream.getvalue(), count, summary
 
 

@@ -167,6 +167,11 @@ class Summary:
             summaries[structure].include(row)
             yield row
 
+    def include_kept(self) -> None:
+        """Include the last rows that passed by, which are kept to be included together."""
+        for entry in (*self._of_each.values(), *self._in_both.values()):
+            entry.include_kept()
+
     def join(self, other: Summary) -> None:
         """Include the rows that another summary includes, after those of this one."""
         self._components |= other._components
@@ -199,8 +204,7 @@ class Summary:
     ) -> list[Row]:
         """Return the rows of `summary_rows` for all rows that passed by."""
         recording_of = recordings or {}
-        for entry in (*self._of_each.values(), *self._in_both.values()):
-            entry.include_kept()
+        self.include_kept()
         each = [self._that_counts(structure) for structure in self._of_each]
         alike = all(entry.names == each[0].names for entry in each)
         groups = [each] if alike and each else [[entry] for entry in each]
