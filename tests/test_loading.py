@@ -78,10 +78,11 @@ def test_responding_imports_numba_and_no_package_of_statistics(home: Path) -> No
     }
 
 
-def test_showing_a_record_imports_no_dataset_and_no_kernel(home: Path) -> None:
-    """It reads variables and prints them."""
-    ((modules, _),) = imported(("show", home / "run", "motion-0"))
-    assert not modules & (OTHERS | DATASETS)
+def test_showing_a_record_and_the_page_import_no_dataset_and_no_kernel(home: Path) -> None:
+    """They read variables and show them."""
+    showing, reporting = imported(("show", home / "run", "motion-0"), ("report", home / "run"))
+    assert not showing[0] & (OTHERS | DATASETS)
+    assert not reporting[0] & (OTHERS | DATASETS)
 
 
 def test_a_run_with_nothing_to_do_imports_no_stage_and_verifying_it_draws_nothing(

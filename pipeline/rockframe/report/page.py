@@ -10,10 +10,9 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import xarray as xr
 from markupsafe import Markup
 from numpy.typing import ArrayLike, NDArray
 
@@ -84,6 +83,9 @@ from rockframe.web import (
     strip_svg,
     tone,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Exponents in CF units become superscripts.
 _SUPERSCRIPTS: Final = str.maketrans("-123", "⁻¹²³")

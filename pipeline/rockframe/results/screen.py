@@ -12,17 +12,15 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import InputError, ParameterError
 from rockframe.provenance import key_of, whole_file
 from rockframe.quantities import OF_SCENARIO, QUANTITIES
-from rockframe.results.reading import opened
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.arrays import positions
 from rockframe.results.schema.response import SCREEN_NC
@@ -39,6 +37,9 @@ from rockframe.results.writing import (
 from rockframe.risk import Fragility, HazardCurve, overturning_rate
 from rockframe.rocking import Design
 from rockframe.structures.contract import StructureResponse
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Float = NDArray[np.float64]
 Scenario = Mapping[str, NDArray[Any]]
@@ -244,6 +245,8 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     Traceback (most recent call last):
     rockframe.errors.InputError: no-such-file.nc: no such file. Must be a screen file.
     """
+    from rockframe.results.reading import opened  # loads xarray
+
     with opened(Path(path), SCREEN) as dataset:
         without_histories = dataset.drop_dims("obs", errors="ignore")
         if not every_scale:
@@ -300,6 +303,8 @@ def read_screen_history(
     ParameterError
         If there is no such scenario, or if the history was not kept.
     """
+    from rockframe.results.reading import opened  # loads xarray
+
     with opened(Path(path), SCREEN) as dataset:
         where = positions(dataset, record=record, structure=structure, scale=scale)
         nodes = np.empty(0, dtype=np.intp)
@@ -339,6 +344,8 @@ def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
     InputError
         If the file cannot be read.
     """
+    from rockframe.results.reading import opened  # loads xarray
+
     with opened(path, SCREEN) as dataset:
         rows = np.flatnonzero(dataset["record_id"].values == record)
         screening = dataset.isel(record=rows).drop_dims("obs", errors="ignore").load()

@@ -6,16 +6,14 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from rockframe.cells import TABLE_FORMATS, in_digits, rows_of_columns
 from rockframe.quantities import IN_MATRICES, OF_SCENARIO, PEAKS
 from rockframe.record import SiteType
-from rockframe.results.reading import opened
 from rockframe.results.return_periods import DEMAND_COLUMNS, demand_rows
 from rockframe.results.schema import SCREEN
 from rockframe.results.schema.response import ROBUST
@@ -40,6 +38,9 @@ from rockframe.risk import FURTHER, OVERTURNING, LimitState, Measure, Outcome, m
 from rockframe.risk.fragility import why_undetermined
 from rockframe.rocking.verdict import SpreadVerdict, Verdict
 from rockframe.study.kinds import declared_kind
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Rows = Iterator[dict[str, Any]]
 #: Tables one after the other, as columns with their values.
@@ -669,6 +670,8 @@ def scenario_columns(screening: xr.Dataset) -> Blocks:
 
 def _scenarios(path: Path) -> Blocks:
     """Yield the columns of all scenarios; only some motions are in memory at a time."""
+    from rockframe.results.reading import opened  # loads xarray
+
     with opened(path, SCREEN) as dataset:
         names = {name.partition(".")[0] for name in _of_scenario(dataset).values()}
         listed = dataset[[name for name in dataset.variables if name in names]]
