@@ -7,7 +7,7 @@ has quantiles of the ratio, and how many records differ by more than FACTORS, up
 row of each table compares velocities. Pulses whose period is at a bound of the search are left out.
 The second table has the records of which the noise test calls the selected pulse a pulse.
 
-It takes a minute of processor time. More records are more folders in FOLDERS.
+It takes 20 s of processor time. More records are more folders in FOLDERS.
 """
 
 from __future__ import annotations
