@@ -50,6 +50,8 @@ FOLDERS: Final = (
 LEAST_PGA: Final = 0.01 * GRAVITY
 #: Values of PGV to which records are scaled [m s-1].
 SCALES: Final = np.geomspace(0.2, 8.0, sized(60, 3))
+#: Lower corners that archives state [Hz], tried for records whose own one is not above the first.
+CORNERS: Final = (0.1, 0.2, 0.3, 0.4, 0.8)
 #: Members by which the scale is found, and by which versions are compared.
 FEW, MANY = 64, sized(256, 16)
 
@@ -118,7 +120,9 @@ def versions_of(uncertain: Uncertain) -> Iterator[tuple[str, Float | None]]:
     yield "the same, another seed", record.acceleration
     for name, factor in (("1/2", 0.5), ("1/√2", 0.5**0.5), ("√2", 2.0**0.5), ("2", 2.0)):
         yield f"lower corner times {name}", corrected(as_read, step, factor * low, high)
-    yield "lower corner 0.1 Hz for all", corrected(as_read, step, 0.1, high)
+    for corner in CORNERS:
+        lower = corrected(as_read, step, corner, high) if low <= CORNERS[0] else None
+        yield f"lower corner {corner:g} Hz, of those up to {CORNERS[0]:g}", lower
     yield "upper corner 20 Hz instead of 40", corrected(as_read, step, low, 20.0)
     yield "filtered forwards only", causal(as_read, step)
     yield "not filtered, baseline fitted to the velocity", unfiltered(as_read, step)

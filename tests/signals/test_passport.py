@@ -331,6 +331,13 @@ def test_the_archives_filter_bounds_the_usable_periods() -> None:
     assert "usable_period_longest" in passport(record, record, PassportLimits()).warnings
 
 
+def test_a_corner_above_a_fifth_of_a_hertz_warns() -> None:
+    """There shares that overturn are a quarter lower (tests.benchmarks.processing)."""
+    limit, whole = PassportLimits().usable_period_longest_warn, (0.0, math.inf)
+    assert usable_periods(STEP, 60.0, (0.2, 40.0), whole)[1] >= limit
+    assert usable_periods(STEP, 60.0, (0.21, 40.0), whole)[1] < limit
+
+
 def test_what_cannot_be_measured_is_not_ok() -> None:
     result = checked(shake()[1000:])
     for name in ("stated_peak", "signal_to_noise", "usable_period_longest"):
