@@ -70,6 +70,7 @@ def test_responding_imports_numba_and_no_package_of_statistics(home: Path) -> No
     assert modules & OTHERS == {"numba"}
     assert not modules & DATASETS
     assert not modules & {
+        "rockframe.matching.match",
         "pywt",
         "scipy.linalg",
         "scipy.special",

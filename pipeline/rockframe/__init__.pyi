@@ -28,10 +28,10 @@ from .matching.match import PulseMatch as PulseMatch
 from .matching.match import match_pulse as match_pulse
 from .matching.match import match_pulses as match_pulses
 from .matching.match import scalogram as scalogram
-from .matching.record_pulses import PulseVerdict as PulseVerdict
 from .matching.record_pulses import RecordPulses as RecordPulses
 from .matching.record_pulses import find_pulses as find_pulses
 from .matching.signal import Weighting as Weighting
+from .matching.verdict import PulseVerdict as PulseVerdict
 from .options.fetch import FetchOptions as FetchOptions
 from .options.ingest import Filters as Filters
 from .options.ingest import IngestOptions as IngestOptions

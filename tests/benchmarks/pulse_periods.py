@@ -25,7 +25,7 @@ from tests.benchmarks.size import sized
 from tests.conftest import SHARED
 
 from rockframe import RICKERS, PulseOptions, bundled_records, ingest_stage, pulse_stage
-from rockframe.matching.record_pulses import PulseVerdict
+from rockframe.matching.verdict import PulseVerdict
 
 Float: TypeAlias = NDArray[np.float64]
 

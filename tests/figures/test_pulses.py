@@ -10,7 +10,8 @@ from matplotlib.collections import QuadMesh
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.pulses import draw_match_curves, draw_record_and_pulse, draw_scalogram
 from rockframe.matching.match import PulseMatch, match_pulses
-from rockframe.matching.record_pulses import Likeness, PulseVerdict, likeness, pulse_words
+from rockframe.matching.record_pulses import Likeness, likeness
+from rockframe.matching.verdict import PulseVerdict, pulse_words
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.wavelets.pulse import Pulse

@@ -15,7 +15,6 @@ from rockframe.matching import record_pulses
 from rockframe.matching.match import match_pulses
 from rockframe.matching.record_pulses import (
     Likeness,
-    PulseVerdict,
     _enough,
     _indices,
     find_pulses,
@@ -23,6 +22,7 @@ from rockframe.matching.record_pulses import (
 )
 from rockframe.matching.search import search
 from rockframe.matching.signal import Weighting
+from rockframe.matching.verdict import PulseVerdict
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.pulse import Pulse
 

@@ -7,7 +7,7 @@ import pytest
 
 from rockframe.matching.loops import tops
 from rockframe.matching.match import match_pulses
-from rockframe.matching.record_pulses import PulseVerdict, likeness
+from rockframe.matching.record_pulses import likeness
 from rockframe.matching.refine import _LONGEST_MOVE, crest, uphill
 from rockframe.matching.search import ladder, search, summits
 from rockframe.matching.signal import (
@@ -18,6 +18,7 @@ from rockframe.matching.signal import (
     prepared,
     transform_record,
 )
+from rockframe.matching.verdict import PulseVerdict
 from rockframe.options.pulse import PulseOptions
 from rockframe.wavelets.family import WAVELETS
 from rockframe.wavelets.pulse import Pulse

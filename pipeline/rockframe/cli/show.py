@@ -269,7 +269,7 @@ def _of_motion(facts: Mapping[str, Any]) -> str:
 
 
 def _of_pulse(facts: Mapping[str, Any]) -> str:
-    from rockframe.matching.record_pulses import PulseVerdict, pulse_words
+    from rockframe.matching.verdict import PulseVerdict, pulse_words
 
     if "a_p_best" not in facts:
         return ""

@@ -23,7 +23,8 @@ from rockframe.figures.captioned import (
     wavelet_words,
 )
 from rockframe.matching.match import PulseMatch, best_ricker, match_curve, match_pulses, scalogram
-from rockframe.matching.record_pulses import Likeness, likeness, pulse_words
+from rockframe.matching.record_pulses import Likeness, likeness
+from rockframe.matching.verdict import pulse_words
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.units import GRAVITY

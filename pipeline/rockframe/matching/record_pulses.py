@@ -6,7 +6,6 @@ import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Final
 
 import numpy as np
@@ -24,6 +23,7 @@ from rockframe.matching.signal import (
     prepared,
     require_record,
 )
+from rockframe.matching.verdict import PulseVerdict
 from rockframe.options.pulse import PulseOptions
 from rockframe.record import Record
 from rockframe.wavelets.family import RICKERS
@@ -54,15 +54,6 @@ _ENVELOPE_LEAST: Final = 0.4
 _FLOOR: Final = 0.05
 
 
-class PulseVerdict(IntEnum):
-    """Result of the comparison with surrogates: the values of the variable `pulse_verdict`."""
-
-    UNTESTED = 0
-    PULSE = 1
-    NOISE = 2
-    AT_BOUND = 3
-
-
 @dataclass(frozen=True, kw_only=True)
 class Likeness:
     """Result of the comparison of a match with those of surrogates.
@@ -88,29 +79,6 @@ class Likeness:
     match_index: float
     median: float
     high: float
-
-
-def pulse_words(verdict: PulseVerdict, p_value: float) -> str:
-    """Return the result of the comparison with noise in words.
-
-    Parameters
-    ----------
-    verdict : PulseVerdict
-        Result of the comparison.
-    p_value : float
-        Share of surrogates that match at least as well [1].
-
-    Examples
-    --------
-    >>> pulse_words(PulseVerdict.NOISE, 0.32)
-    'best match, could be noise (p = 0.32)'
-    """
-    return {
-        PulseVerdict.UNTESTED: "best match, not tested against noise",
-        PulseVerdict.PULSE: f"pulse, unlikely to be noise (p = {p_value:.2f})",
-        PulseVerdict.NOISE: f"best match, could be noise (p = {p_value:.2f})",
-        PulseVerdict.AT_BOUND: "best match, at the end of the range of periods",
-    }[verdict]
 
 
 def likeness(

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from rockframe.components import recordings_of_channels
 from rockframe.errors import InputError
-from rockframe.matching.match import PulseMatch
-from rockframe.matching.record_pulses import PulseVerdict, RecordPulses
+from rockframe.matching.verdict import PulseVerdict
 from rockframe.provenance import sha256_of
 from rockframe.record import Part, Record, SiteType
 from rockframe.results.records import channels_of, open_records
@@ -30,6 +29,8 @@ from rockframe.units import GRAVITY
 from rockframe.wavelets.pulse import Pulse
 
 if TYPE_CHECKING:
+    from rockframe.matching.match import PulseMatch
+    from rockframe.matching.record_pulses import RecordPulses
     from rockframe.results.schema.arrays import Dataset
 
 
@@ -136,6 +137,8 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     InputError
         If the file is missing, corrupted, or of another kind.
     """
+    from rockframe.matching.match import PulseMatch  # loads the search
+
     pulses = loaded_pulses(path)
     best: dict[str, PulseMatch] = {}
     if "record_id" not in pulses:  # a batch without accepted records

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from rockframe.matching.record_pulses import PulseVerdict
+from rockframe.matching.verdict import PulseVerdict
 from rockframe.quantities import BANDED, LIMITED, OF_KINDS, PEAKS, QUANTITIES, Quantity
 from rockframe.quantities import FORCES as FORCES_OF_RESPONSE
 from rockframe.results.schema.declare import FileKind, Variable, optional

@@ -221,7 +221,7 @@ def stated_pulse(row: Cells) -> str:
     """
     if not row.get("pulse_verdict"):
         return ""
-    from rockframe.matching.record_pulses import PulseVerdict, pulse_words  # verdicts need none
+    from rockframe.matching.verdict import PulseVerdict, pulse_words
 
     p_value = number(row.get("pulse_p_value"))
     return pulse_words(PulseVerdict[row["pulse_verdict"].upper()], p_value)
