@@ -75,6 +75,25 @@ def test_the_first_run_compiles_in_another_process(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("kernel")
+def test_the_process_that_compiled_ends_before_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It holds 300 MB, which the process that draws needs."""
+    started: list[subprocess.Popen[bytes]] = []
+    start = subprocess.Popen
+
+    def noted(*words: Any, **options: Any) -> subprocess.Popen[bytes]:
+        started.append(start(*words, **options))
+        return started[-1]
+
+    monkeypatch.setattr(subprocess, "Popen", noted)
+    ends = time.monotonic() + 60.0
+    with shipped._helped():  # noqa: SLF001
+        while not (started and started[0].poll() is not None) and time.monotonic() < ends:
+            time.sleep(0.01)
+        assert [process.poll() for process in started] != [None]
+    assert len(started) == 1
+
+
+@pytest.mark.usefixtures("kernel")
 def test_a_process_that_dies_does_not_end_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shipped, "_compile_kernel", os.abort)
     with shipped._helped():  # noqa: SLF001

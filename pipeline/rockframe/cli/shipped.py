@@ -187,15 +187,19 @@ def _count(folder: Path) -> int:
 @contextmanager
 def _helped() -> Iterator[None]:
     """Compile the vectorised kernel in a second process while this one reads records, unless it is
-    in the cache.
+    in the cache. That process ends when it has compiled, so that its memory is free again.
     """
-    from rockframe.engines.engine import cores, helped
+    from rockframe.engines.engine import cores
+    from rockframe.engines.pool import WorkerPool
     from rockframe.rocking.kernels import lanes
 
-    first_run = not cast("Any", lanes.integrate_lanes).cached()
-    if first_run and cores() > 1:
-        tell_of_compiling()
-    with helped([_compile_kernel] * first_run):
+    if cast("Any", lanes.integrate_lanes).cached() or cores() == 1:
+        yield
+        return
+    tell_of_compiling()
+    with WorkerPool(1) as pool:
+        compiling = pool.submit(_compile_kernel)
+        compiling.add_done_callback(lambda _: pool.shutdown(wait=False))
         yield
 
 
