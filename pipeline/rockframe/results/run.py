@@ -23,7 +23,7 @@ from rockframe.results.records import open_records
 from rockframe.results.response import strips_of
 from rockframe.results.schema import PULSES, RECORDS, RESPONSE
 from rockframe.results.schema.arrays import Array, Arrays
-from rockframe.results.shards import opened_arrays
+from rockframe.results.shards import opened_arrays, shards_of
 from rockframe.results.stored import attributes_of
 from rockframe.results.tables.entries import rows_in, rows_of
 from rockframe.results.tables.forces import force_rows
@@ -170,6 +170,10 @@ def read_run(folder: Path, *, most: int | None = None, record: str | None = None
         )
 
 
+#: Number of neighbouring records of an index that are read together.
+_TOGETHER: Final = 64
+
+
 def motions_of(response: Arrays) -> dict[str, list[str]]:
     """Return the names of the motions of responses, with their components; none of one record."""
     if "record_id" not in response:
@@ -196,9 +200,26 @@ def with_parameters(response: Arrays) -> Arrays:
 
 
 def _some(dataset: Arrays, names: Collection[str]) -> Arrays:
-    """Return the values of some records, without series."""
+    """Return the values of some records, without series; of an index, those of a shard together."""
     places = [k for k, name in enumerate(dataset["record_id"].values) if str(name) in names]
-    return dataset.without("obs").isel(record=places)
+    own = dataset.without("obs")
+    if not shards_of(dataset.attrs):
+        return own.isel(record=places)
+    groups = [[*group] for _, group in groupby(places, lambda place: place // _TOGETHER)]
+    parts = [own.isel(record=group).loaded() for group in groups or [[]]]
+    return parts[0].with_variables(
+        {name: _joined([part[name] for part in parts]) for name in own.variables}
+    )
+
+
+def _joined(parts: Sequence[Array]) -> Array:
+    """Return the values of groups of records, one after another; what all share is in the first."""
+    first = parts[0]
+    if "record" not in first.dims:
+        return first
+    axis = first.dims.index("record")
+    values = np.concatenate([part.values for part in parts], axis=axis)
+    return Array.of(first.dims, values, first.attrs)
 
 
 #: Largest number of records and files that a page lists with their checks.
@@ -318,20 +339,20 @@ def _count_kinds(
     """Add the verdicts of some motions to the number of verdicts of each structure, by kind."""
     verdict = arrays["verdict"].astype(float)
     unknown = np.full(verdict.shape, math.nan)
-    shares = (arrays.get(f"share_{name}", unknown) for name in ("overturned", "uplifted"))
+    shares = [arrays.get(f"share_{name}", unknown) for name in ("overturned", "uplifted")]
+    # NaN does not equal itself, so that each would be a case of its own
     cases, of_case = np.unique(
-        np.array([verdict, *shares]).reshape(3, -1), axis=1, return_inverse=True
+        np.nan_to_num([verdict, *shares], nan=-1.0).reshape(3, -1), axis=1, return_inverse=True
     )
-    kinds = [
-        SpreadVerdict(Verdict(int(value)), share_overturned=share, share_uplifted=uplifted).kind
-        for value, share, uplifted in cases.T.tolist()
-    ]
     of_case = of_case.reshape(verdict.shape)
-    for column, structure in enumerate(structures):
-        numbers = np.bincount(of_case[:, column], minlength=len(kinds)).tolist()
-        for kind, many in zip(kinds, numbers, strict=True):
-            if many:
-                counts[structure, kind] += many
+    for place, (value, *known) in enumerate(cases.T.tolist()):
+        overturned, uplifted = (math.nan if share < 0.0 else share for share in known)
+        spread = SpreadVerdict(
+            Verdict(int(value)), share_overturned=overturned, share_uplifted=uplifted
+        )
+        numbers = (of_case == place).sum(axis=0).tolist()
+        for structure, number_of_verdicts in zip(structures, numbers, strict=True):
+            counts[structure, spread.kind] += number_of_verdicts
 
 
 def _lines_at(path: Path, places: NDArray[np.int64], pairs: int) -> Iterator[dict[str, str]]:

@@ -27,7 +27,7 @@ from rockframe.results.stored import SHARDS, Stored, alone, opened_one
 
 #: Attributes that the shards of an index have in common with it.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
-#: Size of the numbers in open shards beyond which all but the last are closed [bytes].
+#: Size of the numbers in open shards beyond which all but the last two are closed [bytes].
 _MOST_OPEN: Final = 2**26
 #: Largest size of a variable that is read whole when a part of it is needed [bytes].
 _SMALL: Final = 2**16
@@ -264,7 +264,7 @@ class OpenShards:
                 size = sum(v.bytes for v in stored if "obs" not in v.dims)
                 self._open[number] = stack.pop_all(), variables, size
         self._open.move_to_end(number)
-        while len(self._open) > 1 and sum(size for *_, size in self._open.values()) > _MOST_OPEN:
+        while len(self._open) > 2 and sum(size for *_, size in self._open.values()) > _MOST_OPEN:
             self._open.popitem(last=False)[1][0].close()
         return self._open[number][1]
 
