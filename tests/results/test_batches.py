@@ -15,7 +15,7 @@ from tests.screening import site, stored, structures, three
 
 from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess
-from rockframe.errors import InputError
+from rockframe.errors import InputError, ParameterError
 from rockframe.results.contents import describe
 from rockframe.results.pulses import best_pulses, recordings_of
 from rockframe.results.response import open_response
@@ -191,6 +191,10 @@ def test_a_record_in_two_shards_is_refused(records: Path, tmp_path: Path) -> Non
     shutil.copyfile(folder / "1.nc", folder / "2.nc")
     with netCDF4.Dataset(folder / "2.nc", "a") as file:
         file.batch = "2/3"
+    with pytest.raises(InputError, match=r"pulses.nc: is an index of batches. Must be the file of"):
+        index_stage([index], folder / "twice.nc")
+    with pytest.raises(ParameterError, match="No batches named"):
+        index_stage([], folder / "twice.nc")
     with pytest.raises(InputError, match=r"is in two batches. Must be in one"):
         write_index([folder / f"{k}.nc" for k in (1, 2, 3)], folder / "twice.nc", "pulses")
     assert not (folder / "twice.nc").exists()
@@ -241,6 +245,10 @@ def test_a_parquet_table_is_written_in_groups_of_rows(
     pandas.testing.assert_frame_equal(whole, groups)
     assert parquet.ParquetFile(tmp_path / "groups.parquet").num_row_groups == 3
     assert groups["peak_u_m"].tolist() == [row["peak_u_m"] for row in rows]
+    changing = [{**row, "impacts": 0.5 if k > 6 else 1} for k, row in enumerate(rows)]
+    with pytest.raises(InputError, match=r"other.parquet: .* after row 5. Write CSV instead"):
+        write_rows_as(tmp_path / "other.parquet", changing)
+    assert not (tmp_path / "other.parquet").exists()
     frames = pytest.importorskip("dask.dataframe")
     mean = frames.read_parquet(tmp_path / "groups.parquet")["peak_u_m"].mean().compute()
     assert mean == pytest.approx(groups["peak_u_m"].mean())

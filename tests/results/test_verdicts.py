@@ -7,6 +7,7 @@ import html
 import json
 import re
 import shutil
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -224,6 +225,19 @@ def test_a_report_of_few_rows_has_those_of_most_interest(
     assert {row["record_id"] for row in run_.rows} == {row["record_id"] for row in first}
     assert run_.counts == whole.counts
     assert len(run_.rows) == most < len(whole.rows)
+
+
+def test_rows_whose_motions_do_not_fit_in_memory_are_the_last_ones(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = read_run(folder)
+    structures = len({row["structure"] for row in whole.rows})
+    monkeypatch.setattr("rockframe.results.run._MOST_PAIRS", structures)  # one motion
+    rows = read_run(folder, most=len(whole.rows) - 1).rows
+    ranked = sorted(whole.rows, key=rank)[:-1]
+    first = list(takewhile(lambda row: row["record_id"] == ranked[0]["record_id"], ranked))
+    assert 0 < len(rows) == len(first)
+    assert all(row in first for row in rows)
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/theory.md"])

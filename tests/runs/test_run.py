@@ -17,8 +17,9 @@ from tests.runs.small import FEW, contents, make_study, run
 from tests.runs.small import STUDY as FIVE
 
 from rockframe.cli.main import main
+from rockframe.provenance import sealed
 from rockframe.runs import performing
-from rockframe.runs.plan import make_plan
+from rockframe.runs.plan import make_plan, steps_of
 from rockframe.runs.state import is_locked, locked, read_plan, states_of, write_plan
 from rockframe.study.study import read_study
 
@@ -202,6 +203,36 @@ def test_a_lost_shard_is_computed_alone(home: Path, capsys: pytest.CaptureFixtur
     assert f"{shard}: missing, although the manifest lists it" in said
     assert steps_done(home, capsys) == {"respond-002", "manifest", "verify"}
     assert contents(home / "run") == before
+
+
+def test_a_run_of_an_earlier_version_is_resumed(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its steps said whether their files were temporary, and its batches were elsewhere."""
+    plan = home / "run" / ".rockframe" / "plan.json"
+    content = json.loads(plan.read_text())
+    del content[next(iter(content))]  # its own hash
+    for step in content["steps"]:
+        step["temporary"] = step["name"].startswith("respond-")
+        step["outputs"] = [name.replace("shards/", "batches/") for name in step["outputs"]]
+    plan.write_bytes(sealed(content))
+    (home / "run" / "shards").rename(home / "run" / "batches")
+    assert "respond-001" in steps_done(home, capsys)
+    assert not (home / "run" / "batches").exists()
+    assert main(["verify", str(home / "run")]) == 0
+
+
+def test_a_page_is_made_of_indexes(home: Path, tmp_path: Path) -> None:
+    files = [str(home / "run" / f"{kind}.nc") for kind in ("records", "pulses", "response")]
+    assert main(["report", *files, "--output", str(tmp_path / "page.html")]) == 0
+    assert (tmp_path / "page.html").stat().st_size > 10_000
+
+
+def test_the_default_size_of_batches_makes_150_at_most(home: Path) -> None:
+    for size, batches in ((50, 150), (49, 205), (10_000, 1)):
+        (home / "small.toml").write_text(STUDY.replace("records = 1", f"records = {size}"))
+        steps = steps_of(read_study(home / "small.toml"), 10_000)
+        assert max(step.batch[1] for step in steps) == batches
 
 
 def test_half_written_files_are_swept_and_those_of_others_stay(

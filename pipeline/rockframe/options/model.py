@@ -513,8 +513,8 @@ class BatchOptions(Options):
     """Batches of records in a run."""
 
     records: Annotated[int, Field(ge=1)] = 50
-    """Number of record files of each batch. If it is not stated, it is larger where there would be
-    more than 150 batches."""
+    """Number of record files of each batch. The default is larger where there would be more than
+    150 batches."""
 
 
 class FigureOptions(Options):
@@ -533,7 +533,8 @@ class ReportOptions(Options):
     than 20 MB, the largest rotations without overturning are chosen first."""
     rows: Annotated[int, Field(ge=1)] = 5000
     """Largest number of rows of the table in the page. If there are more, they are chosen in the
-    same way; the counts still include all of them."""
+    same way; the counts still include all of them. Fewer are shown if the motions of these rows
+    have more than 524,288 results together."""
     company: Annotated[str, Field(max_length=80)] = ""
     """Name of the company on the client's page."""
     project: Annotated[str, Field(max_length=120)] = ""

@@ -297,14 +297,14 @@ def _rows_that_are_kept(
 #: Variables that the number of verdicts by kind and the rank of a pair follow from.
 _RANKED_BY: Final = ("verdict", "peak_rotation_ratio", "share_overturned", "share_uplifted")
 #: Largest number of pairs of the motions of which a page has rows.
-_MOST_PAIRS: Final = 2**18
+_MOST_PAIRS: Final = 2**19
 
 
 def _ranked(response: Arrays, most: int) -> tuple[Counter[tuple[str, str]], NDArray[np.int64]]:
     """Count the verdicts of each structure, and return the places of the pairs that `rank` puts
     first, among all pairs in the order of the table.
 
-    They belong to so few motions that all pairs of these fit in memory.
+    They are fewer than `most` if all pairs of their motions would not fit in memory.
     """
     structures = [str(name) for name in response["structure"].values]
     counts: Counter[tuple[str, str]] = Counter()
@@ -323,10 +323,10 @@ def _ranked(response: Arrays, most: int) -> tuple[Counter[tuple[str, str]], NDAr
         best = best[:, np.lexsort(best[::-1])[:most]]
         start += kind.size
     places = best[2].astype(np.int64)
-    motions = places // len(structures)
-    _, first_seen, of_motion = np.unique(motions, return_index=True, return_inverse=True)
-    turn = np.argsort(np.argsort(first_seen))[of_motion]  # the first, second ... motion by rank
-    return counts, np.sort(places[turn < max(1, _MOST_PAIRS // len(structures))])
+    _, first_seen = np.unique(places // len(structures), return_index=True)
+    motions = max(1, _MOST_PAIRS // len(structures))
+    end = np.append(np.sort(first_seen), places.size)[min(motions, first_seen.size)]
+    return counts, np.sort(places[:end])
 
 
 #: Verdicts in the order of `rank`; others follow.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from functools import partial
 from itertools import accumulate
 from pathlib import Path
@@ -23,7 +24,7 @@ from rockframe.interruption import raise_if_interrupted
 from rockframe.provenance import sha256_of
 from rockframe.results.schema import KINDS
 from rockframe.results.schema.arrays import Array, Arrays, Index
-from rockframe.results.stored import SHARDS, Stored, alone, opened_one
+from rockframe.results.stored import SHARDS, Stored, alone, open_netcdf, opened_one
 
 #: Attributes that the shards of an index have in common with it.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
@@ -144,10 +145,29 @@ def write_index(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str
     return left_out
 
 
+def copy_file(path: Path, to: Path) -> None:
+    """Copy a file of a stage; the copy of an index names links to the shards, beside the copy."""
+    shutil.copyfile(path, to)
+    with open_netcdf(to, "a") as file:
+        shards = shards_of({name: file.getncattr(name) for name in file.ncattrs()})
+        if not shards:
+            return
+        folder = to.parent / "shards"
+        folder.mkdir(exist_ok=True)
+        named = []
+        for number, shard in enumerate(shards, 1):
+            link = folder / f"{to.stem}-{number:03d}.nc"
+            link.symlink_to((path.parent / shard.name).resolve())
+            named.append(replace(shard, name=_from(to.parent, link)))
+        file.setncattr(SHARDS, json.dumps([astuple(shard) for shard in named]))
+
+
 def _batch(path: Path, kind: str, wanted: str) -> _Batch:
     """Read what an index needs of the file of a batch."""
     raise_if_interrupted()
     with opened_one(path, kind, empty=True) as (attrs, stored):
+        if SHARDS in attrs:
+            raise InputError(path, "is an index of batches. Must be the file of one batch.")
         number = attrs.get("batch", "1/1")
         if number != wanted:
             must_be = f"Must be batch {wanted} here: state the batches in order."

@@ -17,7 +17,7 @@ from rockframe.cells import write_rows
 from rockframe.errors import InputError, ParameterError
 from rockframe.ingest import folder_names, is_catalogue, printable, read_catalogue
 from rockframe.options import STAGES, STRUCTURES, Stage, loaded
-from rockframe.options.model import Options
+from rockframe.options.model import BatchOptions, Options
 from rockframe.provenance import (
     MANIFEST,
     is_sealed,
@@ -149,7 +149,7 @@ OF_RECORDS: Final = ("records.nc", "pulses.nc", "response.nc")
 PAGE: Final = "report.html"
 #: Folder of the files of batches, which their index names.
 SHARD_FOLDER: Final = "shards"
-#: Largest number of batches that nobody stated: three stages stay below 500 jobs of a scheduler.
+#: Largest number of batches of the default size: three stages stay below 500 jobs of a scheduler.
 _MOST_BATCHES: Final = 150
 #: Processes of a step that computes in a pool of its own.
 _THREADS: Final = 8
@@ -169,7 +169,7 @@ def steps_of(study: Study, files: int, then: Sequence[Step] | None = None) -> li
     """
     stated = study.tables.batches
     batches = -(-files // stated.records)
-    if "records" not in stated.model_fields_set:
+    if stated == BatchOptions():
         batches = min(_MOST_BATCHES, batches)
     table = study.tables.records
     if batches > 1 and table is not None and table.sequence:

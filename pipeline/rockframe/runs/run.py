@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 _AFTER: Final = frozenset(["report", "verify"])
 
 
+#: Folders of the files of batches, of this version and of earlier ones.
+_FOLDERS_OF_BATCHES: Final = (f"{SHARD_FOLDER}/", "batches/")
 #: A function that reports the progress of a run.
 Report = Callable[..., None]
 
@@ -186,7 +188,7 @@ def _clear_folder(plan: Plan, folder: Path, replace: bool, on_fault: Report) -> 
     if former is not None and _named(former) == _named(plan):
         remove_partials(former, folder)
         for gone in remove_former(plan, former, folder):
-            if not gone.startswith(SHARD_FOLDER):
+            if not gone.startswith(_FOLDERS_OF_BATCHES):
                 on_fault(f"{folder / gone}: no longer an output of the study; removed.")
         return former
     content = f"the run of {_named(former)}" if former else _foreign_file(plan, folder)

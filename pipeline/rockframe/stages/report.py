@@ -33,6 +33,7 @@ from rockframe.provenance import (
 )
 from rockframe.results.contents import Described, describe
 from rockframe.results.schema import KINDS, SCREEN
+from rockframe.results.shards import copy_file
 from rockframe.results.stored import kind_of, require_file
 from rockframe.results.tables.entries import count_values, rows_of
 
@@ -456,7 +457,7 @@ def files_as_run(files: Sequence[Path]) -> Iterator[Path]:
     require_file(entries, "the table that `rockframe ingest` writes beside its output")
     with scratch_folder() as folder:
         for kind, path in of_kind.items():
-            shutil.copyfile(path, folder / f"{kind}.nc")
+            copy_file(path, folder / f"{kind}.nc")
         shutil.copyfile(entries, folder / "records.csv")
         records, pulses, response = (of_kind[kind] for kind in _OF_PAGE)
         table_stage(records, pulses, response, folder / "table.csv")
@@ -464,7 +465,7 @@ def files_as_run(files: Sequence[Path]) -> Iterator[Path]:
             folder,
             inputs={path.name: sha256_of(path) for path in of_kind.values()},
             parameters={"study": {"name": of_kind["response"].stem}},
-            outputs=sorted(folder.iterdir()),
+            outputs=sorted(path for path in folder.rglob("*") if path.is_file()),
         )
         yield folder
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rockframe.cells import TABLE_FORMATS, write_rows, write_table
 from rockframe.engines.engine import Engine, map_tasks
+from rockframe.errors import ParameterError
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
 from rockframe.options.fetch import FetchOptions
 from rockframe.outcome import InputOutcome
@@ -207,8 +208,12 @@ def index_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[InputO
     InputError
         If a file cannot be read or belongs to another run, if a record is in two files or none is
         in any, or if the output cannot be written.
+    ParameterError
+        If there are no parts.
     """
     output, files = Path(output), [Path(part) for part in parts]
+    if not files:
+        raise ParameterError("No batches named. Must be the outputs of at least one.")
     refuse_overwriting([output], files)
     left_out = write_index(files, output, kind_of(files[0]))
     return tuple(InputOutcome(name, reason) for name, reason in left_out.items())

@@ -63,7 +63,7 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
         return write_workbook(path, {path.stem: rows})
     if table_format == "parquet":
         with whole_file(path) as partial:
-            return _write_parquet(partial, rows)
+            return _write_parquet(path, partial, rows)
     import pandas as pd  # the import takes half a second
 
     frame = pd.DataFrame.from_records(list(rows))
@@ -298,8 +298,8 @@ def _format_of(path: Path) -> str:
 _ROW_GROUP: Final = 2**16
 
 
-def _write_parquet(path: Path, rows: Iterable[Mapping[str, Any]]) -> int:
-    """Write rows as parquet in groups, so that few are in memory, and return their number."""
+def _write_parquet(path: Path, partial: Path, rows: Iterable[Mapping[str, Any]]) -> int:
+    """Write rows as parquet in groups, few of which are in memory, and return their number."""
     import pandas as pd
 
     arrow = importlib.import_module("pyarrow")
@@ -308,12 +308,15 @@ def _write_parquet(path: Path, rows: Iterable[Mapping[str, Any]]) -> int:
         writer: Any = None
         while (group := list(islice(remaining, _ROW_GROUP))) or writer is None:
             frame = pd.DataFrame.from_records(group)
-            table = arrow.Table.from_pandas(frame, schema=schema, preserve_index=False)
+            try:
+                table = arrow.Table.from_pandas(frame, schema=schema, preserve_index=False)
+            except (arrow.ArrowInvalid, arrow.ArrowTypeError) as error:
+                raise InputError(path, f"{error} after row {count}. Write CSV instead.") from None
             if writer is None:
                 # a column that is empty in the first rows may have texts later
                 texts = [arrow.string() if t == arrow.null() else t for t in table.schema.types]
                 schema = arrow.schema(zip(table.schema.names, texts, strict=True))
-                writer = importlib.import_module("pyarrow.parquet").ParquetWriter(path, schema)
+                writer = importlib.import_module("pyarrow.parquet").ParquetWriter(partial, schema)
                 stack.enter_context(writer)
             writer.write_table(table.cast(schema))
             count += len(group)
