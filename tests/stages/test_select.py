@@ -176,9 +176,9 @@ def test_a_selection_that_cannot_reach_its_number_says_why(tmp_path: Path) -> No
         selected(tmp_path, Filters(magnitude=(5.2, 5.4)), motions=5)
     assert str(error.value) == (
         "5 motions wanted, but only 3 can be selected of 8 horizontal records. "
-        "Left out: 5 by magnitude. Allow more, add records, or state fewer motions."
+        "Filtered out: 5 by magnitude. Allow more, add records, or state fewer motions."
     )
-    with pytest.raises(ParameterError, match=r"only 0 can .* Left out: 8 by scale_bounds\."):
+    with pytest.raises(ParameterError, match=r"only 0 can .* Filtered out: 8 by scale_bounds\."):
         selected(tmp_path, scale_pgv_m_s=1e3)
 
 
@@ -186,7 +186,7 @@ def test_records_are_usable_at_all_periods(real: Path) -> None:
     """Records that were filtered at 0.06 to 0.08 Hz say nothing about 20 s."""
     text = "period_s,sa_g\n0.5,0.4\n20,0.01\n"
     (real / "long.csv").write_text(text, encoding="utf-8")
-    with pytest.raises(ParameterError, match="Left out: 4 by usable_period_longest"):
+    with pytest.raises(ParameterError, match="Filtered out: 4 by usable_period_longest"):
         selected(real, target=real / "long.csv")
 
 

@@ -133,7 +133,7 @@ def test_a_component_alone_is_no_pair(tmp_path: Path) -> None:
     assert (selection.records, selection.candidates) == (3, 2)
     assert selection.left_out["c"] == "pairs need both horizontals"
     with pytest.raises(
-        ParameterError, match=r"only 2 can be selected of 3 recordings\. Left out: 1 by pairs\."
+        ParameterError, match=r"only 2 can be selected of 3 recordings\. Filtered out: 1 by pairs\."
     ):
         selected(tmp_path, motions=3)
 
@@ -206,13 +206,16 @@ def test_the_list_of_a_flatfile_scales_the_files_that_it_names(
         ({"pulse_like": True}, "pulse_like needs waveforms, which a flatfile has not. Remove it."),
         (
             {"scale_pgv_m_s": 0.4},
-            r"only 0 can be selected of 2 recordings\. Left out: 2 by pgv\.",
+            r"only 0 can be selected of 2 recordings\. Filtered out: 2 by pgv\.",
         ),
         (
             {"scale_pgv_m_s": 4.0, "flatfile_columns": (*WORDS, "pgv_m_s=PGV")},
-            r"only 0 can be selected of 2 recordings\. Left out: 2 by scale_bounds\.",
+            r"only 0 can be selected of 2 recordings\. Filtered out: 2 by scale_bounds\.",
         ),
-        ({"periods_s": (0.2, 3.0), "target": "long.csv"}, "Left out: 2 by usable_period_longest"),
+        (
+            {"periods_s": (0.2, 3.0), "target": "long.csv"},
+            "Filtered out: 2 by usable_period_longest",
+        ),
     ],
 )
 def test_a_selection_from_a_flatfile_that_is_impossible(
@@ -265,7 +268,7 @@ def test_a_pair_is_usable_as_long_as_both_components(
         return 0.0, 1.0 if name.endswith("360") else 9.0
 
     monkeypatch.setattr(RecordsFile, "usable_periods", usable)
-    with pytest.raises(ParameterError, match="Left out: 2 by usable_period_longest"):
+    with pytest.raises(ParameterError, match="Filtered out: 2 by usable_period_longest"):
         selected(real)
 
 

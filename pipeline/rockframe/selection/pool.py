@@ -135,7 +135,7 @@ class Pool:
         removed[limits] = len(self.names) - reached
         counted = ", ".join(f"{count} by {name}" for name, count in removed.most_common() if count)
         wanted = f"{options.motions} motions wanted, but only {reached} can be selected of"
-        out = f" Left out: {counted}." if counted else ""
+        out = f" Filtered out: {counted}." if counted else ""
         advice = "Allow more, add records, or state fewer motions."
         return f"{wanted} {self.number} {self.noun}.{out} {advice}"
 

@@ -162,7 +162,7 @@ def _show(selection: Selection, files: list[Path]) -> None:
     out = ", ".join(f"{count} by {name}" for name, count in removed.most_common())
     print(
         f"{selection.candidates} of {selection.records} {selection.noun} were candidates"
-        f"{out and ' (left out: '}{out}{out and ')'}. The misfit is the root mean square of "
+        f"{out and ' (filtered out: '}{out}{out and ')'}. The misfit is the root mean square of "
         "ln(Sa/target) over the periods."
     )
     numbers = [str(row.get("recording", "")) for row in selection.motions]
