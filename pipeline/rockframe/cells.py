@@ -21,7 +21,9 @@ from rockframe.errors import InputError
 
 #: A number that all programs read in the same way: ASCII digits, no underscores, no names.
 _DECIMAL: Final = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.ASCII | re.IGNORECASE)
-_DECIMAL_COMMA: Final = re.compile(r"^(\s*[-+]?\d*),(\d+(?:e[-+]?\d+)?\s*)$", re.ASCII | re.I)
+_DECIMAL_COMMA: Final = re.compile(
+    r"(\s*[-+]?\d*),(\d+(?:e[-+]?\d+)?\s*)", re.ASCII | re.IGNORECASE
+)
 #: Text that a spreadsheet treats as a formula, also after the quotes that `harmless` adds.
 _FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
 
@@ -71,6 +73,25 @@ def decimal(text: str) -> float:
     if not math.isfinite(value):
         raise ValueError(f"not a decimal number: {text!r}")
     return value
+
+
+def with_point(cell: str, separator: str | None) -> str:
+    """Return a cell of a table with a decimal point if it is a number with a decimal comma.
+
+    Parameters
+    ----------
+    cell : str
+        The cell.
+    separator : str or None
+        What separates the columns; None for blanks. Where commas do, no comma is a decimal mark.
+
+    Examples
+    --------
+    >>> with_point("-0,5", ";"), with_point("-0,5", ","), with_point("Kobe, Japan", ";")
+    ('-0.5', '-0,5', 'Kobe, Japan')
+    """
+    number = None if separator == "," else _DECIMAL_COMMA.fullmatch(cell)
+    return f"{number[1]}.{number[2]}" if number else cell
 
 
 def plain(text: str) -> str:
@@ -267,7 +288,7 @@ def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
         except csv.Error as error:
             raise csv.Error(f"line {reader.line_num}: {error}") from None
         if semicolons:
-            row = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row]
+            row = [with_point(cell, ";") for cell in row]
         if row:
             yield reader.line_num, [original(cell) for cell in row]
 

@@ -69,6 +69,20 @@ def test_a_power_law_is_read_exactly(tmp_path: Path, text: str, options: Any) ->
     assert_allclose(np.exp(flatfile.log_sa[0]) / GRAVITY, 0.2 / WANTED, rtol=1e-9)
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+@pytest.mark.parametrize("words", [True, False], ids=["words", "esm"])
+def test_decimal_commas_are_points(tmp_path: Path, separator: str, words: bool) -> None:
+    """The same table with the other decimal mark is the same: periods, facts and spectra."""
+    text = TABLE.replace("S10", "S5.0;S10").replace(";0.02", ";0.04;0.02") if words else ESM
+    options: Any = {"columns": (*WORDS, "sa_g=S{}")} if words else {}
+    expected = read(tmp_path, text, **options)
+    flatfile = read(tmp_path, text.replace(".", ",").replace(";", separator), **options)
+    assert repr(flatfile.recordings) == repr(expected.recordings)  # NaN does not equal itself
+    assert flatfile.recordings[0].numbers["magnitude"] == (7.1 if words else 6.1)
+    assert np.array_equal(flatfile.log_sa, expected.log_sa)
+    assert_allclose(np.exp(flatfile.log_sa[0]) / GRAVITY, 0.2 / WANTED, rtol=1e-9)
+
+
 def test_facts_and_files_are_those_of_the_archive(tmp_path: Path) -> None:
     """PEER names a downloaded file by record number and path, ESM by channel and time of event."""
     [landers] = read(tmp_path, PEER).recordings
@@ -109,8 +123,9 @@ def test_flatfiles_that_were_saved_again(tmp_path: Path, how: str) -> None:
     assert_allclose(again.log_sa, expected.log_sa, rtol=1e-12)
 
 
-def test_a_value_that_is_not_stated_is_unknown(tmp_path: Path) -> None:
-    flatfile = read(tmp_path, PEER.replace(",0.2,0.02,", ",-999,0.02,"))
+@pytest.mark.parametrize("unknown", ["-999", "", "-", "nan", "#N/A"])
+def test_a_value_that_is_not_stated_is_unknown(tmp_path: Path, unknown: str) -> None:
+    flatfile = read(tmp_path, PEER.replace(",0.2,0.02,", f",{unknown},0.02,"))
     assert np.isnan(flatfile.log_sa[0]).tolist() == [False, True, True]
 
 
@@ -147,6 +162,14 @@ def test_the_sample_of_nga_west2() -> None:
         (PEER + PEER.splitlines()[1], {}, ":3: recording 'RSN864' is stated twice."),
         (PEER.replace(",0.07,20,", ",0.07,0.02,"), {}, "Sa at 0.01 s is 1e+03 times PGA (median)."),
         (PEER.replace(",7.28,", ",large,"), {}, ":2: earthquake magnitude 'large'. Must be a num"),
+        (PEER.replace(",0.2,0.02,", ',"0,2",0.02,'), {}, ":2: t1.000s '0,2'. Must be a number."),
+        (PEER.replace(",43.0,", ",fast,"), {}, ":2: pgv (cm/sec) 'fast'. Must be a number."),
+        (ESM.replace(";0.1;", ";0.1 Hz;"), {}, ":2: v_hp '0.1 Hz'. Must be a number."),
+        (
+            TABLE + "B;6;1;1;1,5;1;1 g\n",
+            {"columns": (*WORDS, "sa_g=S{}")},
+            ":3: s10 '1 g'. Must be a number.",
+        ),
         (
             TABLE,
             {"columns": ("record_id=Site",)},

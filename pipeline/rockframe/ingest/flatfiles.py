@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from rockframe.cells import decimal
+from rockframe.cells import decimal, with_point
 from rockframe.errors import InputError
 from rockframe.ingest.identify import site_of_depth
 from rockframe.provenance import read_json
@@ -228,9 +228,11 @@ def _text(data: bytes) -> str:
 def table_rows(data: bytes, separator: str) -> Iterator[tuple[int, dict[str, str]]]:
     r"""Yield line number and cells of each row, by the names of the columns in lower case.
 
+    Numbers with decimal commas are returned with points, unless commas separate the columns.
+
     Examples
     --------
-    >>> list(table_rows(b"STA;Mw\nCLC;7.1\n", ";"))
+    >>> list(table_rows(b"STA;Mw\nCLC;7,1\n", ";"))
     [(2, {'sta': 'CLC', 'mw': '7.1'})]
     """
     text = _text(data)
@@ -243,7 +245,10 @@ def table_rows(data: bytes, separator: str) -> Iterator[tuple[int, dict[str, str
     names = [" ".join(name.split()).lower() for name in headings]  # some have line ends
     for row in rows:
         if any(row):
-            yield rows.line_num, dict(zip(names, map(str.strip, row), strict=False))
+            values = list(map(str.strip, row))
+            if separator != ",":  # a flatfile has millions of cells
+                values = [with_point(v, separator) if "," in v else v for v in values]
+            yield rows.line_num, dict(zip(names, values, strict=False))
 
 
 def _under(files: list[str], number: str, entry: dict[str, Any]) -> _Entries:
@@ -272,15 +277,32 @@ def numbers_of_row(
     """
     numbers = {}
     for column, field in columns.items():
-        token = row.get(column, "")
-        if token.strip("-") and token.upper() not in {"N/A", "NA", "NAN"}:
-            try:
-                value = decimal(token)
-            except ValueError:
-                raise InputError(path, f"{column} {token!r}. Must be a number.", line) from None
-            if value >= 0.0 or (field == "magnitude" and value > -10.0):
-                numbers[field] = value
+        value = number_of_cell(path, line, row, column)
+        if value >= 0.0 or (field == "magnitude" and value > -10.0):
+            numbers[field] = value
     return numbers
+
+
+def number_of_cell(path: Path, line: int, row: Mapping[str, str], column: str) -> float:
+    """Return the number in a cell of a row; NaN if there is none, or a text for unknown values.
+
+    Raises
+    ------
+    InputError
+        If another text is no number.
+
+    Examples
+    --------
+    >>> [number_of_cell(Path("a.csv"), 2, {"mw": cell}, "mw") for cell in ("7.1", "", "N/A")]
+    [7.1, nan, nan]
+    """
+    token = row.get(column, "")
+    if not token.strip("-") or token.upper() in _UNKNOWN:
+        return math.nan
+    try:
+        return decimal(token)
+    except ValueError:
+        raise InputError(path, f"{column} {token[:_SHOWN]!r}. Must be a number.", line) from None
 
 
 def _depth(row: Mapping[str, str]) -> float:
@@ -356,5 +378,6 @@ def mapped_rows(
         yield line, cells
 
 
-#: Texts of unknown values.
-_UNKNOWN: Final = frozenset(["N/A", "NA", "NAN", "-", "-999", "-999.0", "NONE", "NULL"])
+#: Texts of unknown values; largest number of characters of a cell that messages show.
+_UNKNOWN: Final = frozenset(["N/A", "#N/A", "NA", "NAN", "-", "-999", "-999.0", "NONE", "NULL"])
+_SHOWN: Final = 80

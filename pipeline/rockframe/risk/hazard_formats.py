@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.cells import decimal
+from rockframe.cells import decimal, with_point
 from rockframe.errors import InputError
 from rockframe.provenance import read_json
 from rockframe.risk.hazard_points import RATE, Points, rounding_of
@@ -323,8 +323,8 @@ def _split(line: str, separator: str | None) -> list[str]:
 
 
 def _plain(cell: str, separator: str | None) -> str:
-    """Return a number with a decimal point; commas are decimal marks if they separate nothing."""
-    text = cell if separator == "," else cell.replace(",", ".")
+    """Return the text of a number, with a decimal point."""
+    text = with_point(cell, separator)
     decimal(text)
     return text
 

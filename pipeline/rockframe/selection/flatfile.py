@@ -13,15 +13,21 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.cells import decimal
 from rockframe.errors import InputError
-from rockframe.ingest.flatfiles import FACTS, numbers_of_row, separator_of, table_rows
+from rockframe.ingest.flatfiles import (
+    FACTS,
+    number_of_cell,
+    numbers_of_row,
+    separator_of,
+    table_rows,
+)
 from rockframe.ingest.identify import record_ids
 from rockframe.ingest.tables import is_workbook, sheets
 from rockframe.units import GRAVITY, acceleration_factor, utc_seconds
 
 Float = NDArray[np.float64]
 _Row = Mapping[str, str]
+_Rows = Sequence[tuple[int, _Row]]
 
 #: Columns of spectra of each kind of flatfile: the pattern of a name, and the acceleration of 1.
 #: Its groups are the component, if it names one, and the period in two parts or in one.
@@ -136,7 +142,8 @@ def read_flatfile(
     Parameters
     ----------
     path : Path
-        CSV or Excel, also as saved again by pandas.
+        CSV or Excel, also as saved again by pandas. Numbers may have decimal commas where
+        semicolons or tabs separate the columns.
     periods : array, shape (periods,)
         Periods of the spectra [s]. Between those of the file, ln Sa is linear in the logarithm of
         the period.
@@ -150,7 +157,8 @@ def read_flatfile(
     ------
     InputError
         If the file cannot be read, has no spectra or not this one, does not cover the periods, or
-        names a recording twice; if its spectra and its peaks have different units.
+        names a recording twice; if a cell that is needed is neither a number nor empty, or if its
+        spectra and its peaks have different units.
 
     Examples
     --------
@@ -176,11 +184,10 @@ def read_flatfile(
         if recording.name in recordings:
             raise InputError(path, f"recording {recording.name!r} is stated twice.", line)
         recordings[recording.name] = recording
-    cells = [row for _, row in rows]
-    log_sa = np.mean([_log_sa(path, cells, of, periods) for of in used], axis=0)
+    log_sa = np.mean([_log_sa(path, rows, of, periods) for of in used], axis=0)
     flatfile = Flatfile([*recordings.values()], log_sa + math.log(spectra.factor), spectrum)
     if len(used) == 1:
-        _require_units(path, cells, used[0], spectra.factor, flatfile)
+        _require_units(path, rows, used[0], spectra.factor, flatfile)
     return flatfile
 
 
@@ -228,7 +235,7 @@ def _spectra_of(
     stated = ""
     for name in named:
         if name in SPECTRA:
-            pattern = re.escape(named[name]).replace(r"\{\}", r"(\d+\.?\d*|\.\d+)")
+            pattern = re.escape(named[name]).replace(r"\{\}", r"(\d+[.,]?\d*|[.,]\d+)")
             return _matching(path, header, re.compile(pattern), SPECTRA[name])
     patterns = _PATTERNS | ({_NGA_OF_TOOLS: "g"} if _NUMBER in header else {})
     for known, units in patterns.items():
@@ -249,7 +256,7 @@ def _matching(path: Path, header: Sequence[str], pattern: re.Pattern[str], units
         match = pattern.fullmatch(name)
         if match:
             *component, last = match.groups()
-            period = float(f"{component[-1]}.{last}" if component else last)
+            period = float(f"{component[-1]}.{last}" if component else last.replace(",", "."))
             columns.setdefault(component[0] if component else "", {})[period] = name
     columns = {
         of: {period: columns[of][period] for period in sorted(columns[of]) if period > 0.0}
@@ -300,8 +307,8 @@ def _recording(
         numbers["pga"] *= GRAVITY
         longest = 1.0 / lowest if lowest > 0.0 else math.inf
     else:
-        numbers |= _peaks(row, spectrum)
-        longest = _longest(row, lowest)
+        numbers |= _peaks(path, line, row, spectrum)
+        longest = _longest(path, line, row, lowest)
     name = record_ids(Path(f"{name}.x"), [""])[0]
     return Recording(name, **texts, files=files, longest=longest, numbers=numbers)
 
@@ -346,33 +353,32 @@ def _first(row: _Row, *names: str) -> str:
     return next((row[name] for name in names if row.get(name)), "")
 
 
-def _peaks(row: _Row, spectrum: str) -> dict[str, float]:
+def _peaks(path: Path, line: int, row: _Row, spectrum: str) -> dict[str, float]:
     """Return PGA [m s-2] and PGV [m s-1] of this measure of both horizontals; NaN if unknown."""
     logs: dict[str, list[float]] = {"pga": [], "pgv": []}
     of_both = ("", "u", "v") if spectrum == "geometric-mean" else ("", spectrum)
     columns = _PEAKS_OF_GMPROCESS if "earthquakeid" in row else _PEAKS
     for name, (component, peak, factor) in columns.items():
         if name in row and component in of_both:
-            value = factor * abs(_number(row[name]))
+            value = factor * abs(number_of_cell(path, line, row, name))
             logs[peak].append(math.log(value) if value > 0.0 else math.nan)
     return {peak: math.exp(np.mean(each)) if each else math.nan for peak, each in logs.items()}
 
 
-def _longest(row: _Row, lowest: float) -> float:
+def _longest(path: Path, line: int, row: _Row, lowest: float) -> float:
     """Return the longest usable period [s], if need be from the corners of the high-pass."""
-    stated = _first(row, "longest_usable_period", "longest_usable_period_for_psa_ave_component_sec")
-    if _number(stated) > 0.0:
-        return _number(stated)
+    for column in ("longest_usable_period", "longest_usable_period_for_psa_ave_component_sec"):
+        stated = number_of_cell(path, line, row, column)
+        if stated > 0.0:
+            return stated
     if lowest > 0.0:
         return 1.0 / lowest
-    corners = [_number(row.get(f"{of}_hp", "")) for of in "uv"]
+    corners = [number_of_cell(path, line, row, f"{of}_hp") for of in "uv"]
     highest = max((corner for corner in corners if corner > 0.0), default=0.0)
     return 1.0 / (_MARGIN * highest) if highest else math.inf
 
 
-def _log_sa(
-    path: Path, rows: Sequence[_Row], columns: Mapping[float, str], periods: Float
-) -> Float:
+def _log_sa(path: Path, rows: _Rows, columns: Mapping[float, str], periods: Float) -> Float:
     """Return the logarithms of spectra at the periods, shape (rows, periods), in the units of the
     file; NaN where a row states none.
     """
@@ -386,23 +392,18 @@ def _log_sa(
     below = np.where(equal, above, above - 1).clip(0)
     needed, places = np.unique([below, above], return_inverse=True)
     names = [columns[float(available[k])] for k in needed]
-    values = np.array([[_number(row.get(name, "")) for name in names] for row in rows])
+    values = np.array(
+        [[number_of_cell(path, line, row, name) for name in names] for line, row in rows]
+    )
     low, high = np.moveaxis(np.log(np.where(values > 0.0, values, math.nan))[:, places], 1, 0)
     width = np.where(equal, 1.0, np.log(available[above] / available[below]))
     share = np.where(equal, 0.0, np.log(periods / available[below]) / width)
     return np.asarray(low + share * (high - low))
 
 
-def _number(cell: str) -> float:
-    try:
-        return decimal(cell)
-    except ValueError:
-        return math.nan
-
-
 def _require_units(
     path: Path,
-    rows: Sequence[_Row],
+    rows: _Rows,
     columns: Mapping[float, str],
     factor: float,
     flatfile: Flatfile,
@@ -410,7 +411,8 @@ def _require_units(
     """Require that the spectrum of the shortest period nearly equals the peak acceleration."""
     shortest = min(columns)
     pga = np.array([recording.numbers["pga"] for recording in flatfile.recordings])
-    stiff = factor * np.array([_number(row.get(columns[shortest], "")) for row in rows])
+    name = columns[shortest]
+    stiff = factor * np.array([number_of_cell(path, line, row, name) for line, row in rows])
     both = np.isfinite(pga) & (stiff > 0.0)
     if shortest > _STIFF or not both.any():
         return
