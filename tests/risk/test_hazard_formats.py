@@ -145,6 +145,24 @@ def test_a_curve_may_be_stated_to_be_of_both_horizontals(tmp_path: Path) -> None
         (former(), {"site": (0.0, 0.0)}, "has no sites to choose from"),
         (former().replace("0.8]", "NaN]"), {}, "is no JSON|without imt, xs and ys"),
         (former().replace("0.0001]", "0.0001, 0.00001]"), {}, "4 ground motions and 5 frequencies"),
+        (
+            today().replace('"PGA"', '"SA1P0"'),
+            {},
+            "several curves of sa_1s. Must be one of each meas",
+        ),
+        (
+            former().replace("[{", "[" + former()[14:-2] + ", {", 1),
+            {},
+            "several curves of sa_1s. Must be one of each measure",
+        ),
+        (today().replace('"Grid"', '"Total"'), {}, "without imt, xs and ys of its total"),
+        (
+            nrml().replace(
+                "<hazardCurves", nrml()[nrml().index("<hazardCurves") : -8] + "<hazardCurves"
+            ),
+            {"site": (22.0, 40.0)},
+            "several hazardCurves of sa_1s. Must be one of each measure",
+        ),
         (former().replace("SA1P0", "MMI"), {}, "is of imt 'MMI'. Must be PGA, PGV or SA(T)"),
         (
             table(","),

@@ -51,7 +51,8 @@ def curves_of_nrml(path: Path, data: bytes, site: Site) -> Curves:
     Raises
     ------
     InputError
-        If it is no NRML with hazard curves, has invalid numbers, or no such site.
+        If it is no NRML with hazard curves, has invalid numbers, several curves of a measure, or no
+        such site.
     """
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise InputError(path, "XML with a document type. Must have none.")
@@ -63,12 +64,15 @@ def curves_of_nrml(path: Path, data: bytes, site: Site) -> Curves:
     for table in _elements(root, "hazardCurves"):
         points, called = _points_of_nrml(path, table, site)
         if points.measure.name in curves:
-            message = f"several hazardCurves of {points.measure.name}. Must be one of each measure."
-            raise InputError(path, message)
+            raise _several(path, f"hazardCurves of {points.measure.name}")
         curves[points.measure.name] = points, called
     if not curves:
         raise InputError(path, "no hazardCurves. Must be hazard curves in NRML.")
     return curves
+
+
+def _several(path: Path, curves: str) -> InputError:
+    return InputError(path, f"several {curves}. Must be one of each measure.")
 
 
 def _points_of_nrml(path: Path, table: ElementTree.Element, site: Site) -> tuple[Points, str]:
@@ -132,7 +136,7 @@ def curves_of_usgs(path: Path, data: bytes) -> Curves:
     Raises
     ------
     InputError
-        If it is anything else, or has invalid numbers.
+        If it is anything else, has invalid numbers, or several curves of a measure.
     """
     try:
         answer = read_json(data)
@@ -153,6 +157,8 @@ def curves_of_usgs(path: Path, data: bytes) -> Curves:
             message = f"{imt}: {len(levels)} ground motions and {len(rates)} frequencies"
             raise InputError(path, f"{message}. Must be as many.")
         measure = measure_of_imt(path, imt)
+        if measure.name in curves:
+            raise _several(path, f"curves of {measure.name}")
         unit = VELOCITY if measure.name == "pgv" else 1.0
         x, rate = np.array([levels, rates], dtype=np.float64)
         x, rate = unit * x[rate > 0.0], rate[rate > 0.0]  # a frequency of 0 has no information
@@ -174,7 +180,8 @@ def _total(data: Any) -> Any:
     """Return the total of the components of a curve."""
     components = data if isinstance(data, list) else []
     totals = [one for one in components if _at(one, "component") == "Total"]
-    return totals[0] if totals else components[0] if len(components) == 1 else None
+    alone = totals or components
+    return alone[0] if len(alone) == 1 else None
 
 
 def _are_numbers(values: Any) -> bool:
