@@ -259,6 +259,26 @@ def test_the_output_says_what_is_selected_from(
     assert not list(tmp_path.glob("s*"))
 
 
+def test_a_table_by_words_is_not_of_peer(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Decimal commas select what points do; its names are no numbers of PEER, even as digits; a
+    file of records is refused with the way out.
+    """
+    (tmp_path / "target.csv").write_text("period_s,sa_g\n0.2,0.6\n1,0.3\n2,0.1\n", encoding="utf-8")
+    flat = tmp_path / "flat.csv"
+    flat.write_text("ID;SA_0,2;SA_1;SA_2\n11;0,6;0,3;0,1\n12;1;1;1\n", encoding="utf-8")
+    words = ["--flatfile-columns", "record_id=ID", "sa_g=SA_{}", "--motions", "1", "--output"]
+    words = ["select", str(flat), "--target", f"{tmp_path}/target.csv", *words]
+    assert main([*words, f"{tmp_path}/list.csv"]) == 0
+    out = capsys.readouterr().out
+    assert "2 of 2 recordings were candidates." in out
+    assert "PEER" not in out
+    assert read_selection(tmp_path / "list.csv") == {"11": pytest.approx(1.0)}
+    assert main([*words, f"{tmp_path}/list.nc"]) == 2
+    assert "has no waveforms. State the list of its files as output" in capsys.readouterr().err
+
+
 def test_a_pair_is_usable_as_long_as_both_components(
     real: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -117,6 +117,19 @@ class Selection:
         ]
 
 
+def refuse_columns(options: SelectOptions) -> None:
+    """Refuse columns of a flatfile where a file of records shall be written.
+
+    Raises
+    ------
+    ParameterError
+        If columns of a flatfile are stated.
+    """
+    if options.flatfile_columns:
+        message = "flatfile_columns: a flatfile has no waveforms. State the list of its files as"
+        raise ParameterError(f"{message} output, such as selected.csv.")
+
+
 def select_stage(
     records_path: str | Path,
     output: str | Path,
@@ -172,9 +185,7 @@ def select_stage(
     pulses_path, filters = Path(pulses_path) if pulses_path else None, filters or Filters()
     if output.suffix.lower() == ".csv":
         return _of_flatfile(records_path, output, options, filters)
-    if options.flatfile_columns:
-        message = "flatfile_columns without a flatfile. State its list as output, such as"
-        raise ParameterError(f"{message} selected.csv.")
+    refuse_columns(options)
     tables = output.with_suffix(".csv"), beside(output.with_suffix(".csv"), "spectra", plain="")
     read = [records_path, *target_files(options.target), *([pulses_path] if pulses_path else [])]
     _refuse_places([output, *tables], tables, read, output)

@@ -34,7 +34,7 @@ def add_select(parser: argparse.ArgumentParser) -> None:
 
 def run_select(options: argparse.Namespace) -> int:
     """Run the stage, draw the figure if requested, and print the selection."""
-    from rockframe.stages.select import select_stage
+    from rockframe.stages.select import refuse_columns, select_stage
 
     wanted = chosen(options, SelectOptions)
     if options.figure is not None:
@@ -42,6 +42,7 @@ def run_select(options: argparse.Namespace) -> int:
     if options.output.suffix.lower() == ".csv":
         given: AbstractContextManager[tuple[Path, int]] = nullcontext((_flatfile(options), 0))
     else:
+        refuse_columns(wanted)
         _refuse_flatfiles(options)
         given = arguments.records_file(options.records)
     bar = console.progress_bar("computing spectra")
@@ -60,7 +61,7 @@ def run_select(options: argparse.Namespace) -> int:
     if options.json:
         _show_json(selection, files)
     else:
-        _show(selection, files)
+        _show(selection, files, of_archive=not wanted.flatfile_columns)
     return status
 
 
@@ -121,7 +122,8 @@ def _rounded(row: Mapping[str, float], key: str) -> float:
     return round(row[key], 3) + 0.0
 
 
-def _show(selection: Selection, files: list[Path]) -> None:
+def _show(selection: Selection, files: list[Path], *, of_archive: bool) -> None:
+    """Print the selection; `of_archive` is True if the names are not those of the user's table."""
     seconds = {row["pair_of"]: row["record_id"] for row in selection.rows if row["pair_of"]}
     motions = [row | {"with": seconds.get(row["record_id"], "")} for row in selection.motions]
     columns = [
@@ -165,9 +167,9 @@ def _show(selection: Selection, files: list[Path]) -> None:
         f"{out and ' (filtered out: '}{out}{out and ')'}. The misfit is the root mean square of "
         "ln(Sa/target) over the periods."
     )
-    numbers = [str(row.get("recording", "")) for row in selection.motions]
-    digits = [number.removeprefix("NGAsub").removeprefix("RSN") for number in numbers]
-    if all(number.isdigit() for number in digits):
+    names = [str(row.get("recording", "")) for row in selection.motions]
+    digits = [name.removeprefix("NGAsub").removeprefix("RSN") for name in names]
+    if of_archive and all(number.isdigit() for number in digits):
         print(f"Record sequence numbers, for the search of PEER: {', '.join(digits)}")
     for file in files:
         print(file)
