@@ -144,6 +144,7 @@ def responses_in_words(screening: xr.Dataset) -> str:
 
     Examples
     --------
+    >>> import xarray as xr
     >>> responses_in_words(xr.Dataset({"members": 16}, {"record": ["a", "b"]}))
     '32 responses (2 motions, 16 members each)'
     >>> responses_in_words(xr.Dataset({"members": 1}, {"record": ["a", "b"]}))
@@ -164,6 +165,7 @@ def motions_that_count(screening: xr.Dataset) -> list[int]:
 
     Examples
     --------
+    >>> import xarray as xr
     >>> outcomes = (("structure", "scale", "outcome"), [[[3, 0, 0]], [[4, 1, 1]], [[2, 0, 1]]])
     >>> motions_that_count(xr.Dataset({"verdict_count": outcomes}))
     [3, 6]
@@ -185,6 +187,7 @@ def site_note(screening: xr.Dataset) -> str:
 
     Examples
     --------
+    >>> import xarray as xr
     >>> named = {"record_id": ("record", ["a", "b", "c"]), "site_type": ("record", [1, 2, 3])}
     >>> site_note(xr.Dataset(named))[:49]
     '2 of 3 motions are not of free ground: b (structu'
@@ -272,6 +275,7 @@ def margin_note(screening: xr.Dataset, overall: Iterable[Mapping[str, Any]]) -> 
 
     Examples
     --------
+    >>> import xarray as xr
     >>> searched = xr.Dataset({"critical_scale": ("record", [0.8])})
     >>> margin_note(searched, [{"structure": "bent", "directions": 2}])[:49]
     'bent: no critical scale is searched in both direc'
@@ -342,6 +346,7 @@ def kind_row(dataset: xr.Dataset) -> dict[str, str]:
 
     Examples
     --------
+    >>> import xarray as xr
     >>> in_verb_of(kind_row(xr.Dataset({"kind": "fixed"})), "overturning")
     'collapse'
     """
@@ -572,6 +577,7 @@ def hazard_words(screening: xr.Dataset) -> list[str]:
 
     Examples
     --------
+    >>> import xarray as xr
     >>> hazard_words(xr.Dataset({"hazard_site": "site there", "hazard_note": ""}))
     ['The hazard curve is that of site there.']
     """
