@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 import shutil
 from collections.abc import Callable
@@ -183,6 +184,30 @@ def test_a_damaged_shard_is_named(
     damage(folder)
     with opened_as_one(folder / index.name) as joined, pytest.raises(InputError, match=said):
         joined.load()
+
+
+@pytest.mark.parametrize(
+    "shards", ["half", '{"a": 1}', "[]", '[["3.nc"]]', '[["3.nc", "", "2", 0]]', "[3]"]
+)
+def test_a_damaged_index_is_named(records: Path, tmp_path: Path, shards: str) -> None:
+    index, _ = in_batches("pulse", records, 3)
+    damaged = Path(shutil.copy(index, tmp_path / "pulses.nc"))
+    with netCDF4.Dataset(damaged, "a") as file:
+        file.shards = shards
+    for read in (opened_as_one, lambda path: describe(path, "pulses")):
+        with pytest.raises(InputError, match=r"pulses.nc: .*'shards' that (can|does not)"):
+            read(damaged)
+
+
+def test_an_index_of_other_records_than_its_shards_is_refused(
+    records: Path, tmp_path: Path
+) -> None:
+    index, _ = in_batches("pulse", records, 3)
+    damaged = Path(shutil.copy(index, tmp_path / "pulses.nc"))
+    with netCDF4.Dataset(damaged, "a") as file:
+        file.shards = json.dumps(json.loads(file.shards)[:2])
+    with pytest.raises(InputError, match=r"pulses.nc: names shards of other records than its own"):
+        opened_as_one(damaged)
 
 
 def test_a_record_in_two_shards_is_refused(records: Path, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.record import Orientation
-from rockframe.results.shards import OpenShards, shards_of
+from rockframe.results.shards import OpenShards
 from rockframe.results.stored import SHARDS, Stored, alone, opened_one, sizes_of
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def describe(path: Path, kind: str, workers: int | None = 1) -> Described:
     from rockframe.engines.choice import choose_engine  # a single file is read here
     from rockframe.engines.engine import map_tasks
 
-    shards = shards_of(attrs)
+    shards = OpenShards(path, kind, attrs, alone).all
     tasks = [(path, kind, dict(attrs), number) for number in range(len(shards))]
     read = map_tasks(_read_shard, tasks, engine=choose_engine(workers))
     hashes = {shard.name: shard.sha256 for shard in shards}

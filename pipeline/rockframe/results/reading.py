@@ -28,22 +28,8 @@ def opened(path: Path, kind: str, *, empty: bool = False) -> Iterator[xr.Dataset
     """Open a dataset of one kind, and close it at the end of the block.
 
     The dataset has exactly the variables that are declared for the kind, with their declared units
-    and attributes. Series along ``obs`` are read on demand.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : str
-        One of `KINDS`.
-    empty : bool
-        Accept the file of a batch without accepted records too, which has no variables.
-
-    Raises
-    ------
-    InputError
-        If the file is missing or corrupted, if another stage wrote it, or if its content does not
-        match the declaration of the kind.
+    and attributes. Series along ``obs`` are read on demand. The parameters and errors are those of
+    `opened_file`.
     """
     with opened_file(path, kind, empty=empty, held=_shared) as (attrs, stored):
         yield _dataset(stored, attrs, (path.absolute(), kind))

@@ -6,16 +6,15 @@ import json
 import os
 import shutil
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import astuple, dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import accumulate
 from pathlib import Path
 from threading import RLock
 from typing import Any, Final
 
-import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,7 +23,7 @@ from rockframe.interruption import raise_if_interrupted
 from rockframe.provenance import sha256_of
 from rockframe.results.schema import KINDS
 from rockframe.results.schema.arrays import Array, Arrays, Index
-from rockframe.results.stored import SHARDS, Stored, alone, open_netcdf, opened_one
+from rockframe.results.stored import SHARDS, Holder, Stored, alone, not_of, open_netcdf, opened_one
 
 #: Attributes that the shards of an index have in common with it.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
@@ -32,8 +31,6 @@ _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "paramet
 _MOST_OPEN: Final = 2**26
 #: Largest size of a variable that is read whole when a part of it is needed [bytes].
 _SMALL: Final = 2**16
-#: Opens a file, and yields it with a lock that is held while a variable is read.
-Holder = Callable[[Path], AbstractContextManager[tuple[netCDF4.Dataset, Any]]]
 
 
 @dataclass(frozen=True)
@@ -208,8 +205,21 @@ def _require_alike(batch: _Batch, first: _Batch) -> None:
         raise InputError(batch.path, f"not the {min(differing)} of {first.path}. Must be equal.")
 
 
-def _equal(one: NDArray[Any], other: NDArray[Any]) -> bool:
-    return np.array_equal(one, other, equal_nan=one.dtype.kind == other.dtype.kind == "f")
+def _equal(values: NDArray[Any], others: NDArray[Any]) -> bool:
+    numbers = values.dtype.kind == others.dtype.kind == "f"
+    return np.array_equal(values, others, equal_nan=numbers)
+
+
+def _required_shards(path: Path, kind: str, attrs: Mapping[str, Any]) -> list[Shard]:
+    """Return the shards of an index; reject an attribute that does not name any."""
+    try:
+        shards = shards_of(attrs)
+        forms = {tuple(map(type, astuple(shard))) for shard in shards}
+    except TypeError:
+        forms = set()
+    if forms != {(str, str, int, int)}:
+        raise not_of(path, kind, f"with a global attribute {SHARDS!r} that does not name shards.")
+    return shards
 
 
 class OpenShards:
@@ -230,8 +240,7 @@ class OpenShards:
     def __init__(self, path: Path, kind: str, attrs: Mapping[str, Any], held: Holder) -> None:
         self._path, self._kind, self._attrs, self._held = path, kind, attrs, held
         self._open: OrderedDict[int, tuple[ExitStack, dict[str, Stored], int]] = OrderedDict()
-        self.all = shards_of(attrs)
-        self.first = next(number for number, shard in enumerate(self.all) if shard.records)
+        self.all = _required_shards(path, kind, attrs)
         self.lock = RLock()
 
     def ends(self, dimension: str) -> NDArray[np.int64]:
@@ -244,14 +253,13 @@ class OpenShards:
         sizes = np.diff(self.ends(dimension), prepend=0).tolist()
         return {dimension: tuple(size for size in sizes if size)}
 
-    def path(self, number: int) -> Path:
-        """Return the path of a shard.
+    @cached_property
+    def first(self) -> int:
+        """Number of the first shard with a record, whose variables are those of all."""
+        return next(number for number, shard in enumerate(self.all) if shard.records)
 
-        Raises
-        ------
-        InputError
-            If it is missing.
-        """
+    def _path_of(self, number: int) -> Path:
+        """Return the path of a shard, which must be there."""
         path = self._path.parent / self.all[number].name
         if not path.is_file():
             batch = f"batch {number + 1} of {len(self.all)}"
@@ -268,10 +276,10 @@ class OpenShards:
             If the shard is missing, corrupted, or of another run.
         """
         if number not in self._open:
-            path, shard = self.path(number), self.all[number]
+            path, shard = self._path_of(number), self.all[number]
             with ExitStack() as stack:
-                one = opened_one(path, self._kind, empty=True, held=self._held)
-                attrs, stored = stack.enter_context(one)
+                opening = opened_one(path, self._kind, empty=True, held=self._held)
+                attrs, stored = stack.enter_context(opening)
                 _require_same_run(path, attrs, self._attrs, self._path)
                 variables = {variable.declared.name: variable for variable in stored}
                 records = variables["record_id"].shape[0] if variables else 0
@@ -340,8 +348,7 @@ class Joined(Stored):
         ]
         if not parts:
             parts = [self._of_shard(self._shards.first, (*before, slice(0, 0), *after))]
-        axis = sum(not isinstance(one, int | np.integer) for one in before)
-        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=axis)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=_dimensions(before))
 
     def _of_shard(self, number: int, key: tuple[Any, ...]) -> NDArray[Any]:
         with self._shards.lock:
@@ -352,8 +359,12 @@ class Joined(Stored):
             # netCDF reads scattered places one by one, so all places between them are read
             between = slice(int(wanted.min()), int(wanted.max()) + 1)
             values = stored.read((*key[: self._axis], between, *key[self._axis + 1 :]))
-        axis = sum(not isinstance(one, int | np.integer) for one in key[: self._axis])
-        return values.take(wanted - between.start, axis=axis)
+        return values.take(wanted - between.start, axis=_dimensions(key[: self._axis]))
+
+
+def _dimensions(key: Sequence[Any]) -> int:
+    """Return the number of dimensions that remain of those that have these indexes."""
+    return sum(not isinstance(index, int | np.integer) for index in key)
 
 
 def _pieces(wanted: Any, ends: NDArray[np.int64]) -> Iterator[tuple[int, Any]]:
@@ -390,35 +401,24 @@ def _pieces(wanted: Any, ends: NDArray[np.int64]) -> Iterator[tuple[int, Any]]:
 def opened_file(
     path: Path, kind: str, *, empty: bool = False, held: Holder = alone
 ) -> Iterator[tuple[Mapping[str, Any], list[Stored]]]:
-    """Open a file of one kind or an index of several, and close it at the end of the block.
+    """Open a file as `opened_one` does, or an index, whose shards are opened when they are needed.
 
-    Yields the global attributes, and the variables that are declared for the kind. Values that have
-    to be checked are, and were read unless they are many; those of a shard when it is needed.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : str
-        One of `KINDS`.
-    empty : bool
-        Accept the file of a batch without accepted records too, which has no variables.
-    held : callable
-        Opens the file, and yields it with a lock that is held while a variable is read.
-
-    Raises
-    ------
-    InputError
-        If a file is missing or corrupted, if another stage wrote it, or if its content does not
-        match the declaration of the kind.
+    The parameters and errors are those of `opened_one`.
     """
     with ExitStack() as stack:
         attrs, stored = stack.enter_context(opened_one(path, kind, empty=empty, held=held))
         if SHARDS in attrs:
             shards = OpenShards(path, kind, attrs, held)
+            if sum(shard.records for shard in shards.all) != _records(stored):
+                raise not_of(path, kind, "names shards of other records than its own.")
             stack.callback(shards.close)
             stored = _with_shards(stored, shards, kind)
         yield attrs, stored
+
+
+def _records(stored: Sequence[Stored]) -> int:
+    """Return the number of records of an index."""
+    return next((v.shape[0] for v in stored if v.declared.name == "record_id"), 0)
 
 
 def _with_shards(stored: Sequence[Stored], shards: OpenShards, kind: str) -> list[Stored]:
@@ -436,24 +436,9 @@ def _with_shards(stored: Sequence[Stored], shards: OpenShards, kind: str) -> lis
 
 @contextmanager
 def opened_arrays(path: Path, kind: str, *, empty: bool = False) -> Iterator[Arrays]:
-    """Open the variables of a file of one kind, and close it at the end of the block.
+    """Open a file or an index as `rockframe.results.reading.opened` does, without xarray.
 
-    They are those of `rockframe.results.reading.opened`, with the same checks, without xarray.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : str
-        One of `KINDS`.
-    empty : bool
-        Accept the file of a batch without accepted records too, which has no variables.
-
-    Raises
-    ------
-    InputError
-        If the file is missing or corrupted, if another stage wrote it, or if its content does not
-        match the declaration of the kind.
+    The parameters and errors are those of `opened_file`.
     """
     with opened_file(path, kind, empty=empty) as (attrs, stored):
         yield Arrays(

@@ -14,7 +14,7 @@ from functools import cached_property, reduce
 from operator import or_
 from pathlib import Path
 from time import monotonic, sleep
-from typing import Any, Final, Literal, TypeVar
+from typing import Any, Final, Literal, TypeAlias, TypeVar
 
 import netCDF4
 import numpy as np
@@ -27,6 +27,8 @@ from rockframe.units import conversion_factor
 
 #: An open file, of the library that opens it.
 File = TypeVar("File")
+#: Opens a file, and yields it with a lock that is held while a variable is read.
+Holder: TypeAlias = Callable[[Path], AbstractContextManager[tuple[netCDF4.Dataset, Any]]]
 
 #: Title of the file of a batch without accepted records, which has no variables.
 WITHOUT_RECORDS: Final = "Batch without records"
@@ -52,7 +54,10 @@ _PAUSE: Final = 0.02
 #: Number of values that are checked at once.
 _BLOCK: Final = 2**20
 #: Global attributes that contain JSON, and the required type.
-_JSON: Final = {"input_sha256": dict, "parameters": dict, "left_out": dict, "filtered": list}
+_JSON: Final = {
+    **dict.fromkeys(("input_sha256", "parameters", "left_out"), dict),
+    **dict.fromkeys(("filtered", SHARDS), list),
+}
 #: Global attributes that every file of this package has.
 _NEEDED: Final = ("input_sha256", "parameters", "left_out", "source_code_hash")
 
@@ -193,11 +198,7 @@ def alone(path: Path) -> Iterator[tuple[netCDF4.Dataset, Any]]:
 
 @contextmanager
 def opened_one(
-    path: Path,
-    kind: str,
-    *,
-    empty: bool = False,
-    held: Callable[[Path], AbstractContextManager[tuple[netCDF4.Dataset, Any]]] = alone,
+    path: Path, kind: str, *, empty: bool = False, held: Holder = alone
 ) -> Iterator[tuple[Mapping[str, Any], list[Stored]]]:
     """Open a file of one kind, and close it at the end of the block; of an index, only itself.
 

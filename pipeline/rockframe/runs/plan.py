@@ -167,9 +167,9 @@ def steps_of(study: Study, files: int, then: Sequence[Step] | None = None) -> li
     then : sequence of Step, optional
         Steps in place of table, figures and page.
     """
-    stated = study.tables.batches
-    batches = -(-files // stated.records)
-    if stated == BatchOptions():
+    options_of_batches = study.tables.batches
+    batches = -(-files // options_of_batches.records)
+    if options_of_batches == BatchOptions():
         batches = min(_MOST_BATCHES, batches)
     table = study.tables.records
     if batches > 1 and table is not None and table.sequence:

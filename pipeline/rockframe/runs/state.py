@@ -400,9 +400,9 @@ def _inputs(content: Iterable[Mapping[str, str]]) -> tuple[Input, ...]:
 
 def _step(content: Mapping[str, Any]) -> Step:
     lists = {"batch", "inputs", "outputs"}
-    known = {one.name for one in fields(Step)}  # steps of earlier versions had more
+    names = {field.name for field in fields(Step)}  # steps of earlier versions had more
     values: dict[str, Any] = {
-        key: tuple(v) if key in lists else v for key, v in content.items() if key in known
+        key: tuple(v) if key in lists else v for key, v in content.items() if key in names
     }
     return Step(**values)
 
