@@ -179,7 +179,7 @@ def _at(value: Any, *names: str) -> Any:
 def _total(data: Any) -> Any:
     """Return the total of the components of a curve."""
     components = data if isinstance(data, list) else []
-    totals = [one for one in components if _at(one, "component") == "Total"]
+    totals = [curve for curve in components if _at(curve, "component") == "Total"]
     alone = totals or components
     return alone[0] if len(alone) == 1 else None
 
@@ -246,9 +246,9 @@ def points_by_words(path: Path, data: bytes, columns: Sequence[str]) -> Points:
 def _word(path: Path, column: str) -> tuple[str, str]:
     """Return word and column; the word must be known."""
     word, _, own = (part.strip() for part in column.partition("="))
-    known = _measured(word) or word in (RATE, _RETURN_PERIOD)
+    is_known = _measured(word) or word in (RATE, _RETURN_PERIOD)
     probability = _PROBABILITY.fullmatch(word)
-    if not known and not (probability and float(probability[1]) > 0.0):
+    if not is_known and not (probability and float(probability[1]) > 0.0):
         allowed = ", ".join((RATE, "probability_in_50_years", _RETURN_PERIOD, *COLUMNS, "sa_1s_g"))
         message = f"hazard_columns: {word[:_SHOWN]!r} unknown. Must be one of {allowed}"
         raise InputError(path, f"{message} (or in _m_s2, _cm_s2, _percent_g, _cm_s).")

@@ -235,11 +235,11 @@ def read_target_file(path: Path) -> Asce7 | Eurocode8 | GroundMotionModels:
         return Asce7(design_maps=path.name)
     file = parse(path, read_text(path), _TargetFile)
     tables = (file.asce_7, file.eurocode_8, file.ground_motion_models)
-    stated = [table for table in tables if table is not None]
-    if len(stated) != 1:
+    targets = [table for table in tables if table is not None]
+    if len(targets) != 1:
         must = "Must be one table, [asce_7], [eurocode_8] or [ground_motion_models]."
-        raise InputError(path, f"{len(stated)} targets. {must}")
-    return stated[0]
+        raise InputError(path, f"{len(targets)} targets. {must}")
+    return targets[0]
 
 
 def design_maps_spectrum(path: Path, periods: ArrayLike, level: str) -> tuple[Float, str]:
@@ -280,26 +280,26 @@ def design_maps_spectrum(path: Path, periods: ArrayLike, level: str) -> tuple[Fl
             path, "is no JSON. Must be the answer of the USGS for ASCE 7-22."
         ) from None
     spectrum = _within(answer, "response", "data", _LEVELS[level])
-    known, sa = (_numbers(spectrum, name) for name in ("periods", "ordinates"))
-    if not 2 <= known.size == sa.size:
+    listed, sa = (_numbers(spectrum, name) for name in ("periods", "ordinates"))
+    if not 2 <= listed.size == sa.size:
         must = "Must be the answer of the USGS design maps for ASCE 7-22"
         raise InputError(
             path, f"no response.data.{_LEVELS[level]} of periods and ordinates. {must}."
         )
     if not (
-        (np.diff(known) > 0.0).all() and known[0] >= 0.0 and 0.0 < sa.min() <= sa.max() < _LARGEST
+        (np.diff(listed) > 0.0).all() and listed[0] >= 0.0 and 0.0 < sa.min() <= sa.max() < _LARGEST
     ):
         must = f"Must be increasing periods [s], and ordinates above 0 and below {_LARGEST:g} g"
         raise InputError(path, f"invalid {_LEVELS[level]}. {must}.")
     wanted = _valid(periods)
     for period in wanted:
-        if not known[0] <= period <= known[-1]:
-            covers = f"covers periods from {known[0]:g} to {known[-1]:g} s, not {period:g} s"
+        if not listed[0] <= period <= listed[-1]:
+            covers = f"covers periods from {listed[0]:g} to {listed[-1]:g} s, not {period:g} s"
             raise InputError(path, f"{covers}. State periods within this range.")
     title = _within(answer, "request", "parameters", "title")
     named = f" of {plain(title)[:_SHOWN]}" if isinstance(title, str) and title else ""
     words = f"ASCE 7-22 multi-period {_WORDS[level]}{named}"
-    return np.interp(wanted, known, sa) * GRAVITY, words
+    return np.interp(wanted, listed, sa) * GRAVITY, words
 
 
 def _within(value: Any, *names: str) -> Any:

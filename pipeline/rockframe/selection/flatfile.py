@@ -131,7 +131,7 @@ class _Spectra:
 
     columns: Mapping[str, Mapping[float, str]]
     factor: float
-    stated: str = ""
+    spectrum: str = ""
 
 
 def read_flatfile(
@@ -232,20 +232,20 @@ def _spectra_of(
     path: Path, header: Sequence[str], named: Mapping[str, str], first: _Row
 ) -> _Spectra:
     """Return the columns of spectra."""
-    stated = ""
+    spectrum = ""
     for name in named:
         if name in SPECTRA:
-            pattern = re.escape(named[name]).replace(r"\{\}", r"(\d+[.,]?\d*|[.,]\d+)")
-            return _matching(path, header, re.compile(pattern), SPECTRA[name])
+            own = re.escape(named[name]).replace(r"\{\}", r"(\d+[.,]?\d*|[.,]\d+)")
+            return _matching(path, header, re.compile(own), SPECTRA[name])
     patterns = _PATTERNS | ({_NGA_OF_TOOLS: "g"} if _NUMBER in header else {})
-    for known, units in patterns.items():
-        if any(known.fullmatch(name) for name in header):
+    for pattern, units in patterns.items():
+        if any(pattern.fullmatch(name) for name in header):
             if percentile := first.get("rotd percentile", ""):
-                stated = f"rotd{percentile}"
+                spectrum = f"rotd{percentile}"
             elif match := re.search(r"rotd\(percentile=(\d+)", path.name):
-                stated = f"rotd{match[1]}"
-            spectra = _matching(path, header, known, units)
-            return _Spectra(spectra.columns, spectra.factor, stated)
+                spectrum = f"rotd{match[1]}"
+            spectra = _matching(path, header, pattern, units)
+            return _Spectra(spectra.columns, spectra.factor, spectrum)
     message = "no columns of spectra, such as T1.000S or rotD50_T1_000. Name them with"
     raise InputError(path, f"{message} --flatfile-columns record_id=ID sa_g=SA_{{}}.", 1)
 
@@ -273,9 +273,11 @@ def _chosen(
 ) -> tuple[str, list[Mapping[float, str]]]:
     """Return the spectrum, and its columns; for a geometric mean those of both horizontals."""
     if "" in spectra.columns:
-        if pairs and spectra.stated and pairs != spectra.stated:
-            raise InputError(path, f"states {spectra.stated}. Must be {pairs}, as --pairs states.")
-        return spectra.stated or pairs or "", [spectra.columns[""]]
+        if pairs and spectra.spectrum and pairs != spectra.spectrum:
+            raise InputError(
+                path, f"states {spectra.spectrum}. Must be {pairs}, as --pairs states."
+            )
+        return spectra.spectrum or pairs or "", [spectra.columns[""]]
     wanted = pairs or "rotd50"
     components = ("u", "v") if wanted == "geometric-mean" else (wanted,)
     if not {*components} <= {*spectra.columns}:
@@ -368,9 +370,9 @@ def _peaks(path: Path, line: int, row: _Row, spectrum: str) -> dict[str, float]:
 def _longest(path: Path, line: int, row: _Row, lowest: float) -> float:
     """Return the longest usable period [s], if need be from the corners of the high-pass."""
     for column in ("longest_usable_period", "longest_usable_period_for_psa_ave_component_sec"):
-        stated = number_of_cell(path, line, row, column)
-        if stated > 0.0:
-            return stated
+        value = number_of_cell(path, line, row, column)
+        if value > 0.0:
+            return value
     if lowest > 0.0:
         return 1.0 / lowest
     corners = [number_of_cell(path, line, row, f"{of}_hp") for of in "uv"]

@@ -223,15 +223,15 @@ def _scenarios(
     path: Path, models: GroundMotionModels, given: tuple[float, float] | None
 ) -> tuple[dict[str, Float], Float]:
     """Return the parameters of each scenario by name, and their weights."""
-    stated = models.stated_numbers()
+    numbers = models.stated_numbers()
     file = disaggregation_of(path, models)
     if file is None:
-        scenarios, weight = {own: np.array([value]) for own, value in stated.items()}, np.ones(1)
+        scenarios, weight = {own: np.array([value]) for own, value in numbers.items()}, np.ones(1)
     else:
         magnitude, distance, weight = _disaggregated(file, given)
-        scenarios = {own: np.full(weight.size, value) for own, value in stated.items()}
+        scenarios = {own: np.full(weight.size, value) for own, value in numbers.items()}
         scenarios |= {"mag": magnitude, "rrup": distance}
-    upright = abs(stated.get("dip", 0.0) - 90.0) <= _UPRIGHT
+    upright = abs(numbers.get("dip", 0.0) - 90.0) <= _UPRIGHT
     if upright and "rrup" in scenarios and "ztor" in scenarios:
         # a site abeam of a vertical fault
         along = np.sqrt(np.maximum(scenarios["rrup"] ** 2 - scenarios["ztor"] ** 2, 0.0))
