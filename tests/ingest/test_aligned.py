@@ -78,6 +78,30 @@ def test_numbers_of_another_form_are_left_to_float(text: bytes) -> None:
     assert numbers_of_columns(text) is None
 
 
+@pytest.mark.parametrize("count", [4095, 4096, 4097, 10_001])
+def test_numbers_read_in_blocks_are_those_of_float(count: int) -> None:
+    """The last block may have another number of fields; a fault in it concerns all numbers."""
+    values = np.random.default_rng(7).standard_normal(count)
+    text = block("%15.7E", values.tolist(), 5)
+    found = numbers_of_columns(text)
+    assert found is not None
+    assert found.tolist() == [float(token) for token in text.split()]
+    assert numbers_of_columns(text[:-1] + b"x") is None
+
+
+@pytest.mark.parametrize("digits", range(1, 16))
+def test_any_number_of_digits_is_added_up_exactly(digits: int) -> None:
+    tokens = [
+        "9" * digits,
+        "8" * (digits - 1) + "7",
+        "-" + "1" * (digits - 1) if digits > 1 else "0",
+    ]
+    text = "".join(f" {token:>16}" for token in tokens).encode()
+    found = numbers_of_columns(text)
+    assert found is not None
+    assert found.tolist() == [float(token) for token in tokens]
+
+
 def test_a_minus_before_zero_is_kept() -> None:
     fields = np.array([list(b"-0.0"), list(b" 0.0")], dtype=np.uint8)
     found = aligned_numbers(fields)

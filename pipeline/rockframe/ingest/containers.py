@@ -93,6 +93,8 @@ def printable(name: str) -> str:
     >>> printable("El Centro\n(NS).AT2")
     'El Centro\\n(NS).AT2'
     """
+    if name.isprintable():
+        return name
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in name
     )

@@ -227,7 +227,7 @@ def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]
     refusal = _refusal(path)
     if refusal or path.is_dir():
         return "", refusal
-    if path.resolve() in replaced:
+    if replaced and path.resolve() in replaced:
         return _OUTPUT, ""
     if is_catalogue(path):
         return _CATALOGUE, ""

@@ -116,13 +116,14 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     factor = _factor(path, header, options)
     count, step = _count_and_step(path, header[-1], last)
     step = settle_time_step(path, step, options, last)
-    samples = parse_numbers(path, rows_below(text, last), last + 1)
+    rows = rows_below(text, last)
+    samples = parse_numbers(path, rows, last + 1)
     if samples.size != count:
         message = f"NPTS {count} in the header, {samples.size} samples in the file."
         if samples.size < 2:
             raise InputError(path, message, last)
         settle(path, message, {"samples": samples.size}, last)
-    require_even_lines(path, rows_below(text, last), last + 1)
+    require_even_lines(path, rows, last + 1)
     peak_ratio = _peak_ratio(path, header, samples, factor)
     low, high = filter_corners(header)
     title = read_title(header[1]) if last > 1 else Title()

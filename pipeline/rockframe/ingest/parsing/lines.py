@@ -30,9 +30,13 @@ _LONG_EXPONENT: Final = re.compile(rb"[eE][-+]\d{3}")
 #: Least number of numbers that are compared with the last one, and the size of their text [bytes].
 _ENOUGH: Final = 10
 _END: Final = 4096
+#: White space and control characters.
+_UNSEEN: Final = bytes(range(ord(" ") + 1))
 _BLANKS: Final = bytes.maketrans(b",;", b"  ")
 #: Size of the blocks in which numbers are parsed, which limits memory [bytes].
 _BLOCK: Final = 1 << 22
+#: Size of a text whose numbers are read sooner one by one than in columns [bytes].
+_SHORT: Final = 1 << 15
 #: Number of bytes from which catalogues and StationXML are recognised.
 HEAD: Final = 8192
 
@@ -256,7 +260,7 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
 def _numbers(block: bytes) -> Float:
     from rockframe.ingest.parsing.aligned import numbers_of_columns  # few commands read samples
 
-    aligned = numbers_of_columns(block)
+    aligned = numbers_of_columns(block) if len(block) > _SHORT else None
     return np.array(block.split(), dtype=np.float64) if aligned is None else aligned
 
 
@@ -308,18 +312,20 @@ def _has_one_width(body: bytes) -> bool:
     space, or False more often, in a twentieth of the time.
     """
     rows = body.rstrip()
-    size, count = rows.find(b"\n") + 1, rows.count(b"\n")
+    size = rows.find(b"\n") + 1
+    count = int(np.count_nonzero(np.frombuffer(rows, dtype=np.uint8) == ord("\n")))
     if count == 0:
         return True
     ends, before = rows[size - 1 :: size][:count], rows[size - 2 :: size][:count]
-    return size > 1 and ends == b"\n" * count and min(before) > ord(" ")
+    return size > 1 and ends == b"\n" * count and before == before.translate(None, _UNSEEN)
 
 
 def _has_long_exponent(body: bytes) -> bool:
     """Return what `_LONG_EXPONENT` finds, or True more often, in a tenth of the time."""
     codes = np.frombuffer(body, dtype=np.uint8)
-    is_letter = (codes[:-4] | 32) == ord("e")  # of either case
-    return bool((is_letter & (codes[4:] - np.uint8(ord("0")) < 10)).any())
+    is_long = (codes[:-4] | 32) == ord("e")  # a letter of either case
+    is_long &= codes[4:] - np.uint8(ord("0")) < 10
+    return bool(is_long.any())
 
 
 def _forms(row: bytes) -> tuple[tuple[int, int], ...]:
