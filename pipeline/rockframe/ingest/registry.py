@@ -43,6 +43,13 @@ from rockframe.record import Record
 HEAD: Final = 4096
 #: First lines of Caltech tapes: text, and record numbers such as IIA001.
 _CALTECH: Final = re.compile(r"\bof uncorrected accelerogram data of\b|\bII[A-Z]{1,2}\d{3}\b", re.I)
+#: First two lines of BRI files: time, whole numbers and station, and a label with four numbers.
+_BRI: Final = re.compile(
+    r"\d{4}/\d\d/\d\d \d\d[:/]\d\d[:/]\d\d [ \d]{2}\d [ \d]{2}\d [ \d]{4}\d +\S.*\n"
+    r"\S.{9} *[-.\d]+ +\d+ +[-.\d]+ +[-+.\deE]+ *\n"
+)
+#: First lines of ISESD files: keys in this order, each with a value.
+_ISESD: Final = re.compile(r"file: .*\nearthquake code: .*\nstation code: .*\nwaveform code: ")
 #: Files that are no records, by their beginning, with what to do; the first match counts.
 _OTHERS: Final = tuple(
     (re.compile(mark, re.S), words)
@@ -133,6 +140,23 @@ def _read_recorder(obspy_name: str, path: Path, data: bytes, options: ReadOption
     return read_recorder(obspy_name, path, data, options)
 
 
+def _read_bri(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    from rockframe.ingest.formats.rare import bri
+
+    return bri.read(path, data, options)
+
+
+def _read_isesd(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
+    from rockframe.ingest.formats.rare import isesd
+
+    return isesd.read(path, data, options)
+
+
+def _begins(pattern: re.Pattern[str], head: bytes) -> bool:
+    """Return True if the first lines of a text match a pattern."""
+    return bool(pattern.match("\n".join(head_lines(head)[:5])))
+
+
 FORMATS: Final = (
     _format("peer_at2", "PEERAT2", peer_at2, ".AT2"),
     _format("csmip_v1", "CSMIPV1", csmip_v1, ".V1", ".RAW"),
@@ -156,6 +180,22 @@ FORMATS: Final = (
     _format("sac", "SAC", sac, ".sac"),
     _format("miniseed", "MSEED", miniseed, ".mseed"),
     replace(_format("asdf", "ASDF", asdf, ".h5"), read_streams=asdf.read_streams),
+    Format(
+        "bri",
+        "",
+        "BRI (Japan), all channels of an instrument in cm/s2",
+        (".ac",),
+        partial(_begins, _BRI),
+        _read_bri,
+    ),
+    Format(
+        "isesd",
+        "",
+        "ISESD (Europe), corrected, one component in m/s2",
+        (".cor",),
+        partial(_begins, _ISESD),
+        _read_isesd,
+    ),
     *(
         Format(name, "", description, (ending,), sniff, partial(_read_recorder, obspy_name))
         for name, obspy_name, description, ending, sniff in RECORDERS
