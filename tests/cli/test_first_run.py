@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -98,28 +98,6 @@ def test_a_process_that_dies_does_not_end_the_command(monkeypatch: pytest.Monkey
     monkeypatch.setattr(shipped, "_compile_kernel", os.abort)
     with shipped._helped():  # noqa: SLF001
         pass
-    with engine.helped([os.abort]) as helper:
-        assert list(helper.map(abs, [-1.0, 2.0, -3.0])) == [1.0, 2.0, 3.0]
-
-
-def test_a_second_process_draws_only_if_there_is_enough_to_draw(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """It is prepared before it draws."""
-    monkeypatch.setattr(engine, "cores", lambda: 2)
-    prepare = partial(os.mkdir, tmp_path / "prepared")
-    alone = engine.HelpedProcess(prepare, patience=60.0)
-    assert list(alone.map(abs, [-1.0, 2.0])) == [1.0, 2.0]
-    assert not list(tmp_path.iterdir())
-
-    def numbers() -> Iterator[float]:
-        yield -1.0
-        yield 2.0
-        while not (tmp_path / "prepared").exists():
-            time.sleep(0.01)
-        yield -3.0
-
-    assert list(engine.HelpedProcess(prepare, patience=0.0).map(abs, numbers())) == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize(("cached", "cores"), [(True, 2), (False, 1)])

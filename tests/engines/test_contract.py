@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,20 +12,12 @@ import pytest
 from tests.engines.contract import keeps_the_rules
 
 from rockframe.engines.dask import DaskScheduler
-from rockframe.engines.engine import OneProcess, ProcessPool, SharedWork
-from rockframe.engines.pool import WorkerPool
+from rockframe.engines.engine import OneProcess, ProcessPool
 
 
 @pytest.mark.parametrize("engine", [OneProcess(), ProcessPool(2), ProcessPool(2, patience=0.0)])
 def test_engines_of_this_machine(engine: OneProcess | ProcessPool) -> None:
     keeps_the_rules(engine)
-
-
-def test_a_started_worker_and_this_process() -> None:
-    with WorkerPool(1) as pool:
-        ready = pool.submit(eval, "0")
-        wait([ready])
-        keeps_the_rules(SharedWork(pool, ready))
 
 
 def test_executors_of_python() -> None:

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import wait
 from itertools import count
 from pathlib import Path
 
@@ -21,10 +20,8 @@ from rockframe.engines.engine import (
     Engine,
     OneProcess,
     ProcessPool,
-    SharedWork,
     map_tasks,
 )
-from rockframe.engines.pool import WorkerPool
 from rockframe.errors import EngineError, InputError, ParameterError
 from rockframe.provenance import sha256_of
 
@@ -47,33 +44,6 @@ def once(marker: Path, then: str, value: str) -> str:
 def test_results_come_in_the_order_of_the_tasks(engine: Engine) -> None:
     tasks = ["__import__('time').sleep(0.05) or 0", "1", "2", "3", "4", "5", "6"]
     assert list(map_tasks(eval, tasks, engine=engine)) == list(range(7))
-
-
-def test_a_started_worker_and_this_process_share_the_work(tmp_path: Path) -> None:
-    """The worker waits for a file that this process makes; then both give results in order."""
-    waiting = f"[0 for _ in iter(lambda: __import__('os').path.exists({str(tmp_path / 'a')!r}), 1)]"
-    making = f"__import__('pathlib').Path({str(tmp_path / 'a')!r}).touch()"
-    tasks = [f"({waiting}, {ASKS})[1]", f"({making}, {ASKS})[1]", "3", "4"]
-    with WorkerPool(1) as pool:
-        ready = pool.submit(eval, "0")
-        wait([ready])
-        there, here, *rest = SharedWork(pool, ready).map(eval, tasks)
-    assert there != here == os.getpid()
-    assert rest == [3, 4]
-
-
-def test_this_process_does_not_wait_for_a_worker_that_is_not_ready() -> None:
-    with WorkerPool(1) as pool:
-        never = pool.submit(eval, "__import__('time').sleep(1000)")
-        assert set(SharedWork(pool, never).map(eval, [ASKS] * 3)) == {os.getpid()}
-
-
-def test_a_started_worker_that_dies_is_named() -> None:
-    with WorkerPool(1) as pool:
-        ready = pool.submit(eval, "0")
-        wait([ready])
-        with pytest.raises(EngineError, match=r"task 1: its worker died 3"):
-            list(SharedWork(pool, ready).map(eval, [DIES, "2"]))
 
 
 def test_pool_gives_the_bits_of_one_process() -> None:

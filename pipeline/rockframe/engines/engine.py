@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import os
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
+from collections.abc import Callable, Generator, Iterable, Sequence, Sized
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from itertools import count
 from time import perf_counter
-from typing import Any, ClassVar, Final, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
 from rockframe.engines.pool import ATTEMPTS, WorkerDiedError, WorkerPool, awaited
 from rockframe.errors import EngineError, ParameterError
@@ -344,112 +342,6 @@ class ProcessPool:
         if spent < self.patience:
             return False
         return total is None or done == 0 or spent / done * (total - done) > self.patience
-
-
-@dataclass(frozen=True)
-class SharedWork:
-    """One worker that was started before there were tasks, and this process, which computes too.
-
-    Parameters
-    ----------
-    pool : WorkerPool
-        A pool of one worker.
-    ready : Future
-        The call that prepares the worker. Until it has ended, this process computes alone.
-
-    Examples
-    --------
-    >>> with WorkerPool(1) as pool:
-    ...     list(SharedWork(pool, pool.submit(os.getpid)).map(abs, [-1.0, 2.0]))
-    [1.0, 2.0]
-    """
-
-    pool: WorkerPool
-    ready: Future[Any]
-    resources: ClassVar[Resources] = Resources(local=True, workers=2)
-
-    def map(
-        self, function: Callable[[Task], Result], tasks: Iterable[Task]
-    ) -> Generator[Result, None, None]:
-        """Yield the results of a function in the order of the tasks."""
-        pending: deque[Future[Result]] = deque()
-        numbers = count(1)
-        for task in tasks:
-            raise_if_interrupted()
-            if self.ready.done() and all(future.done() for future in pending):
-                pending.append(self.pool.submit(function, task))
-            else:
-                pending.append(Future())
-                pending[-1].set_result(function(task))
-            while pending and pending[0].done():
-                yield _of_worker(pending.popleft(), next(numbers))
-        for future in pending:
-            yield _of_worker(future, next(numbers))
-
-
-@dataclass(frozen=True)
-class HelpedProcess:
-    """The current process, and one worker that helps if there is enough work.
-
-    Parameters
-    ----------
-    prepare : callable
-        First call of the worker, such as imports.
-    patience : float
-        Time that this process computes alone [s].
-
-    Examples
-    --------
-    >>> list(HelpedProcess(cores).map(abs, [-1.0, 2.0]))  # too small a job: no process is started
-    [1.0, 2.0]
-    """
-
-    prepare: Callable[[], object]
-    patience: float = _START
-    resources: ClassVar[Resources] = Resources(local=True, workers=2)
-
-    def map(
-        self, function: Callable[[Task], Result], tasks: Iterable[Task]
-    ) -> Generator[Result, None, None]:
-        """Yield the results of a function in the order of the tasks."""
-        total = len(tasks) if isinstance(tasks, Sized) else math.inf
-        begin, rest = perf_counter(), iter(tasks)
-        for done, task in enumerate(rest, 1):
-            raise_if_interrupted()
-            yield function(task)
-            spent = perf_counter() - begin
-            if spent > self.patience and spent / done * (total - done) > self.patience:
-                break
-        else:
-            return
-        with helped([self.prepare]) as engine:
-            yield from engine.map(function, rest)
-
-
-@contextmanager
-def helped(calls: Sequence[Callable[[], object]]) -> Iterator[Engine]:
-    """Start a worker that makes calls, such as to compile, while this process goes on.
-
-    Yields an engine of both, in which the worker helps once the last call has ended; on a single
-    core, the engine of this process alone, without the calls.
-
-    Parameters
-    ----------
-    calls : sequence of callable
-        Top-level functions, called in this order.
-
-    Examples
-    --------
-    >>> with helped([cores]) as engine:
-    ...     list(engine.map(abs, [-1.0, 2.0]))
-    [1.0, 2.0]
-    """
-    if cores() == 1 or not calls:
-        yield OneProcess()
-        return
-    with WorkerPool(1) as pool:
-        *_, last = [pool.submit(call) for call in calls]
-        yield SharedWork(pool, last)
 
 
 def map_tasks(

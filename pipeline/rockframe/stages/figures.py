@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+import gc
 import shutil
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from rockframe.cells import write_rows
 from rockframe.components import BothDirections
-from rockframe.engines.engine import Engine, HelpedProcess, OneProcess, ProcessPool
+from rockframe.engines.engine import Engine, OneProcess, ProcessPool
 from rockframe.errors import InputError, ParameterError
-from rockframe.figures.captioned import Captioned, caption_path, save, save_captioned, styled
+from rockframe.figures.captioned import Captioned, caption_path, save, save_captioned
 from rockframe.figures.histories import draw_response_history
 from rockframe.figures.joints import draw_forces
 from rockframe.figures.margins import draw_margin_strips
@@ -53,10 +52,8 @@ from rockframe.stages.table import table_rows_of
 
 #: File in the folder of figures that lists them.
 _INDEX: Final = "figures.csv"
-#: Time that the workers that draw need to start: matplotlib and xarray in each [s].
-_START: Final = 4.0
-#: Largest number of records that two processes draw; all cores draw more.
-_FEW: Final = 12
+#: Time that one process draws alone [s]. Workers need two seconds and 190 MB each to start.
+_ALONE: Final = 6.0
 #: Files from which the figure of a record is drawn.
 _OF_RECORDS: Final = ("records", "pulses", "response")
 
@@ -210,17 +207,12 @@ def _draw_most_rotated(
             yield row
 
     chosen = _most_rotated(rows(), given["response"], most)
-    engine = _engine(len(chosen), workers)
-    return draw_records(first.values(), files, folder, chosen, progress, engine)
+    return draw_records(first.values(), files, folder, chosen, progress, _engine(workers))
 
 
-def _engine(count: int, workers: int | None) -> Engine:
-    """Return the engine that draws a number of records, with at most this number of workers."""
-    if workers in (0, 1):
-        return OneProcess()
-    if count <= _FEW and workers is None:
-        return HelpedProcess(prepare_drawing, 0.5 * _START)
-    return ProcessPool(workers, patience=_START)
+def _engine(workers: int | None) -> Engine:
+    """Return the engine that draws records, with at most this number of workers."""
+    return OneProcess() if workers in (0, 1) else ProcessPool(workers, patience=_ALONE)
 
 
 @dataclass(frozen=True)
@@ -306,18 +298,12 @@ class _Chosen:
                 )
 
 
-def prepare_drawing() -> None:
-    """Draw nothing, so that the process has imported and read what drawing needs."""
-    with styled():
-        figure = Figure(layout="constrained")
-        figure.subplots().set_title("$a_p$")
-        figure.savefig(BytesIO(), format="png")
-
-
 def _draw_record(shown: _OfRecord) -> list[str]:
     """Draw the figures of a record; return their files, relative to the folder."""
     with staying(shown.folder.parent):  # which exists before the first figure
-        return list(_figures_of_record(shown))
+        files = list(_figures_of_record(shown))
+    gc.collect()  # a figure refers to itself, and takes several megabytes
+    return files
 
 
 def _figures_of_record(shown: _OfRecord) -> Iterator[str]:
