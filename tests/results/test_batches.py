@@ -20,7 +20,8 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.results.contents import describe
 from rockframe.results.pulses import best_pulses, recordings_of
 from rockframe.results.response import open_response
-from rockframe.results.shards import shards_of, write_index
+from rockframe.results.shards import OpenShards, shards_of, write_index
+from rockframe.results.stored import alone, open_netcdf
 from rockframe.results.tables.entries import write_rows_as
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
@@ -121,6 +122,22 @@ def test_only_the_shards_that_have_the_wanted_records_are_opened(
             joined["peak_u"].isel(record=4).compute()
     with pytest.raises(InputError, match=r"2.nc: missing"):
         describe(folder / index.name, "response")
+
+
+def test_few_shards_are_open_while_an_index_is_read_from_end_to_end(records: Path) -> None:
+    """NetCDF keeps 3 MB for each open file, so that a thousand shards would fill the memory."""
+    index, _ = in_batches("pulse", records, 7)
+    with open_netcdf(index) as file:
+        attrs = {name: file.getncattr(name) for name in file.ncattrs()}
+    shards = OpenShards(index, "pulses", attrs, alone)
+    most = 0
+    for together in (1, 1, 3):
+        for number in range(len(shards.all)):
+            shards.variables(number, together)
+            most = max(most, len(shards))
+        assert most == max(2, together)
+    shards.close()
+    assert len(shards) == 0
 
 
 def test_shards_are_the_chunks_of_dask(records: Path, wholes: dict[str, Path]) -> None:

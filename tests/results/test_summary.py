@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+import sys
+from collections import deque
+from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
@@ -10,6 +14,7 @@ import pytest
 
 from rockframe.cli.console import show_summary
 from rockframe.cli.stages.respond import show_responses
+from rockframe.results.tables import kept
 from rockframe.results.tables.outcomes import severity
 from rockframe.results.tables.rows import response_columns, spread_verdict
 from rockframe.results.tables.summary import (
@@ -175,10 +180,20 @@ def test_a_margin_that_was_searched_less_far_is_not_dropped() -> None:
     assert severity(beyond) < severity(found)  # it may overturn at half the scale
 
 
-def test_rows_of_motions_and_their_columns_have_the_same_summary() -> None:
-    """With more motions than are summarised together, and rows of every kind."""
+def test_rows_of_motions_and_their_columns_have_the_same_summary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With more motions than are summarised together, rows of every kind, and a file of numbers."""
     random = np.random.default_rng(6)
     words = ["no_uplift", "stands", "overturns", "not_computed"]
+    files: list[Any] = []
+
+    def temporary_file(**where: Any) -> Any:
+        files.append(TemporaryFile(**where))  # noqa: SIM115
+        return files[-1]
+
+    monkeypatch.setattr(kept, "TemporaryFile", temporary_file)
+    monkeypatch.setattr(kept, "_IN_MEMORY", 5000)
     for members in (False, True):
         rows: list[dict[str, Any]] = []
         for k in range(150):
@@ -199,6 +214,14 @@ def test_rows_of_motions_and_their_columns_have_the_same_summary() -> None:
         )
         by_rows = summary_rows(rows)
         assert repr(summary.rows()) == repr(by_rows)
+        joined = Summary(tmp_path)
+        for first in range(0, len(rows), 20):  # as the parts that workers return
+            part = Summary()
+            deque(part.passed(rows[first : first + 20]), maxlen=0)
+            joined.join(part)
+        assert files.pop().seek(0, 2) > 5000
+        assert not [*tmp_path.iterdir()] or sys.platform == "win32"  # it has no name
+        assert repr(joined.rows()) == repr(by_rows)
         both = [{**row, "components": "a b" if k % 3 else ""} for k, row in enumerate(rows)]
         in_both = Summary()
         in_both.include({key: [value] for key, value in row.items()} for row in both)

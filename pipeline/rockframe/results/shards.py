@@ -27,8 +27,10 @@ from rockframe.results.stored import SHARDS, Holder, Stored, alone, not_of, open
 
 #: Attributes that the shards of an index have in common with it.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
-#: Size of the numbers in open shards beyond which all but the last two are closed [bytes].
+#: Size of open shards beyond which all but the last two are closed [bytes].
 _MOST_OPEN: Final = 2**26
+#: Memory that netCDF needs for an open file, whatever its size: 3.0 MB for one of 37 variables.
+_OPEN_FILE: Final = 3 * 2**20
 #: Largest size of a variable that is read whole when a part of it is needed [bytes].
 _SMALL: Final = 2**16
 
@@ -243,6 +245,10 @@ class OpenShards:
         self.all = _required_shards(path, kind, attrs)
         self.lock = RLock()
 
+    def __len__(self) -> int:
+        """Return the number of shards that are open."""
+        return len(self._open)
+
     def ends(self, dimension: str) -> NDArray[np.int64]:
         """Return the end of each shard along ``record`` or ``obs``."""
         sizes = [shard.records if dimension == "record" else shard.samples for shard in self.all]
@@ -267,8 +273,15 @@ class OpenShards:
             raise InputError(path, f"missing: {self._path.name} names it as {batch}. {again}")
         return path
 
-    def variables(self, number: int) -> dict[str, Stored]:
+    def variables(self, number: int, together: int = 1) -> dict[str, Stored]:
         """Return the variables of a shard, by name.
+
+        Parameters
+        ----------
+        number : int
+            Number of the shard.
+        together : int
+            Number of shards that are read together, and stay open for the next variable.
 
         Raises
         ------
@@ -289,12 +302,15 @@ class OpenShards:
                     states = f"batch {batch[0]} of {batch[1]} records"
                     must = f"Must be batch {wanted[0]} of {wanted[1]}, as {self._path.name} says."
                     raise InputError(path, f"is {states}. {must}")
-                size = sum(v.bytes for v in stored if "obs" not in v.dims)
+                size = _OPEN_FILE + sum(v.bytes for v in stored if "obs" not in v.dims)
                 self._open[number] = stack.pop_all(), variables, size
         self._open.move_to_end(number)
-        while len(self._open) > 2 and sum(size for *_, size in self._open.values()) > _MOST_OPEN:
+        while len(self._open) > 2 and (len(self._open) > together or self._are_large()):
             self._open.popitem(last=False)[1][0].close()
         return self._open[number][1]
+
+    def _are_large(self) -> bool:
+        return sum(size for *_, size in self._open.values()) > _MOST_OPEN
 
     def close(self) -> None:
         """Close all shards."""
@@ -342,17 +358,18 @@ class Joined(Stored):
     def read(self, key: tuple[Any, ...]) -> NDArray[Any]:
         """Read the values at an index of each dimension; only the shards that have them."""
         before, wanted, after = key[: self._axis], key[self._axis], key[self._axis + 1 :]
+        pieces = [*_pieces(wanted, self._ends)]
         parts = [
-            self._of_shard(number, (*before, inside, *after))
-            for number, inside in _pieces(wanted, self._ends)
+            self._of_shard(number, (*before, inside, *after), len(pieces))
+            for number, inside in pieces
         ]
         if not parts:
             parts = [self._of_shard(self._shards.first, (*before, slice(0, 0), *after))]
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=_dimensions(before))
 
-    def _of_shard(self, number: int, key: tuple[Any, ...]) -> NDArray[Any]:
+    def _of_shard(self, number: int, key: tuple[Any, ...], together: int = 1) -> NDArray[Any]:
         with self._shards.lock:
-            stored = self._shards.variables(number)[self.declared.name]
+            stored = self._shards.variables(number, together)[self.declared.name]
             wanted = key[self._axis]
             if not isinstance(wanted, np.ndarray) or wanted.size < 2:
                 return stored.read(key)

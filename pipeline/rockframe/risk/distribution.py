@@ -21,8 +21,10 @@ Float = NDArray[np.float64]
 _FEW: Final = 1000
 #: Number of bootstrap samples.
 _REPLICATES: Final = 1000
+#: Number of shares that are in memory together.
+_SHARES: Final = 2**22
 #: Number of clusters in the samples that are in memory together.
-_DRAWN: Final = 2**22
+_DRAWN: Final = 2**20
 #: Largest number of means that share their samples.
 _COLUMNS: Final = 1024
 _QUANTILE: Final = 1.6448536269514722
@@ -144,10 +146,10 @@ def mean_shares(
     bands: list[Band] = []
     for first in each:
         motions, levels = first.shape
-        together = max(1, min(_COLUMNS, _DRAWN // motions) // levels)
-        some = [first, *islice(each, together - 1)]
-        band = _band(np.concatenate(some, axis=1), clusters, seed)
-        ends = levels * np.arange(1, len(some))
+        together = max(1, min(_COLUMNS, _SHARES // motions) // levels)
+        joined = np.concatenate([first, *islice(each, together - 1)], axis=1)
+        band = _band(joined, clusters, seed)
+        ends = range(levels, joined.shape[1], levels)
         parts = (np.split(end, ends) for end in (band.share, band.low, band.high))
         bands += [Band(*values) for values in zip(*parts, strict=True)]
     return bands
@@ -159,7 +161,8 @@ def _band(reached: Float, clusters: ArrayLike | None, seed: int) -> Band:
     Neighbours are often equal: no peak is between two levels.
     """
     differs = np.append(True, (reached[:, 1:] != reached[:, :-1]).any(axis=0))
-    band, place = _band_of_each(reached[:, differs], clusters, seed), np.cumsum(differs) - 1
+    different = reached if differs.all() else reached[:, differs]
+    band, place = _band_of_each(different, clusters, seed), np.cumsum(differs) - 1
     return Band(band.share[place], band.low[place], band.high[place])
 
 
@@ -168,8 +171,11 @@ def _band_of_each(reached: Float, clusters: ArrayLike | None, seed: int) -> Band
     motions = np.arange(len(reached)) if clusters is None else clusters
     _, belongs = np.unique(motions, return_inverse=True)
     count = int(belongs.max()) + 1
-    total = np.zeros((count, reached.shape[1]))
-    np.add.at(total, belongs, reached)
+    if np.array_equal(belongs, np.arange(len(reached))):  # each motion is a cluster of its own
+        total = np.ascontiguousarray(reached)
+    else:
+        total = np.zeros((count, reached.shape[1]))
+        np.add.at(total, belongs, reached)
     sizes = np.bincount(belongs).astype(np.float64)
     drawn_shares = np.concatenate([(n @ total) / (n @ sizes)[:, None] for n in _draws(count, seed)])
     low, high = _tails(drawn_shares)

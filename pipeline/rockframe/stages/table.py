@@ -74,7 +74,7 @@ def table_stage(
     """
     summary = beside(output, "summary", plain="table")
     refuse_overwriting([output, summary], (records, pulses, response))
-    over_records, recordings = Summary(), recordings_of(records)
+    over_records, recordings = Summary(output.parent), recordings_of(records)
     left_out = left_out_reasons(attributes_of(response, RESPONSE))
 
     def summarised() -> list[Row]:
@@ -84,13 +84,12 @@ def table_stage(
     if format_of(output, table_format) == "csv":
         refuse_other_table(summary, SUMMARY_COLUMNS, "the summary of the table")
         tasks = table_blocks(records, pulses, response)
-        with (
-            whole_file(output) as partial,
-            partial.open("w", newline="", encoding="utf-8") as stream,
-        ):
+        with whole_file(output) as partial, partial.open("wb") as stream:
             count = 0
-            for text, rows_of_text, part in map_tasks(_in_csv, tasks, engine=engine):
-                stream.write(text.partition("\n")[2] if count else text)
+            for header, lines, rows_of_text, part in map_tasks(_in_csv, tasks, engine=engine):
+                if not count:
+                    stream.write(header)
+                stream.write(lines)
                 count += rows_of_text
                 over_records.join(part)
         write_rows_as(summary, summarised(), table_format)
@@ -107,12 +106,13 @@ def table_stage(
     return count
 
 
-def _in_csv(block: TableBlock) -> tuple[str, int, Summary]:
-    """Return the rows of some motions as CSV, with a header; their number; and their summary."""
+def _in_csv(block: TableBlock) -> tuple[bytes, bytes, int, Summary]:
+    """Return the header and the rows of some motions as CSV, their number, and their summary."""
     summary, stream = Summary(), io.StringIO(newline="")
     count = write_table(stream, summary.passed(map(with_paper_facts, block.rows())))
-    summary.include_kept()  # here, not by the process that joins them
-    return stream.getvalue(), count, summary
+    summary.keep()  # here, not by the process that joins them
+    header, _, lines = stream.getvalue().encode().partition(b"\n")
+    return header + b"\n", lines, count, summary
 
 
 def shipped_table_stage(

@@ -11,8 +11,8 @@ import numpy as np
 
 from rockframe.cells import DASH, Cells, Column, in_digits, number
 from rockframe.quantities import QUANTITIES, Quantity
+from rockframe.results.tables.kept import mean_shares_of, over_records
 from rockframe.results.tables.rows import Row, band_words, share_words
-from rockframe.results.tables.summary import mean_shares_of, over_records
 
 
 def validity_words(row: Mapping[str, Any], _key: str = "") -> str:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from array import array
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from rockframe.cells import Cells, Column, in_digits, number, rows_of_columns
-from rockframe.quantities import IN_MATRICES, QUANTILES, QUANTITIES, Quantity
+from rockframe.quantities import IN_MATRICES, QUANTITIES, Quantity
+from rockframe.results.tables.kept import KeptNumbers, mean_shares_of, over_records
 from rockframe.results.tables.notes import MOST_NAMED, left_out_words
 from rockframe.results.tables.outcomes import (
     OF_OUTCOMES,
@@ -147,40 +148,79 @@ def summary_rows(
     return summary.rows(recordings, left_out)
 
 
-class Summary:
-    """The summary of rows that pass by, of which it keeps only a few numbers."""
+class _OfStructures:
+    """The responses of structures, in one plane or in both directions."""
 
-    def __init__(self) -> None:
-        self._of_each: dict[str, _OverRecords] = {}
-        self._in_both: dict[str, _OverRecords] = {}
+    def __init__(self, folder: Path | None) -> None:
+        self.each: dict[str, _OverRecords] = {}
+        self.numbers = KeptNumbers(_SERIES, folder)
+
+    def of(self, row: Cells) -> _OverRecords:
+        """Return the responses of the structure of a row."""
+        structure = row["structure"]
+        if structure not in self.each:
+            self.each[structure] = _OverRecords(row)
+        return self.each[structure]
+
+    def keep(self) -> None:
+        """Include the rows that passed by, and keep their numbers by structure."""
+        of_records: dict[tuple[str, ...], dict[str, NDArray[np.float64]]] = {}
+        for structure, entry in self.each.items():
+            names, numbers = entry.taken()
+            if names:
+                of_records.setdefault(names, {})[structure] = numbers
+        for names, of_structures in of_records.items():
+            self.numbers.add([*of_structures], names, np.array([*of_structures.values()]))
+
+    def join(self, other: _OfStructures) -> None:
+        """Include the responses to further records."""
+        self.keep()
+        other.keep()
+        for structure, entry in other.each.items():
+            if structure in self.each:
+                self.each[structure].join(entry)
+            else:
+                self.each[structure] = entry
+        self.numbers.join(other.numbers)
+
+
+class Summary:
+    """The summary of rows that pass by, of which it keeps only a few numbers.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Folder of a temporary file for the numbers of many responses; by default in memory.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._in_one_plane, self._in_both = _OfStructures(folder), _OfStructures(folder)
         self._components: set[str] = set()
+        self._passed = 0
 
     def passed(self, rows: Iterable[AnyRow]) -> Iterator[AnyRow]:
         """Yield the rows, and include them in the summary."""
         for row in rows:
-            structure, summaries = row["structure"], self._of_each
+            responses = self._in_one_plane
             if row.get("components"):
-                summaries = self._in_both
+                responses = self._in_both
                 self._components |= {*row["components"].split()}
-            if structure not in summaries:
-                summaries[structure] = _OverRecords(row)
-            summaries[structure].include(row)
+            responses.of(row).include(row)
+            self._passed += 1
+            if self._passed % _PASSED == 0:
+                self.keep()
             yield row
 
-    def include_kept(self) -> None:
-        """Include the last rows that passed by, which are kept to be included together."""
-        for entry in (*self._of_each.values(), *self._in_both.values()):
-            entry.include_kept()
+    def keep(self) -> None:
+        """Include the last rows that passed by, which wait to be included together."""
+        self._in_one_plane.keep()
+        self._in_both.keep()
 
     def join(self, other: Summary) -> None:
         """Include the rows that another summary includes, after those of this one."""
         self._components |= other._components
-        for own, further in ((self._of_each, other._of_each), (self._in_both, other._in_both)):
-            for structure, entry in further.items():
-                if structure in own:
-                    own[structure].join(entry)
-                else:
-                    own[structure] = entry
+        self._in_one_plane.join(other._in_one_plane)
+        self._in_both.join(other._in_both)
 
     def include(self, blocks: Iterable[Mapping[str, Sequence[Any]]]) -> None:
         """Include rows, a table for each motion with the same structures in one order."""
@@ -190,12 +230,11 @@ class Summary:
                 deque(self.passed(rows_of_columns(some)), maxlen=0)
                 continue
             included = [key for key in OF_OUTCOMES if key in some[0]]
-            for k, structure in enumerate(some[0]["structure"]):
+            firsts = rows_of_columns([some[0]])
+            for k, first in enumerate(firsts):
                 columns = {key: [block[key][k] for block in some] for key in included}
-                if structure not in self._of_each:
-                    first = {key: values[k] for key, values in some[0].items()}
-                    self._of_each[structure] = _OverRecords(first)
-                self._of_each[structure].include_columns(columns)
+                self._in_one_plane.of(first).include_columns(columns)
+            self.keep()
 
     def rows(
         self,
@@ -203,95 +242,113 @@ class Summary:
         left_out: Mapping[str, str] | None = None,
     ) -> list[Row]:
         """Return the rows of `summary_rows` for all rows that passed by."""
-        recording_of = recordings or {}
-        self.include_kept()
-        each = [self._that_counts(structure) for structure in self._of_each]
-        alike = all(entry.names == each[0].names for entry in each)
-        groups = [each] if alike and each else [[entry] for entry in each]
-        listed = [row for group in groups for row in _rows_of_group(group, recording_of)]
-        some = any(entry.not_computed for entry in each)  # only then there is a column
-        return [
-            row
-            | {
-                "left_out": len(left_out or {}),
-                "left_out_words": left_out_words(
-                    left_out or {}, len(self._of_each[row["structure"]].names)
-                ),
-            }
-            | ({"not_computed": response.not_computed} if some else {})
-            | (self._directions(row["structure"]) if self._in_both else {})
-            for row, response in zip(listed, each, strict=True)
-        ]
+        self.keep()
+        each = [self._that_counts(structure) for structure in self._in_one_plane.each]
+        groups = [each] if _alike(each) else [[entry] for entry in each]
+        intervals = [row for group in groups for row in _mean_shares(group, recordings or {})]
+        some = any(entry.not_computed for entry, _ in each)  # only then there is a column
+        listed = []
+        for (entry, of_all), interval in zip(each, intervals, strict=True):
+            row = entry.row(of_all.numbers.of(entry.structure), interval)
+            in_one_plane = self._in_one_plane.each[entry.structure].count
+            row["left_out"] = len(left_out or {})
+            row["left_out_words"] = left_out_words(left_out or {}, in_one_plane)
+            row |= {"not_computed": entry.not_computed} if some else {}
+            listed.append(row | (self._directions(entry.structure) if self._in_both.each else {}))
+        return listed
 
-    def _that_counts(self, structure: str) -> _OverRecords:
+    def _that_counts(self, structure: str) -> _Counted:
         """Return the responses in both directions of a structure, if there are any, or in one."""
-        both = self._in_both.get(structure)
-        return both if both is not None and both.names else self._of_each[structure]
+        both = self._in_both.each.get(structure)
+        if both is not None and both.count:
+            return both, self._in_both
+        return self._in_one_plane.each[structure], self._in_one_plane
 
     def _directions(self, structure: str) -> Row:
         """Return the number of directions of the motions that count, and why it is only one."""
-        both, records = self._in_both.get(structure), len(self._of_each[structure].names)
-        row: Row = {"directions": 1, "not_both": "", "records_in_one_plane": records, "alone": ""}
-        if both is not None and both.names:
-            alone = [
-                name for name in self._of_each[structure].names if name not in self._components
-            ]
+        both, count = self._in_both.each.get(structure), self._in_one_plane.each[structure].count
+        row: Row = {"directions": 1, "not_both": "", "records_in_one_plane": count, "alone": ""}
+        if both is not None and both.count:
+            records = self._in_one_plane.numbers.records_of(structure)
+            alone = [name for name in records if name not in self._components]
             return row | {"directions": 2, "alone": " ".join(alone)}
         return row | {"not_both": "" if both is None else both.reason}
 
 
-def _rows_of_group(group: Sequence[_OverRecords], recordings: Mapping[str, Hashable]) -> list[Row]:
-    """Return the rows of structures that respond to the same records."""
-    intervals = mean_shares_of([member.shares for member in group], group[0].names, recordings)
-    return [
-        row_of_group.row(interval) for row_of_group, interval in zip(group, intervals, strict=True)
-    ]
+#: The responses of a structure, and those of all structures that have its numbers.
+_Counted: TypeAlias = "tuple[_OverRecords, _OfStructures]"
+
+
+def _alike(each: Sequence[_Counted]) -> bool:
+    """Return True if structures respond to the same records."""
+    groups = {(id(of_all), of_all.numbers.groups_of(entry.structure)) for entry, of_all in each}
+    if len(groups) == 1 or len({entry.count for entry, _ in each}) > 1:
+        return len(groups) == 1
+    (first, of_first), *others = each
+    records = of_first.numbers.records_of(first.structure)
+    return all(of_all.numbers.records_of(e.structure) == records for e, of_all in others)
+
+
+def _mean_shares(group: Sequence[_Counted], recordings: Mapping[str, Hashable]) -> list[Row]:
+    """Return the mean shares of structures that respond to the same records."""
+    shares = (of_all.numbers.of(entry.structure)[0].copy() for entry, of_all in group)
+    first, of_first = group[0]
+    return mean_shares_of(shares, of_first.numbers.records_of(first.structure), recordings)
 
 
 #: Number of rows of a structure that are included in a summary together.
 _ROWS: Final = 64
+#: Number of rows that pass by until their numbers are kept by structure.
+_PASSED: Final = 2**18
+#: Number of numbers of a response: its share, its peaks, and 1 if it uplifts.
+_SERIES: Final = 2 + len(IN_MATRICES)
+#: Place of the drift among these.
+_DRIFT: Final = 1 + IN_MATRICES.index(QUANTITIES["peak_u"])
 
 
 class _OverRecords:
     """The responses of one structure to the records that were included so far."""
 
     def __init__(self, first: Cells) -> None:
-        self._first = first
+        self.structure: str = first["structure"]
+        self._facts = {key: first.get(key) for key in (*OF_STRUCTURE, "kind")}
         self._worst, self._severity = first.get("record") or first["record_id"], severity(first)
-        self._kept: list[Cells] = []
-        self.names: list[str] = []
-        self.shares = array("d")
-        self._peaks = {quantity: array("d") for quantity in IN_MATRICES}
+        self._waiting: list[Cells] = []
+        self.count = 0
+        self._names: list[str] = []
+        self._numbers: list[NDArray[np.float64]] = []
         self._margins = dict.fromkeys((*SEARCHED, *SEARCHED.values()), math.nan)
         self._beyond = dict.fromkeys(SEARCHED, math.inf)
         self._uplifted, self._nominal = 0, True
-        self._drifts_of_uplifted = array("d")
         self._model_ends, self._largest_share_ends = 0, 0.0
         self._implausible: list[str] = []
         self.not_computed, self.reason = 0, ""
 
     def include(self, row: Cells) -> None:
-        self._kept.append({key: row[key] for key in OF_OUTCOMES if key in row})
-        if len(self._kept) >= _ROWS:
-            self.include_kept()
+        self._waiting.append({key: row[key] for key in OF_OUTCOMES if key in row})
+        if len(self._waiting) >= _ROWS:
+            self._include_waiting()
 
-    def include_kept(self) -> None:
-        """Include the rows that were kept, to be included together."""
-        if self._kept:
-            keys = dict.fromkeys(key for row in self._kept for key in row)
-            self.include_columns({key: [row.get(key) for row in self._kept] for key in keys})
-            self._kept = []
+    def _include_waiting(self) -> None:
+        if self._waiting:
+            keys = dict.fromkeys(key for row in self._waiting for key in row)
+            self.include_columns({key: [row.get(key) for row in self._waiting] for key in keys})
+            self._waiting = []
+
+    def taken(self) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+        """Return the names of the records and the numbers since the last call, which then go.
+
+        The numbers have the shape (series, records).
+        """
+        self._include_waiting()
+        names, numbers = tuple(self._names), [np.empty((_SERIES, 0)), *self._numbers]
+        self._names, self._numbers = [], []
+        return names, np.concatenate(numbers, axis=1)
 
     def join(self, other: _OverRecords) -> None:
-        """Include the responses to further records."""
-        self.include_kept()
-        other.include_kept()
-        self.names += other.names
-        self.shares.extend(other.shares)
-        for quantity, peaks in self._peaks.items():
-            peaks.extend(other._peaks[quantity])
-        self._drifts_of_uplifted.extend(other._drifts_of_uplifted)
-        self._implausible += other._implausible
+        """Include the responses to further records, except the numbers that were taken."""
+        self.count += other.count
+        self._implausible = [*self._implausible, *other._implausible][:MOST_NAMED]
         for key, smallest in other._margins.items():
             self._margins[key] = float(np.fmin(self._margins[key], smallest))
         for key, least in other._beyond.items():
@@ -318,17 +375,17 @@ class _OverRecords:
             rows = OutcomeColumns(
                 {key: [column[k] for k in computed] for key, column in columns.items()}
             )
-        self.names += rows.texts("record_id")
-        self.shares.extend(rows.shares.tolist())
-        for quantity, peaks in self._peaks.items():
-            peaks.extend(rows.peaks(quantity).tolist())
         uplifted = rows.uplifted()
+        self._names += rows.texts("record_id")
+        self.count += uplifted.size
+        peaks = map(rows.peaks, IN_MATRICES)
+        self._numbers.append(np.stack([rows.shares, *peaks, uplifted]).astype(np.float64))
         self._uplifted += int(uplifted.sum())
-        self._drifts_of_uplifted.extend(rows.peaks(QUANTITIES["peak_u"])[uplifted].tolist())
         peaks_in_words = zip(rows.texts("record_id"), rows.texts("pga_g"), strict=True)
-        self._implausible += [
+        implausible = [
             f"{name}, {words}" for name, pga in peaks_in_words if (words := peak_in_words(pga))
         ]
+        self._implausible = [*self._implausible, *implausible][:MOST_NAMED]
         ends = rows.shares_of_ends()
         self._model_ends += int((ends > 0.0).sum())
         self._largest_share_ends = max(self._largest_share_ends, float(np.nanmax(ends)))
@@ -355,72 +412,37 @@ class _OverRecords:
             key: math.nan for key, least in self._beyond.items() if least < self._margins[key]
         }
 
-    def row(self, interval: Row) -> Row:
-        """Return the row of the structure, with the mean of its shares and its interval."""
-        first = self._first
+    def row(self, numbers: NDArray[np.float64], interval: Row) -> Row:
+        """Return the row of the structure, with its mean share and the interval of that.
+
+        Parameters
+        ----------
+        numbers : array, shape (series, records)
+            Its numbers.
+        interval : Row
+            That of `mean_shares_of`.
+        """
+        _, *peaks, uplifted = numbers
         return {
-            "structure": first["structure"],
-            **{key: number(first.get(key)) for key in OF_STRUCTURE},
-            "records": len(self.names),
+            "structure": self.structure,
+            **{key: number(self._facts[key]) for key in OF_STRUCTURE},
+            "records": self.count,
             **dict.fromkeys(("left_out", "left_out_words")),  # filled for all structures at once
             **interval,
-            "uplifted": self._uplifted if rocks(first) else "",
-            "uplifted_peak_u_50_m": over_records(self._drifts_of_uplifted)[1],
+            "uplifted": self._uplifted if rocks(self._facts) else "",
+            "uplifted_peak_u_50_m": over_records(numbers[_DRIFT, uplifted == 1.0])[1],
             "model_ends": self._model_ends,
             "largest_share_model_ends": self._largest_share_ends,
             **{
                 column: value
-                for one, peaks in self._peaks.items()
-                for column, value in zip(one.band_columns, over_records(peaks), strict=True)
+                for quantity, values in zip(IN_MATRICES, peaks, strict=True)
+                for column, value in zip(quantity.band_columns, over_records(values), strict=True)
             },
             **self._smallest_margins(),
-            "implausible": "; ".join(self._implausible[:MOST_NAMED]),
+            "implausible": "; ".join(self._implausible),
             "worst_record": self._worst,
             "nominal": self._nominal,
         }
-
-
-def mean_shares_of(
-    shares: Iterable[Sequence[float]], records: Iterable[str], recordings: Mapping[str, Hashable]
-) -> list[Row]:
-    """Return the mean share of each structure that overturns under records, and its interval.
-
-    Parameters
-    ----------
-    shares : iterable of sequence of float
-        The share of each structure under each record [1].
-    records : iterable of str
-        Identifiers of the records.
-    recordings : mapping of str to hashable
-        As for `summary_rows`.
-    """
-    from rockframe.risk.distribution import mean_shares
-
-    place: dict[Hashable, int] = {}
-    keys = (recordings.get(name, name) for name in records)
-    clusters = [place.setdefault(key, len(place)) for key in keys]
-    if not clusters:
-        names = [f"share_overturned{end}" for end in ("", "_low", "_high")]
-        return [dict.fromkeys(names, math.nan) for _ in shares]
-    means = mean_shares((np.reshape(share, (-1, 1)) for share in shares), clusters=clusters)
-    ends = [{"": mean.share, "_low": mean.low, "_high": mean.high} for mean in means]
-    return [
-        {f"share_overturned{end}": float(value[0]) for end, value in one.items()} for one in ends
-    ]
-
-
-def over_records(values: ArrayLike) -> list[float]:
-    """Return the `QUANTILES` of the values of records; NaN without records.
-
-    Examples
-    --------
-    >>> over_records([0.1, 0.2, math.inf])[1]
-    0.2
-    """
-    from rockframe.rocking.margins.ensemble import quantiles
-
-    numbers = np.asarray(values, dtype=np.float64)
-    return quantiles(numbers).tolist() if numbers.size else [math.nan] * len(QUANTILES)
 
 
 #: What the numbers of a summary are, for the line below it.
