@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import netCDF4
+import numpy as np
 import pytest
 import xarray as xr
 from tests.screening import site, stored, structures, three
@@ -20,8 +21,8 @@ from rockframe.errors import InputError, ParameterError
 from rockframe.results.contents import describe
 from rockframe.results.pulses import best_pulses, recordings_of
 from rockframe.results.response import open_response
-from rockframe.results.shards import OpenShards, shards_of, write_index
-from rockframe.results.stored import alone, open_netcdf
+from rockframe.results.shards import OpenShards, opened_arrays, shards_of, write_index
+from rockframe.results.stored import alone, open_netcdf, opened_one
 from rockframe.results.tables.entries import write_rows_as
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
@@ -138,6 +139,29 @@ def test_few_shards_are_open_while_an_index_is_read_from_end_to_end(records: Pat
         assert most == max(2, together)
     shards.close()
     assert len(shards) == 0
+
+
+def test_a_shard_is_not_opened_again_for_each_small_variable(
+    records: Path, wholes: dict[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If more are read together than may be open, their small variables are kept."""
+    index, _ = in_batches("respond", records, 7)
+    monkeypatch.setattr("rockframe.results.shards._MOST_OPEN", 2**22)  # one shard and its file
+    opened: list[Path] = []
+
+    def counted(path: Path, *arguments: Any, **named: Any) -> Any:
+        opened.append(path)
+        return opened_one(path, *arguments, **named)
+
+    monkeypatch.setattr("rockframe.results.shards.opened_one", counted)
+    with (
+        opened_arrays(index, "response") as joined,
+        opened_arrays(wholes["respond"], "response") as whole,
+    ):
+        for name, variable in whole.without("obs").variables.items():
+            np.testing.assert_array_equal(joined[name].values, variable.values)
+    # the index and the whole file, the shards once, and again the two that were still open
+    assert len(opened) <= 2 + 6 + 2
 
 
 def test_shards_are_the_chunks_of_dask(records: Path, wholes: dict[str, Path]) -> None:

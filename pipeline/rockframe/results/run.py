@@ -472,6 +472,8 @@ def read_histories(folder: Path, pairs: Sequence[Pair]) -> Iterator[tuple[Ground
         If a file is missing, corrupted, or of another kind.
     """
     wanted = set(pairs)
+    if not wanted:  # the pulses of all records would be read
+        return
     pulses = best_pulses(folder / "pulses.nc")
     with (
         opened_arrays(folder / "records.nc", RECORDS) as records,

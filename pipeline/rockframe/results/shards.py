@@ -242,6 +242,8 @@ class OpenShards:
     def __init__(self, path: Path, kind: str, attrs: Mapping[str, Any], held: Holder) -> None:
         self._path, self._kind, self._attrs, self._held = path, kind, attrs, held
         self._open: OrderedDict[int, tuple[ExitStack, dict[str, Stored], int]] = OrderedDict()
+        self._kept: OrderedDict[int, dict[str, NDArray[Any]]] = OrderedDict()
+        self._kept_size = 0
         self.all = _required_shards(path, kind, attrs)
         self.lock = RLock()
 
@@ -306,11 +308,28 @@ class OpenShards:
                 self._open[number] = stack.pop_all(), variables, size
         self._open.move_to_end(number)
         while len(self._open) > 2 and (len(self._open) > together or self._are_large()):
-            self._open.popitem(last=False)[1][0].close()
+            first, (opened, variables, _) = self._open.popitem(last=False)
+            if together > len(self._open):  # the next variable is read from this shard, too
+                self._keep_small(first, variables)
+            opened.close()
         return self._open[number][1]
 
     def _are_large(self) -> bool:
         return sum(size for *_, size in self._open.values()) > _MOST_OPEN
+
+    def _keep_small(self, number: int, variables: Mapping[str, Stored]) -> None:
+        """Keep the small variables of a shard that is closed, so that it is not opened for each."""
+        if number not in self._kept:
+            small = {name: v.values for name, v in variables.items() if read_whole(v)}
+            self._kept[number] = small
+            self._kept_size += sum(values.nbytes for values in small.values())
+        while self._kept_size > _MOST_OPEN:
+            _, small = self._kept.popitem(last=False)
+            self._kept_size -= sum(values.nbytes for values in small.values())
+
+    def kept(self, number: int, name: str) -> NDArray[Any] | None:
+        """Return all values of a variable of a shard, if they were kept when it was closed."""
+        return self._kept.get(number, {}).get(name)
 
     def close(self) -> None:
         """Close all shards."""
@@ -369,8 +388,10 @@ class Joined(Stored):
 
     def _of_shard(self, number: int, key: tuple[Any, ...], together: int = 1) -> NDArray[Any]:
         with self._shards.lock:
+            wanted, kept = key[self._axis], self._shards.kept(number, self.declared.name)
+            if kept is not None:
+                return np.asarray(kept[key])
             stored = self._shards.variables(number, together)[self.declared.name]
-            wanted = key[self._axis]
             if not isinstance(wanted, np.ndarray) or wanted.size < 2:
                 return stored.read(key)
             # netCDF reads scattered places one by one, so all places between them are read
