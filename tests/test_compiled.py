@@ -210,7 +210,7 @@ def test_arrays_have_one_memory_layout(monkeypatch: pytest.MonkeyPatch) -> None:
     respond(bent, GroundAcceleration.from_samples(samples, 0.02))
     correct(samples, 0.02, BandPass(0.5, 20.0))
     find_pulses(samples, 0.02, PulseOptions(surrogates=0))
-    assert called >= {"integrate", "through_sections", "fill", "crests"}
+    assert called >= {"integrate", "through_sections", "fill_lines", "tops", "crests"}
 
 
 @pytest.mark.parametrize(

@@ -119,9 +119,13 @@ def test_summits_at_the_end_are_as_high_as_at_the_start(wavelet: str, centre: fl
 
 def top_of(products: np.ndarray, steps: range, beyond: float, kind: int) -> float:
     """Return the largest square of one signal, at one period of a wavelet with these parts."""
-    highest, parts = np.empty((3, 2, 1, 1)), products[None, None, None]
-    times, rows, factors = (steps.start, steps.stop, beyond), np.array([1]), np.array([2.0])
-    tops(parts, times, np.array([kind]), factors, rows, (1, 0), highest)
+    highest, best = np.empty((3, 2, 1, 1)), np.array([[0.0], [0.0], [np.inf]])
+    power = np.empty(len(steps) + 1, dtype=np.float32)
+    work, place = (power, power.view(np.int32)), (np.array([1]), 1, 0, 1)
+    factors = np.array([[2.0], [3.0]])
+    times = (steps.start, beyond)
+    tops(products[None], work, times, np.array([kind]), factors, place, best, highest)
+    np.testing.assert_array_equal(best[:, 0], [0.0, 3.0 * highest[1, 1, 0, 0], np.inf])
     return float(highest[1, 1, 0, 0]) / 2.0
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
-from rockframe.wavelets.loops import FRESH, fill_lines, window_energies
+from rockframe.wavelets.loops import FRESH
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -24,122 +24,138 @@ _MOST_STEPS: Final = 8
 
 @compiled
 def match_lines(
-    spectrum: SingleComplex, shape: SingleComplex, scales: Float, table: SingleComplex
+    spectrum: SingleComplex,
+    shape: SingleComplex,
+    scales: Float,
+    lines: NDArray[np.intp],
+    row: SingleComplex,
+    table: SingleComplex,
 ) -> None:
     """Multiply the spectra of signals and of a wavelet's parts.
 
     Parameters
     ----------
-    spectrum : array, shape (signals, bins)
+    spectrum : array, shape (signals, bins or more)
         Spectra of the signals.
     shape : array, shape (parts, tabulated lines)
         Conjugate spectra of the parts.
     scales : array, shape (periods,)
         Distance of two bins, in tabulated lines.
+    lines, row : array, shape (bins,)
+        Overwritten.
     table : array, shape (signals, periods, parts, bins or more)
         Filled with the products, and with 0 beyond the bins.
     """
-    bins = spectrum.shape[1]
-    row = np.empty(bins, dtype=np.complex64)
-    lines = np.empty(bins, dtype=np.intp)
     for j in range(scales.size):
-        for k in range(bins):
+        for k in range(lines.size):
             lines[k] = int(np.rint(scales[j] * k))
         for part in range(shape.shape[0]):
-            for k in range(bins):
+            for k in range(lines.size):
                 row[k] = shape[part, lines[k]]
-            for i in range(spectrum.shape[0]):
-                for k in range(bins):
-                    table[i, j, part, k] = spectrum[i, k] * row[k]
-                for k in range(bins, table.shape[3]):
-                    table[i, j, part, k] = 0.0
+            for i in range(table.shape[0]):
+                for k in range(table.shape[3]):
+                    table[i, j, part, k] = spectrum[i, k] * row[k] if k < lines.size else 0.0
 
 
 @compiled
 def tops(
     products: Single,
-    times: tuple[int, int, float],
+    work: tuple[Single, NDArray[np.int32]],
+    times: tuple[int, float],
     kinds: NDArray[np.intp],
     factors: Float,
-    rows: NDArray[np.intp],
-    first: tuple[int, int],
+    place: tuple[NDArray[np.intp], int, int, int],
+    best: Float,
     highest: Float,
 ) -> None:
     """Find the largest squares over time, between its steps on parabolas through three of them.
 
     Parameters
     ----------
-    products : array, shape (signals, periods, numbers, parts, times)
+    products : array, shape (signals periods numbers, parts, steps)
         Inner products.
-    times : tuple of int, int and float
-        First step of time that is searched, and the one after the last; and the distance from the
-        last step to the end of the range, in steps, below 1.
+    work : tuple of array, shape (steps that are searched and one more,)
+        Overwritten. The second has the same memory as the first: integers have the same order as
+        positive numbers, and their maximum is vectorised.
+    times : tuple of int and float
+        First step that is searched; and distance from the last one to the end of the range, in
+        steps, below 1.
     kinds : array, shape (kinds,)
         For each result: 0 or 1 for the square of this part, or 2 for the sum of both squares.
-    factors : array, shape (periods,)
-        Factors of the squares.
-    rows : array, shape (signals,)
-        Row of `highest` of each signal.
-    first : tuple of int
-        First period and first number in `highest`.
+    factors : array, shape (2, periods)
+        Factors of the squares, and further ones with which their largest is chosen.
+    place : tuple of array, shape (signals,), and int
+        Row of `best` and `highest` of each signal; first period and first number in `highest`; and
+        count of numbers.
+    best : array, shape (rows, kinds)
+        Raised to the largest squares with both factors.
     highest : array, shape (rows, periods or more, numbers or more, kinds)
         Filled with the largest squares.
     """
-    start, stop, beyond = times
-    within = stop - start
-    power = np.empty(within + 1, dtype=np.float32)
-    bits = power.view(np.int32)  # integers have the same order, and their maximum is vectorised
-    for i in range(products.shape[0]):
-        for j in range(products.shape[1] * products.shape[2]):
-            period, number = j // products.shape[2], j % products.shape[2]
-            parts = products[i, period, number]
+    (power, bits), (rows, first, least, count), item = work, place, 0
+    last = power.size - 2
+    for i in range(rows.size):
+        for j in range(factors.shape[1] * count):
+            period, number = j // count, j % count
             for n in range(kinds.size):
-                row = parts[kinds[n] % 2, start : stop + 1]
-                for k in range(within + 1):
+                row = products[item, kinds[n] % 2, times[0] :]
+                other = products[item, products.shape[1] - 1, times[0] :]
+                for k in range(power.size):
                     power[k] = row[k] * row[k]
                 if kinds[n] == 2:
-                    other = parts[1, start : stop + 1]
-                    for k in range(within + 1):
+                    for k in range(power.size):
                         power[k] += other[k] * other[k]
-                most, top = bits[0], 0
-                for k in range(within):
-                    most = max(most, bits[k])
-                while bits[top] < most:
-                    top += 1
+                top = _largest_of(bits, last)
                 square = float(power[top])
-                if within > 1:  # a parabola fits the product of one part better than its square
+                if last > 0:  # a parabola fits the product of one part better than its square
                     heights = power if kinds[n] == 2 else row
-                    square = max(
-                        square, _square_between(heights, top, within - 1, beyond, kinds[n])
-                    )
-                highest[rows[i], first[0] + period, first[1] + number, n] = square * factors[period]
+                    square = max(square, _largest_between(heights, top, last, times[1], kinds[n]))
+                square *= factors[0, period]
+                highest[rows[i], first + period, least + number, n] = square
+                best[rows[i], n] = max(best[rows[i], n], square * factors[1, period])
+            item += 1
 
 
 @inlined
-def _square_between(heights: Single, top: int, last: int, beyond: float, kind: int) -> float:
-    """Return the larger of the squares around the highest step and at the end of the range."""
-    middle = max(top, 1)
-    least, most = -0.5 if top > 0 else -1.0, 0.5 if top < last else beyond
-    around = _largest_square(heights[middle - 1 :], least, most, kind)
-    return max(around, _largest_square(heights[last - 1 :], beyond, beyond, kind))
+def _largest_of(numbers: NDArray[np.int32], last: int) -> int:
+    """Return the place of the largest number, but those after the last."""
+    most, place = numbers[0], 0
+    for k in range(last + 1):
+        if numbers[k] > most:
+            most = numbers[k]
+    while numbers[place] < most:
+        place += 1
+    return place
 
 
 @inlined
-def _largest_square(three: Single, least: float, most: float, kind: int) -> float:
-    """Return the largest square on the parabola through three values, within a range of steps.
+def _largest_between(heights: Single, top: int, last: int, beyond: float, kind: int) -> float:
+    """Return the larger of the squares around the highest step and at the end of the range.
 
-    The range is around the second value. Values of kind 2 are squares already.
+    They are those of parabolas through three heights; heights of kind 2 are squares already.
     """
-    before, here, after = float(three[0]), float(three[1]), float(three[2])
-    slope, bend = 0.5 * (after - before), before - 2.0 * here + after
-    shift = min(max(-slope / bend, least), most) if bend * here < 0.0 else most
-    value = here + shift * (slope + 0.5 * shift * bend)
-    return value if kind == 2 else value * value
+    square, middle, least, most = 0.0, max(top, 1), -0.5, 0.5 if top < last else beyond
+    if top == 0:
+        least = -1.0
+    for _ in range(2):
+        before, here, after = heights[middle - 1], heights[middle], heights[middle + 1]
+        slope, bend = 0.5 * (float(after) - before), float(before) - 2.0 * here + after
+        shift = min(max(-slope / bend, least), most) if bend * here < 0.0 else most
+        value = here + shift * (slope + 0.5 * shift * bend)
+        square = max(square, value if kind == 2 else value * value)
+        middle, least, most = last, beyond, beyond  # the end of the range
+    return square
 
 
 @compiled
 def strong_blocks(
-    samples: Single, within: int, block: int, half: int, floor: Float, ends: NDArray[np.intp]
+    samples: Single,
+    within: int,
+    block: int,
+    half: int,
+    floor: Float,
+    growth: Float,
+    ends: NDArray[np.intp],
 ) -> tuple[int, int]:
     """Find the signals that have enough energy somewhere, and where.
 
@@ -152,6 +168,8 @@ def strong_blocks(
         a block includes that of these neighbours.
     floor : array, shape (signals,)
         Least energy of a block, as a sum of squares.
+    growth : array, shape (blocks + 1,)
+        Overwritten.
     ends : array, shape (signals, 3)
         Rows are filled, one for each signal with enough energy: its index, its first sample with
         enough energy, and the one after its last.
@@ -161,9 +179,8 @@ def strong_blocks(
     count, longest : int
         Number of signals with enough energy, and the largest distance of their ends.
     """
-    blocks = -(-within // block)
-    growth = np.zeros(blocks + 1)
-    count, longest = 0, 0
+    blocks, count, longest = growth.size - 1, 0, 0
+    growth[0] = 0.0
     for i in range(samples.shape[0]):
         for m in range(blocks):
             growth[m + 1] = growth[m]
@@ -214,6 +231,7 @@ def crests(
     spectrum: Complex,
     numbers: Float,
     gaussians: Float,
+    spectra: Complex,
     energies: Float,
     points: Float,
     time: float,
@@ -227,87 +245,107 @@ def crests(
     ----------
     spectrum : array, shape (lines,)
         Lines of the signal's spectrum that are summed.
-    numbers : array, shape (6,)
+    numbers : array, shape (5,)
         Duration with and without the zeros, and start of the signal [s]; distance over T_p within
-        which a series over time is accurate; power of T_p in the weighting of squares; and 1 if
-        velocities are compared, otherwise 0.
+        which a series over time is accurate; and power of T_p in the weighting of squares.
     gaussians : array, shape (parts, 3)
-        Spectra of the wavelet's parts as in `fill_lines`, or empty.
-    energies : array, shape (parts,)
-        Energies of the parts, replaced by those of each point if `gaussians` is empty.
+        Height, power from 1 to 3 and rate of each part's spectrum, height nu^power exp(-rate nu^2),
+        times i if the power is odd; or empty.
+    spectra : array, shape (parts points, lines) or (parts, lines)
+        Spectra of the wavelet's parts at each point; overwritten if `gaussians` is not empty.
+    energies : array, shape (points, parts)
+        Energies of the parts.
     points : array, shape (points, variables)
-        ln T_p and, where the wavelet has it, the number of half cycles.
+        ln T_p, and more that is not used here.
     time : float
         Time near which the maxima are [s].
     tops : array, shape (points, 4 + parts)
         Filled with period, time, weighted square, explained energy and factors.
     """
-    whole, duration, start, near = numbers[0], numbers[1], numbers[2], numbers[3]
-    parts, of_velocity = energies.size, numbers[5] > 0.0
-    spectra = np.empty((parts, spectrum.size), dtype=np.complex128)
-    series = np.empty((parts, _TERMS))
+    parts, near = energies.shape[1], numbers[3]
+    series = np.empty((parts + 1, _TERMS))
     for p in range(points.shape[0]):
-        period, gamma = math.exp(points[p, 0]), points[p, points.shape[1] - 1]
-        line, tau, shift = period / whole, (time - start) / period, 0.0
-        if gaussians.size == 0:
-            window_energies(gamma, of_velocity, energies)
-        fill_lines(line, gamma, gaussians, of_velocity, spectra)
+        period, shift = math.exp(points[p, 0]), 0.0
+        line, tau = period / numbers[0], (time - numbers[2]) / period
+        _fill_gaussians(gaussians, line, spectra)
         for _ in range(_MOST_SHIFTS):
-            _expand(spectra, spectrum, line, tau, series)
-            shift = _top_near(
-                series, energies, max(-tau, -near), min(duration / period - tau, near)
-            )
+            _expand(spectra, p * parts % spectra.shape[0], spectrum, line, tau, series)
+            least, most = max(-tau, -near), min(numbers[1] / period - tau, near)
+            shift = _top_near(series, energies, p, least, most)
             tau += shift
             if abs(shift) < near:
                 break
-        tops[p, 0], tops[p, 1], tops[p, 3] = period, start + tau * period, 0.0
+        tops[p, 0], tops[p, 1], tops[p, 3] = period, numbers[2] + tau * period, 0.0
         for part in range(parts):
             product = 0.0
             for n in range(_TERMS - 1, -1, -1):
                 product = product * shift + series[part, n]
-            tops[p, 4 + part] = product / (period * energies[part])
+            tops[p, 4 + part] = product / (period * energies[p, part])
             tops[p, 3] += product * tops[p, 4 + part]
         tops[p, 2] = tops[p, 3] * period ** numbers[4]
 
 
-@compiled
-def _expand(spectra: Complex, signal: Complex, line: float, tau: float, series: Float) -> None:
-    """Fill in the coefficients of the products in powers of the time around tau."""
+@inlined
+def _fill_gaussians(gaussians: Float, line: float, spectra: Complex) -> None:
+    for part in range(gaussians.shape[0]):
+        for k in range(spectra.shape[1]):
+            nu = k * line
+            size = gaussians[part, 0] * nu * math.exp(-gaussians[part, 2] * (nu * nu))
+            if gaussians[part, 1] == 2.0:
+                spectra[part, k] = complex(size * nu, 0.0)
+            else:
+                spectra[part, k] = complex(
+                    0.0, size * nu * nu if gaussians[part, 1] > 2.0 else size
+                )
+
+
+@inlined
+def _expand(
+    spectra: Complex, first: int, signal: Complex, line: float, tau: float, series: Float
+) -> None:
+    """Fill in the coefficients of the products in powers of the time around tau.
+
+    The spectra are in rows from `first`, one for each row of the series but the last.
+    """
     series[:] = 0.0
-    angle, rate = 2.0 * math.pi * tau * line, 2.0 * math.pi * line
+    parts, angle, rate = series.shape[0] - 1, 2.0 * math.pi * tau * line, 2.0 * math.pi * line
     turn = complex(math.cos(angle), math.sin(angle))
     at = complex(1.0, 0.0)
-    for k in range(spectra.shape[1]):
+    for k in range(signal.size):
         if k % FRESH == 0:
             at = complex(math.cos(angle * k), math.sin(angle * k))
         turned = signal[k] * at
-        for part in range(spectra.shape[0]):
-            value = turned * spectra[part, k].conjugate()
+        for part in range(parts):
+            value = turned * spectra[first + part, k].conjugate()
             power = 2.0 * line if k > 0 else line  # the others stand for negative frequencies too
             for n in range(_TERMS):  # real parts of the terms with powers of i k rate
                 series[part, n] += power * (value.real if n % 2 == 0 else value.imag)
                 power *= k * rate / (n + 1.0)
         at *= turn
-    for n in range(1, _TERMS):
-        if n % 4 == 1 or n % 4 == 2:
-            for part in range(spectra.shape[0]):
+    for part in range(parts):
+        for n in range(1, _TERMS):
+            if n % 4 == 1 or n % 4 == 2:
                 series[part, n] = -series[part, n]
 
 
-@compiled
-def _top_near(series: Float, energies: Float, low: float, high: float) -> float:
-    """Return the time of the maximum of the sum of squares near 0, within bounds."""
-    total = np.zeros(_TERMS)
-    for part in range(energies.size):
+@inlined
+def _top_near(series: Float, energies: Float, point: int, low: float, high: float) -> float:
+    """Return the time of the maximum of the sum of squares near 0, within bounds.
+
+    The sum is filled in in the last row of the series.
+    """
+    total = energies.shape[1]
+    for part in range(total):
         for n in range(_TERMS):
             for m in range(_TERMS - n):
-                total[n + m] += series[part, n] * series[part, m] / energies[part]
+                square = series[part, n] * series[part, m] / energies[point, part]
+                series[total, n + m] += square
     x = 0.0
     for _ in range(_MOST_STEPS):
         rise, curve = 0.0, 0.0
         for n in range(_TERMS - 1, 0, -1):
-            curve = curve * x + (n - 1) * n * total[n] if n > 1 else curve
-            rise = rise * x + n * total[n]
+            curve = curve * x + (n - 1) * n * series[total, n] if n > 1 else curve
+            rise = rise * x + n * series[total, n]
         move = -rise / curve if curve < 0.0 else math.copysign(high - low, rise)
         last, x = x, min(max(x + move, low), high)
         if abs(x - last) < 1e-14:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rockframe.matching.loops import crests
 from rockframe.matching.signal import Signal, cut_around, holds, part_energies
 from rockframe.wavelets.family import WAVELETS
+from rockframe.wavelets.loops import fill_lines
 
 Float = NDArray[np.float64]
 #: ln T_p and, where the wavelet has it, the number of half cycles.
@@ -187,16 +188,24 @@ class _Transform:
         signal, weighting = near.signal, near.signal.weighting
         close = _WHOLE_NEAR if near.every else _NEAR
         power, velocity = weighting.power_of_square, weighting.of_velocity
-        numbers = (signal.period, signal.duration, signal.start, close, power, velocity)
-        self._near, self._lines = near, signal.spectrum[: near.lines]
+        numbers = (signal.period, signal.duration, signal.start, close, power)
+        self._near, self._lines = near, np.asarray(signal.spectrum[: near.lines], np.complex128)
         self._numbers = np.array(numbers)
-        self._parts = _parts(near.wavelet, velocity)
+        self._gaussians, self._energies = _parts(near.wavelet, velocity)
 
     def tops(self, points: Float, time: float) -> Float:
         """Return period, time, height, energy and factors of the maxima over time, in rows."""
-        gaussians, energies = self._parts
-        rows = np.empty((len(points), 4 + energies.size))
-        crests(self._lines, self._numbers, gaussians, energies, points, time, rows)
+        gaussians, energies, count = self._gaussians, self._energies, len(points)
+        parts = energies.shape[1]
+        if gaussians.size:
+            spectra = np.empty((parts, self._lines.size), dtype=np.complex128)
+        else:
+            spectra = np.empty((parts * count, self._lines.size), dtype=np.complex128)
+            energies = np.empty((count, parts))
+            signal = self._near.signal
+            fill_lines(points, signal.period, signal.weighting.of_velocity, spectra, energies)
+        rows = np.empty((count, 4 + parts))
+        crests(self._lines, self._numbers, gaussians, spectra, energies, points, time, rows)
         return rows
 
     def around(
@@ -366,11 +375,18 @@ def uphill(slope: Variables, bend: Curvature) -> Variables:
 
 @cache
 def _parts(wavelet: str, of_velocity: bool) -> tuple[Float, Float]:
-    """Return the spectra and the energies of a wavelet's parts, as `crests` takes them."""
+    """Return the spectra and the energies of a wavelet's parts, as `crests` takes them.
+
+    The spectra are empty, and there is no row of energies, where they depend on half cycles.
+    """
     if WAVELETS[wavelet].has_half_cycles:
-        return np.empty((0, 3)), np.empty(2)
+        return np.empty((0, 3)), np.empty((0, 2))
     gaussians = np.array([part.gaussian for part in WAVELETS[wavelet].parts(None)])
-    return gaussians, np.array(part_energies(wavelet, None, of_velocity))
+    if of_velocity:  # the integral is the spectrum over 2 pi i nu
+        gaussians[:, 0] *= np.where(gaussians[:, 1] == 3.0, 0.5, -0.5) / math.pi
+        gaussians[:, 1] -= 1.0
+    energies = np.array([part_energies(wavelet, None, of_velocity)])
+    return gaussians, np.repeat(energies, len(_AXES[2]), axis=0)
 
 
 def crest(

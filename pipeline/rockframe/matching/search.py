@@ -36,7 +36,7 @@ _SAMPLES_PER_PERIOD: Final = 8
 _HIGHEST: Final = 8
 _FINENESS: Final = 2048
 #: Largest number of values that are transformed together.
-_TOGETHER: Final = 1 << 20
+_TOGETHER: Final = 1 << 17
 #: The three wavelets whose parts are the two Ricker wavelets.
 _ANY_PHASE: Final = "ricker_any_phase"
 
@@ -107,19 +107,19 @@ def search(
     heights = [
         np.zeros((signals, periods.size, len(span.numbers), span.kinds.size)) for span in spans
     ]
+    highest = [np.zeros((signals, span.kinds.size)) for span in spans]
     # long periods first: they take little time, and limit the times to search at shorter ones
+    spectra = np.atleast_2d(signal.spectrum).astype(np.complex64)
     for rungs in _octaves(periods)[::-1]:
-        chosen = periods[rungs]
-        band, within, beyond = _band(signal, math.ceil(fineness * signal.period / chosen[0]))
-        share = nearly / weight[rungs].max()
-        for span, filled in zip(spans, heights, strict=True):
-            floor = share * (filled * weight[:, None, None]).max(axis=(1, 2)).min(axis=1)
-            part, rows, times = strong_stretch(band, within, span.far * chosen[-1], floor)
-            each = max(1, _TOGETHER // (2 * max(1, rows.size) * chosen.size * part.padded))
-            for k in range(0, len(span.numbers) if rows.size else 0, each):
-                some = (span.name, span.numbers[k : k + each])
-                place = (rungs.start, k)
-                largest(part, (times, beyond), chosen, some, span.kinds, rows, place, filled)
+        chosen, weights = periods[rungs], weight[rungs]
+        least = math.ceil(fineness * signal.period / float(chosen[0]))
+        band, within, beyond = _band(signal, spectra, least)
+        share, longest = nearly / float(weights.max()), float(chosen[-1])
+        for span, filled, best in zip(spans, heights, highest, strict=True):
+            floor, far = share * best.min(axis=1), (span.core * longest, span.reach * longest)
+            part, rows, times = strong_stretch(band, within, far, floor)
+            filling = (rows, rungs.start, best, filled)
+            largest(part, (times, beyond), (chosen, weights), span, filling)
     all_heights = {
         name: Heights(periods, span.numbers, filled[..., i])
         for span, filled in zip(spans, heights, strict=True)
@@ -128,7 +128,7 @@ def search(
     return {name: all_heights[name] for name in wavelets}
 
 
-def _band(signal: Signal, least: int) -> tuple[Signal, int, float]:
+def _band(signal: Signal, spectra: SingleComplex, least: int) -> tuple[Signal, int, float]:
     """Return a signal resampled to at least `least` samples, without high frequencies.
 
     Its samples include the zeros after the record, where it still rings. The number of samples
@@ -136,8 +136,8 @@ def _band(signal: Signal, least: int) -> tuple[Signal, int, float]:
     """
     count, within, beyond = _resampled(signal, least)
     step = signal.period / count
-    spectrum = np.atleast_2d(signal.spectrum)[:, : count // 2]
-    samples = scipy.fft.irfft(spectrum.astype(np.complex64), count)
+    spectrum = np.ascontiguousarray(spectra[:, : count // 2])
+    samples = scipy.fft.irfft(spectrum, count)
     samples /= np.float32(step)
     return Signal(samples, step, signal.weighting, count, spectrum), within, beyond
 
@@ -163,12 +163,9 @@ def _octaves(periods: Float) -> list[slice]:
 def largest(
     signal: Signal,
     times: tuple[range, float],
-    periods: Float,
-    wavelets: tuple[str, tuple[float | None, ...]],
-    kinds: NDArray[np.intp],
-    rows: NDArray[np.intp],
-    place: tuple[int, int],
-    highest: Float,
+    periods: tuple[Float, Float],
+    span: Span,
+    filling: tuple[NDArray[np.intp], int, Float, Float],
 ) -> None:
     """Fill in the largest squared coefficients over time, with the weighting ``energy``.
 
@@ -179,31 +176,38 @@ def largest(
     times : tuple of range and float
         Indices of the samples at whose times to search, and steps after the last of these samples
         that are searched too, less than one.
-    periods : array, shape (periods,)
-        T_p, ascending [s].
-    wavelets : tuple
-        Name of the wavelet whose parts are used, and numbers of half cycles, or None.
-    kinds : array, shape (kinds,)
-        For each requested result: the part, 0 or 1; or 2 for both parts.
-    rows : array, shape (signals,)
-        Row of `highest` of each record.
-    place : tuple of int
-        First period and first number of half cycles in `highest`.
-    highest : array, shape (rows, periods or more, half_cycles or more, kinds)
-        Filled with the squares.
+    periods : tuple of array, shape (periods,)
+        T_p, ascending [s], and their weights.
+    span : Span
+        The wavelet whose parts are used.
+    filling : tuple
+        Rows of the records and first period in the following arrays: the largest weighted squares,
+        shape (rows, kinds), which are raised, and an array of shape (rows, periods or more,
+        half_cycles, kinds), filled with the squares.
     """
-    shape = _shape(*wavelets, signal.weighting.of_velocity)
-    count, lines = len(wavelets[1]), signal.padded // 2
-    bins = min(lines, math.floor((_HIGHEST - 1.0 / _FINENESS) * signal.period / float(periods[-1])))
-    sizes = (len(signal.spectrum), periods.size)
-    table = np.empty((*sizes, len(shape), lines + 1), dtype=np.complex64)
-    spectrum = np.ascontiguousarray(signal.spectrum[:, :bins], dtype=np.complex64)
-    match_lines(spectrum, shape, periods * (_FINENESS / signal.period), table)
-    products = scipy.fft.irfft(table, signal.padded, overwrite_x=True)
-    products = products.reshape(*sizes, count, len(shape) // count, signal.padded)
-    factors = periods / signal.time_step**2
-    steps = (times[0].start, times[0].stop, times[1])
-    tops(products, steps, kinds, factors, rows, place, highest)
+    shape, (chosen, weights) = _shape(span, signal.weighting.of_velocity), periods
+    spectrum = np.asarray(signal.spectrum, dtype=np.complex64)
+    rows, first, best, filled = filling
+    count, lines, numbers = len(shape) // len(span.numbers), signal.padded // 2, len(span.numbers)
+    highest_line = (_HIGHEST - 1.0 / _FINENESS) * signal.period / float(chosen[-1])
+    bins = min(lines, math.floor(highest_line))
+    row, indices = np.empty(bins, dtype=np.complex64), np.empty(bins, dtype=np.intp)
+    scales = chosen * (_FINENESS / signal.period)
+    factors = np.array((chosen / signal.time_step**2, weights))
+    power = np.empty(len(times[0]) + 1, dtype=np.float32)
+    work, start = (power, power.view(np.int32)), (times[0].start, times[1])
+    each = max(1, _TOGETHER // (chosen.size * count * signal.padded))
+    together, signals = min(each, numbers), max(1, each // numbers)
+    for k in range(0, numbers, together):
+        some = shape[k * count : (k + together) * count]
+        for i in range(0, rows.size, signals):
+            spectra, place = spectrum[i : i + signals], rows[i : i + signals]
+            table = np.empty((len(spectra), chosen.size, len(some), lines + 1), dtype=np.complex64)
+            match_lines(spectra, some, scales, indices, row, table)
+            products = scipy.fft.irfft(table, signal.padded, overwrite_x=True)
+            products = products.reshape(-1, count, signal.padded)
+            where = (place, first, k, len(some) // count)
+            tops(products, work, start, span.kinds, factors, where, best, filled)
 
 
 def summits(
@@ -270,18 +274,18 @@ def _local_maxima(sizes: Float, nearly: float) -> list[int]:
 
 
 @lru_cache(maxsize=64)
-def _shape(span: str, half_cycles: tuple[float | None, ...], of_velocity: bool) -> SingleComplex:
+def _shape(span: Span, of_velocity: bool) -> SingleComplex:
     """Return conjugate spectra of both parts of unit energy, at f T_p = 0, 1 / _FINENESS, ..."""
     lines, spectra = _HIGHEST * _FINENESS, []
-    for number in half_cycles:
-        energies = np.array(part_energies(span, number, of_velocity))
-        parts = part_spectra(span, number, 1.0 / _FINENESS, lines, of_velocity)
+    for number in span.numbers:
+        energies = np.array(part_energies(span.name, number, of_velocity))
+        parts = part_spectra(span.name, number, 1.0 / _FINENESS, lines, of_velocity)
         spectra.append(np.conj(parts) / np.sqrt(energies)[:, None])
     return np.concatenate(spectra).astype(np.complex64)
 
 
 @dataclass(frozen=True, eq=False)
-class _Span:
+class Span:
     """A wavelet whose parts serve some of the requested wavelets.
 
     Parameters
@@ -294,7 +298,7 @@ class _Span:
         Names of the requested wavelets.
     kinds : array, shape (served,)
         The part of which each of these consists, 0 or 1; or 2 for both parts.
-    far : array, shape (2,)
+    core, reach : float
         Largest core and reach of the parts, over T_p.
     """
 
@@ -302,11 +306,12 @@ class _Span:
     numbers: tuple[float | None, ...]
     served: tuple[str, ...]
     kinds: NDArray[np.intp]
-    far: Float
+    core: float
+    reach: float
 
 
 @lru_cache(maxsize=64)
-def _spans(wavelets: tuple[str, ...], half_cycles: tuple[float, ...]) -> list[_Span]:
+def _spans(wavelets: tuple[str, ...], half_cycles: tuple[float, ...]) -> list[Span]:
     """Return wavelets that have all parts needed; the parts of the Rickers serve three wavelets."""
     rickers = [name for name in wavelets if name in RICKERS or name == _ANY_PHASE]
     names = [name for name in wavelets if name not in rickers]
@@ -318,7 +323,7 @@ def _spans(wavelets: tuple[str, ...], half_cycles: tuple[float, ...]) -> list[_S
             served = {one: k for k, one in enumerate((*RICKERS, name)) if one in wavelets}
         numbers = half_cycles if WAVELETS[name].has_half_cycles else (None,)
         parts = [part for number in numbers for part in WAVELETS[name].parts(number)]
-        far = np.max([(part.core, part.reach) for part in parts], axis=0)
+        core, reach = max(part.core for part in parts), max(part.reach for part in parts)
         kinds = np.array([*served.values()])
-        spans.append(_Span(name, numbers, tuple(served), kinds, far))
+        spans.append(Span(name, numbers, tuple(served), kinds, core, reach))
     return spans

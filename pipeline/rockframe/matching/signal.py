@@ -120,7 +120,7 @@ class Signal:
     time_step: float
     weighting: Weighting
     padded: int
-    spectrum: Complex
+    spectrum: Complex | NDArray[np.complex64]
     start: float = 0.0
 
     @property
@@ -323,7 +323,7 @@ _RISE: Final = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, _BESIDE))
 
 
 def strong_stretch(
-    signal: Signal, within: int, far: Float, floor: Float
+    signal: Signal, within: int, far: tuple[float, float], floor: Float
 ) -> tuple[Signal, NDArray[np.intp], range]:
     """Cut records to the times at which wavelets can explain at least an energy.
 
@@ -336,7 +336,7 @@ def strong_stretch(
         The records, in single precision, at the times of the search and, cyclically, beyond.
     within : int
         Number of samples at the times of the search.
-    far : array, shape (2,)
+    far : tuple of float
         Two distances from the centre [s]: nearly all energy of the wavelet is within the first, and
         it is zero beyond the second.
     floor : array, shape (signals,)
@@ -348,8 +348,9 @@ def strong_stretch(
     block = max(1, half // 4)
     ends = np.empty((floor.size, 3), dtype=np.intp)
     least = _SAFE * floor / signal.time_step
-    samples = signal.samples.astype(np.float32, copy=False)
-    count, longest = strong_blocks(samples, within, block, -(-half // block), least, ends)
+    samples = np.asarray(signal.samples, dtype=np.float32)
+    growth = np.empty(-(-within // block) + 1)
+    count, longest = strong_blocks(samples, within, block, -(-half // block), least, growth, ends)
     ends = ends[:count]
     rows = ends[:, 0].copy()  # a part of a larger array would need compiled code of its own
     if count == 0:
@@ -360,7 +361,8 @@ def strong_stretch(
     padded = 2 * scipy.fft.next_fast_len(-(-(size + reach) // 2), real=True)
     cuts = np.zeros((count, padded), dtype=np.float32)
     cut_samples(samples, ends, within - longest, _RINGING, size, cuts)
-    spectrum = scipy.fft.rfft(cuts) * signal.time_step
+    spectrum = scipy.fft.rfft(cuts)
+    spectrum *= np.float32(signal.time_step)
     cut = Signal(cuts[:, :size], signal.time_step, signal.weighting, padded, spectrum)
     return cut, rows, times
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.wavelets.loops import fill, window_energy
+from rockframe.wavelets.loops import fill, fill_lines, window_energy
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -271,17 +271,16 @@ def spectra(nu: Float, half_cycles: float) -> tuple[Complex, Complex]:
     half_cycles : float
         Number of half cycles, gamma [1].
     """
-    turned = np.exp(1j * math.pi * half_cycles * nu)
     both = np.empty((2, nu.size), dtype=np.complex128)
-    fill(nu, half_cycles, turned, both)
+    fill(nu, half_cycles, both)
     return both[0], both[1]
 
 
 def spectra_of_lines(line: float, count: int, half_cycles: float) -> Complex:
     """Return `spectra`, shape (2, count), at `count` frequencies from 0, `line` apart."""
     both = np.empty((2, count), dtype=np.complex128)
-    turned = phase_ramp(math.pi * half_cycles * line, count)
-    fill(line * np.arange(count, dtype=np.float64), half_cycles, turned, both)
+    point = np.array([[math.log(line), half_cycles]])
+    fill_lines(point, 1.0, False, both, np.empty((1, 2)))
     return both
 
 
@@ -333,27 +332,6 @@ def _area_of_cosine(tau: Float, end: float, rate: float, phi: float) -> Float:
     length = tau + end
     middle = np.cos(phi + 0.5 * rate * (tau - end))
     return np.asarray(length * middle * np.sinc(rate * length / _TURN))
-
-
-def phase_ramp(angle: float | NDArray[np.float64], count: int) -> NDArray[np.complex128]:
-    """Return exp(i k angle) for k = 0, 1, ..., count - 1, along a last axis.
-
-    Parameters
-    ----------
-    angle : float or array
-        Step [rad].
-    count : int
-        Number of values.
-
-    Examples
-    --------
-    >>> phase_ramp(0.5 * math.pi, 3).round(9).tolist()
-    [(1+0j), 1j, (-1+0j)]
-    """
-    side = math.isqrt(count) + 1
-    ramp = 1j * np.multiply.outer(angle, np.arange(side))
-    table = np.exp(side * ramp)[..., :, None] * np.exp(ramp)[..., None, :]
-    return np.asarray(table.reshape(*table.shape[:-2], -1)[..., :count])
 
 
 #: The two wavelets of Makris and Vassiliou (2013), by name.

@@ -20,35 +20,45 @@ FRESH: Final = 32
 
 
 @compiled
-def fill(nu: Float, gamma: float, turned: Complex, filled: Complex) -> None:
-    """Fill in spectra, shape (2, lines); `nu` and `turned` have shape (lines,).
-
-    They are sums of the window's Fourier integral, (gamma / 2) sinc(x) / (1 - x^2), at
-    x = gamma (nu - 1) and gamma (nu + 1).
-    """
-    near, sine, cosine = 0, math.sin(math.pi * gamma), math.cos(math.pi * gamma)
+def fill(nu: Float, gamma: float, filled: Complex) -> None:
+    """Fill in the spectra of the phases 0 and pi / 2, shape (2, frequencies), at frequencies nu."""
+    sine, cosine = math.sin(math.pi * gamma), math.cos(math.pi * gamma)
     for k in range(nu.size):
-        x, y = gamma * (nu[k] - 1.0), gamma * (nu[k] + 1.0)
-        first, second = turned[k].imag * cosine, turned[k].real * sine
-        left, right = x * (1.0 - x) * (1.0 + x), y * (1.0 - y) * (1.0 + y)
-        rate, at_limit = 0.5 * gamma * nu[k], min(abs(left), abs(right)) < _NEAR
-        near += at_limit
-        lower = (first - second) / (1.0 if at_limit else left)
-        upper = (first + second) / (1.0 if at_limit else right)
-        filled[0, k] = complex(0.0, rate * (lower + upper))
-        filled[1, k] = complex(rate * (upper - lower), 0.0)
-    for k in range(nu.size if near else 0):
-        x, y = gamma * (nu[k] - 1.0), gamma * (nu[k] + 1.0)
-        if min(abs(x * (1.0 - x) * (1.0 + x)), abs(y * (1.0 - y) * (1.0 + y))) < _NEAR:
-            rate = 0.5 * math.pi * gamma * nu[k]
-            filled[0, k] = complex(0.0, rate * (_window(x) + _window(y)))
-            filled[1, k] = complex(rate * (_window(y) - _window(x)), 0.0)
+        angle = math.pi * gamma * nu[k]
+        first, second = math.sin(angle) * cosine, math.cos(angle) * sine
+        even, odd = _pair(nu[k], gamma, first, second)
+        filled[0, k], filled[1, k] = complex(0.0, even), complex(odd, 0.0)
 
 
 @inlined
+def _pair(nu: float, gamma: float, first: float, second: float) -> tuple[float, float]:
+    """Return the spectra of phase 0, over i, and of phase pi / 2 at a frequency.
+
+    They are sums of the window's Fourier integral, (gamma / 2) sinc(x) / (1 - x^2), at
+    x = gamma (nu - 1) and gamma (nu + 1). The sines of pi x are `first` minus and plus `second`.
+    """
+    even, odd = 0.0, 0.0
+    for side in (-1.0, 1.0):
+        x = gamma * (nu + side)
+        below = x * (1.0 - x) * (1.0 + x)
+        near = abs(below) < _NEAR
+        height = math.pi * _window(x) if near else (first + side * second) / below
+        even += height
+        odd += side * height
+    rate = 0.5 * gamma * nu
+    return rate * even, rate * odd
+
+
+@compiled
+def _sinc(x: float) -> float:
+    y = math.pi * x
+    return math.sin(y) / y if y != 0.0 else 1.0
+
+
+@compiled
 def _window(x: float) -> float:
     """Return sinc(x) / (1 - x^2) as a sum of three shifted sincs, also valid at 0 and +-1."""
-    return float(np.sinc(x) + 0.5 * (np.sinc(x - 1.0) + np.sinc(x + 1.0)))
+    return _sinc(x) + 0.5 * (_sinc(x - 1.0) + _sinc(x + 1.0))
 
 
 def window_energy(gamma: float, even: float) -> float:
@@ -62,56 +72,53 @@ _window_energy = inlined(window_energy)
 
 
 @inlined
-def window_energies(gamma: float, of_velocity: bool, energies: Float) -> None:
+def _fill_energies(gamma: float, of_velocity: bool, energies: Float, point: int) -> None:
     """Fill in the energies of the phases 0 and pi / 2, or those of their velocities."""
-    x = 2.0 * gamma
-    sincs = 1.5 * np.sinc(x) + np.sinc(x - 1.0) + np.sinc(x + 1.0)
-    sincs += 0.25 * (np.sinc(x - 2.0) + np.sinc(x + 2.0))
+    x, sincs = 2.0 * gamma, 0.0
+    for shift in range(-2, 3 if of_velocity else -2):
+        share = 1.5 if shift == 0 else 0.25 if shift % 2 == 0 else 1.0
+        sincs += share * _sinc(x + shift)
     for part in range(2):
         even = 1.0 - 2.0 * part
-        energies[part] = _window_energy(gamma, even)
+        energies[point, part] = _window_energy(gamma, even)
         if of_velocity:
-            energies[part] = gamma * (0.1875 + 0.125 * even * sincs)
+            energies[point, part] = gamma * (0.1875 + 0.125 * even * sincs)
 
 
 @compiled
 def fill_lines(
-    step: float, gamma: float, gaussians: Float, of_velocity: bool, filled: Complex
+    points: Float, whole: float, of_velocity: bool, filled: Complex, energies: Float
 ) -> None:
-    """Fill in the spectra of a wavelet's parts, shape (parts, lines), at multiples of a step.
+    """Fill in the spectra of the wavelet of Mavroeidis and Papageorgiou, and energies of its parts.
 
-    `gaussians` has the height, the power, 2 or 3, and the rate of each part, whose spectrum is
-    height nu^power exp(-rate nu^2), times i if the power is odd. If it is empty, `gamma` is the
-    number of half cycles of the wavelet of Mavroeidis and Papageorgiou.
+    Parameters
+    ----------
+    points : array, shape (points, 2)
+        ln T_p and the number of half cycles.
+    whole : float
+        Distance of two lines, inverted, in the unit of T_p.
+    of_velocity : bool
+        True for the spectra and energies of the parts' velocities.
+    filled : array, shape (2 points, lines)
+        Filled with the spectra of the phases 0 and pi / 2 of each point, one after the other.
+    energies : array, shape (points, 2)
+        Filled with the energies.
     """
-    nu = np.empty(filled.shape[1])
-    for k in range(nu.size):
-        nu[k] = k * step
-    if gaussians.size == 0:
-        turned = np.empty(nu.size, dtype=np.complex128)
-        _fill_turns(math.pi * gamma * step, turned)
-        fill(nu, gamma, turned, filled)
-    for part in range(gaussians.shape[0]):
-        height, odd, rate = gaussians[part, 0], gaussians[part, 1] == 3.0, gaussians[part, 2]
-        for k in range(nu.size):
-            square = nu[k] * nu[k]
-            size = height * square * math.exp(-rate * square)
-            filled[part, k] = complex(0.0, size * nu[k]) if odd else complex(size, 0.0)
-    for part in range(filled.shape[0] if of_velocity else 0):
-        for k in range(1, nu.size):
-            share = 0.5 / (math.pi * nu[k])
-            filled[part, k] = complex(share * filled[part, k].imag, -share * filled[part, k].real)
-        filled[part, 0] = 0.0
-        if gaussians.size == 0 and part == 0:
-            filled[part, 0] = 0.5 * gamma * _window(gamma)
-
-
-@inlined
-def _fill_turns(angle: float, turned: Complex) -> None:
-    """Fill in exp(i k angle) for k = 0, 1, ..., by rotation."""
-    turn, at = complex(math.cos(angle), math.sin(angle)), complex(1.0, 0.0)
-    for k in range(turned.size):
-        if k % FRESH == 0:
-            at = complex(math.cos(angle * k), math.sin(angle * k))
-        turned[k] = at
-        at *= turn
+    for p in range(points.shape[0]):
+        step, gamma = math.exp(points[p, 0]) / whole, points[p, 1]
+        angle, end = math.pi * gamma * step, math.pi * gamma
+        turn, at = complex(math.cos(angle), math.sin(angle)), complex(1.0, 0.0)
+        sine, cosine = math.sin(end), math.cos(end)
+        for k in range(filled.shape[1]):
+            if k % FRESH == 0:
+                at = complex(math.cos(angle * k), math.sin(angle * k))
+            even, odd = _pair(k * step, gamma, at.imag * cosine, at.real * sine)
+            filled[2 * p, k], filled[2 * p + 1, k] = complex(0.0, even), complex(odd, 0.0)
+            if of_velocity and k > 0:
+                share = 0.5 / (math.pi * (k * step))
+                filled[2 * p, k] = complex(share * even, 0.0)
+                filled[2 * p + 1, k] = complex(0.0, -share * odd)
+            at *= turn
+        if of_velocity:
+            filled[2 * p, 0] = 0.5 * gamma * _window(gamma)
+        _fill_energies(gamma, of_velocity, energies, p)
