@@ -103,6 +103,26 @@ LAYOUTS: dict[str, tuple[str, ReadOptions]] = {
         "g", column="1", layout=TextLayout(time_column="3"))),
     "names of numbers": ("1,2\n" + SECONDS, ReadOptions("g", column="2", layout=TextLayout(
         first_line="names", time_column="1"))),
+    "an end mark": ("*Amplitude, name=EQ\n" + rows(TIMES, NORTH) + "*END\n", ReadOptions("g")),
+    "an end mark and a comment": (
+        rows(TIMES, NORTH) + "}\n# written by hand, 2019\n", ReadOptions("g")),
+    "milliseconds": ("time_ms,acc_g\n" + rows([f"{10 * k}" for k in range(COUNT)], NORTH),
+                     ReadOptions()),
+    "milliseconds in a line of units": ("Time,Acc\nms,g\n" + rows(
+        [f"{10 * k + 7}" for k in range(COUNT)], NORTH), ReadOptions()),
+    "microseconds of a counter": ("stamp_us,acc_g\n" + rows(
+        [f"{10_000 * k + 123_456_789}" for k in range(COUNT)], NORTH), ReadOptions(
+            column="acc_g", layout=TextLayout(time_column="stamp_us"))),
+    "numbers that touch, numbers of lines": ("A site, 90 degrees\n" + "".join(
+        "".join(f"{value:8.5f}" for value in line) + f"{k:7d}\n"
+        for k, line in enumerate(NORTH.reshape(-1, 8), 1)), G),
+    "a title of as many words as columns": ("Imperial Valley earthquake N-S\n" + rows(
+        TIMES[::2], NORTH[::2], TIMES[1::2], NORTH[1::2], separator="  "), ReadOptions("g")),
+    "sizes and a further number": (
+        f"Time history matched to spectrum: target.tgt\n{COUNT} 0.01 114\n{five_a_line(NORTH)}",
+        ReadOptions("g")),
+    "a direction that is no unit": ("t,table_x\n" + rows(TIMES, NORTH), ReadOptions(
+        "g", column="table_x")),
     "a factor": (rows(TIMES, 1000.0 * NORTH), ReadOptions(factor=GRAVITY / 1000.0)),
     "mg": ("Time (s),Acceleration (mg)\n" + rows(TIMES, 1000.0 * NORTH), ReadOptions()),
 }  # fmt: skip
@@ -114,6 +134,22 @@ def test_every_layout_holds_the_same_samples(layout: str) -> None:
     [record] = read(text, options)
     assert record.time_step == pytest.approx(STEP, rel=1e-12)
     np.testing.assert_allclose(record.acceleration, GRAVITY * NORTH, rtol=1e-6, atol=1e-9)
+
+
+def test_a_line_with_another_number_than_its_place_is_refused() -> None:
+    """A lost line leaves a gap in the numbers of lines; a column that starts so is a channel."""
+    text, options = LAYOUTS["numbers that touch, numbers of lines"]
+    lines = text.splitlines(keepends=True)
+    with pytest.raises(
+        InputError, match=r":32: .*number '32' of a line\. Must be 31, counted from"
+    ):
+        read("".join([*lines[:31], *lines[32:]]), options)
+
+
+@pytest.mark.parametrize("last", ["nan", "0.1x", "-", "1"])
+def test_a_last_line_that_may_be_a_sample_is_no_end_mark(last: str) -> None:
+    with pytest.raises(InputError, match=r"table\.txt:401: "):
+        read(rows(TIMES, NORTH) + last, ReadOptions("g"))
 
 
 @pytest.mark.parametrize("layout", ["title, sizes, five a line", "numbers of rows", "clock times"])
@@ -140,6 +176,14 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
         (",time_s,NS_g,EW_g\n" + rows(NUMBERS, TIMES, NORTH, EAST), ReadOptions(column="3"),
          r"column 3 may be 'EW_g' or 'NS_g'.*State its name"),
         ("Sample rate: 200\n" + SECONDS, G, r":1: .*'Sample rate: 200' in the comment, time st"),
+        ("# Column 2: East-west velocity (m/s)\n" + rows(TIMES, NORTH, EAST), ReadOptions(
+            "g", column="2"), r":1: .*comment .* states 'Column 2: East-west velocity'"),
+        (rows(TIMES), G, r":1: .*the only column rises by even steps, as times do"),
+        ("A\n1 0 9.81 0 0\nB\n" + SECONDS, ReadOptions("g"), r":2: .*which are no row of the t"),
+        ("1 0.01 9.81\n" + five_a_line(NORTH), G, r":1: .*3 values.*--skip-lines NUMBER\.$"),
+        ("A, DT = 0.01 sec\n" + rows(NORTH), ReadOptions("g"), r":1: .*--time-step-s 0\.01\.$"),
+        (rows(TIMES, NORTH) + "Velocity\n" + rows(TIMES, EAST), ReadOptions("g"),
+         r":401: .*1 column in 'Velocity'"),
         (five_a_line(NORTH), ReadOptions("g", STEP, layout=TextLayout(values_per_line=4)),
          r":1: .*5 values in a line\. Must be 4"),
         ("t,acc_1,acc_2\n" + rows(TIMES, NORTH, EAST), G, r"several with --channels NAME=AZIMUTH"),

@@ -92,7 +92,7 @@ def test_stated_count() -> None:
         ("t,acc_g\n0.0,1\n0.1,2\n", BOTH, r"time step 0.01 s given, but the times state 0.1 s"),
         ("time_s,vel_cm_s\n0.0,1\n0.1,2\n", BOTH, r":1: column 'vel_cm_s' is a velocity"),
         ("time_s,displacement\n0.0,1\n0.1,2\n", BOTH, r":1: column 'displacement' is a displac"),
-        ("time_ms,acc_g\n0.0,1\n0.1,2\n", BOTH, r":1: time in units of 'ms'\. Must be seconds"),
+        ("time_min,acc_g\n0,1\n0.1,2\n", BOTH, r":1: time in units of 'min'\. Must be seconds"),
         ("time_s,acc_km_s2\n0.0,1\n0.1,2\n", BOTH, r":1: acceleration units 'kms2'\. Must be one"),
         ("x,y\n0.0,1\n0.1,2\n", BOTH, r":1: columns 'x,y'\. Must be time and acceleration"),
         ("t,acc_g,vel\n0,1,2\n1,2,3\n", BOTH, r":1: columns 't,acc_g,vel'\. Must be time and acc"),

@@ -56,8 +56,8 @@ class TextLayout:
     values_per_line : int, optional
         Number of values of one series in each line.
     time_column : str, optional
-        Name or number of the column of times, in seconds or as clock times, or ``none`` if the
-        times are not used.
+        Name or number of the column of times, in seconds, in parts of a second if its name says so
+        (``time_ms``), or as clock times; or ``none`` if the times are not used.
     channels : tuple of str
         Columns of acceleration and their components, such as ``2=NS`` or ``acc_x=045``: number or
         name of the column, and an azimuth [degree], a compass name or a name of the vertical.

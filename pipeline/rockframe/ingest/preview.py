@@ -184,8 +184,10 @@ def _trial(
         option = Missing("--time-column", times[1], "a column of seconds, or none")
         return option, {"": {"layout": layout}}
     if "--time-step-s" in reason and "--time-column" not in reason and "--time-step-s" not in named:
-        option = Missing("--time-step-s", "SECONDS", "interval between samples [s]")
-        return option, {"": {"time_step": 0.01}}
+        stated = re.search(r"--time-step-s (\d\S*?)\.?$", reason)
+        value = stated[1] if stated else "SECONDS"
+        option = Missing("--time-step-s", value, "interval between samples [s]")
+        return option, {"": {"time_step": float(stated[1]) if stated else 0.01}}
     if "--column" not in named and (column := _columns(reason)):
         return column
     trust = re.search(r"--trust (\S+?)(?:\.|\s|$)", reason)

@@ -74,6 +74,10 @@ _OTHERS: Final = tuple(
         (rb"\A\xd0\xcf\x11\xe0", "a former Office file. Save the sheet as .xlsx or CSV"),
         (rb"\A(?:\x89PNG|\xff\xd8\xff|GIF8|%PDF)", "a picture or PDF. Must be a record"),
         (rb"\ASQLite format 3", "a database. Export the record as CSV"),
+        (rb"\APAR1", "parquet. Save the table as CSV"),
+        (rb"\A(?:ARROW1|FEA1)", "Arrow or Feather. Save the table as CSV"),
+        (rb"\ATDSm", "TDMS of LabVIEW. Export the record as text"),
+        (rb"\Aapplication/vnd\.oasis", "OpenDocument. Save the sheet as .xlsx or CSV"),
         (rb"\ARIFF.{4}WAVE", "sound. Save its samples as text, in units of acceleration"),
         (rb"\A\x00\x00\x27\x0a", "a shapefile. Must be a record"),
     )
@@ -258,7 +262,9 @@ def _only_one(claims: list[Format], head: bytes, source: str | Path) -> Format:
         )
     if words := _other_kind(head):
         raise InputError(source, f"unknown format: {words}.")
-    supported = "`rockframe formats` lists the supported ones."
+    supported = (
+        "`rockframe formats` lists the supported ones. Save the samples of others as a table."
+    )
     raise InputError(source, f"unknown format, begins {_beginning(head)}. {supported}")
 
 

@@ -47,7 +47,13 @@ from rockframe.ingest.parsing.lines import (
     require_even_lines,
     require_whole_end,
 )
-from rockframe.ingest.parsing.timing import even_time_step, stated_steps
+from rockframe.ingest.parsing.timing import (
+    are_even_steps,
+    decimals_of_second,
+    even_time_step,
+    in_seconds,
+    stated_steps,
+)
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
@@ -366,6 +372,8 @@ def _values(path: Path, table: Table) -> Float:
         last = line == table.first_line + len(rows) - 1
         if count > table.columns or (count < table.columns and not last):
             message = f"{count} values in a line. Must be {table.columns}, as in the first row."
+            if line - table.first_line < _FIRST_ROWS:
+                message += " Leave lines above the rows out with --skip-lines NUMBER."
             raise InputError(path, message, line=line)
         # A spreadsheet fills the last line with empty cells.
         filled = row.rstrip(separator + b" ") if last else row
@@ -391,6 +399,9 @@ def _parse(path: Path, table: Table, columns: Columns) -> Float:
         raise _first_bad_row(path, table, quantities)
     if table.columns == 1:  # times become wider, and the first row may be a header
         require_even_lines(path, table.body.partition(b"\n")[2], table.first_line + 1)
+        if not table.names and are_even_steps(numbers[:, 0]):
+            message = "the only column rises by even steps, as times do."
+            raise InputError(path, f"{message} Must be accelerations.", table.first_line)
     return numbers
 
 
@@ -483,12 +494,16 @@ def _time_step(
     if time is not None:
         pairs = table.columns // 2 if numbers.shape[1] < table.columns else 1
 
+        power = decimals_of_second(table.names[time]) if table.names else 0
+
         def printed() -> list[bytes]:
             rows = [row.split(table.separator) for row in table.rows]
-            return [token for row in rows for token in (row[::2] if pairs > 1 else [row[time]])]
+            tokens = [token for row in rows for token in (row[::2] if pairs > 1 else [row[time]])]
+            return [in_seconds(token, power) for token in tokens] if power else tokens
 
+        seconds = numbers[:, time] / 10.0**power
         try:
-            return even_time_step(path, numbers[:, time], printed, 0, options.time_step)
+            return even_time_step(path, seconds, printed, 0, options.time_step)
         except InputError as error:
             line = None if error.line is None else table.first_line + error.line // pairs
             do = "Leave the times out with --time-column none and --time-step-s."
@@ -497,6 +512,15 @@ def _time_step(
     if step is None and table.sizes and table.sizes["step"]:
         step = float(table.sizes["step"])
     if step is None or not step > 0.0:
+        steps = [
+            (line, words, stated)
+            for line, comment in enumerate(table.comments, 1)
+            for words, stated in stated_steps(comment)
+        ]
+        if len({stated for _, _, stated in steps}) == 1:
+            line, words, stated = steps[0]
+            message = f"time step unstated. The text above the numbers has {words}"
+            raise InputError(path, f"{message}: --time-step-s {stated:.10g}.", line)
         message = "time step unstated. State it with --time-step-s, or add a column of times"
         raise InputError(path, f"{message} before the acceleration.")
     return step

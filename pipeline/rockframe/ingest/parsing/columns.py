@@ -18,6 +18,7 @@ import numpy as np
 from rockframe.errors import InputError, OtherQuantityError
 from rockframe.ingest.identify import direction
 from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.timing import decimals_of_second
 from rockframe.record import Orientation
 from rockframe.units import ACCELERATION_UNITS
 
@@ -154,7 +155,8 @@ def is_unit(cell: str) -> bool:
     (True, True, False)
     """
     units = _spelling(cell.strip().strip("[]()"))
-    return units in _SPELLINGS or units in _TIME_UNITS - {""} or units in _OTHER_UNITS
+    known = _SPELLINGS.keys() | _OTHER_UNITS | _TIME_UNITS - {""}
+    return units in known or decimals_of_second(units) > 0
 
 
 def with_units(path: Path, names: Sequence[str], units: Sequence[str], line: int = 0) -> list[str]:
@@ -173,7 +175,8 @@ def with_units(path: Path, names: Sequence[str], units: Sequence[str], line: int
     ['time [s]', 'acc [g]']
     """
     plain = [unit.strip().strip("[]()-") for unit in units]
-    names = names or ["time" if unit.lower() in _TIME_UNITS else "acc" for unit in plain]
+    times = [unit.lower() in _TIME_UNITS or decimals_of_second(unit) > 0 for unit in plain]
+    names = names or ["time" if is_time else "acc" for is_time in times]
     named = []
     for name, unit in zip(names, plain, strict=True):
         own, other = _column(name).units, _spelling(unit)
@@ -304,7 +307,7 @@ def _read_names(path: Path, names: list[str], columns: list[_Column], line: int)
     if not meant or len(times) > 1 or len(meant) + len(times) < len(names):
         raise InputError(path, f"columns {shown!r}. {_MUST} {_CHOOSE}", line=line)
     for k in times:
-        if columns[k].units not in _TIME_UNITS:
+        if columns[k].units not in _TIME_UNITS and not decimals_of_second(names[k]):
             raise InputError(path, f"time in units of {columns[k].units!r}. Must be seconds.", line)
     units = _units(path, list(meant.values()), line)
     return Columns(times[0] if times else None, dict(zip(meant, components, strict=True)), units)
@@ -369,9 +372,8 @@ def _units(path: Path, columns: list[_Column], line: int) -> str | None:
             allowed = ", ".join(ACCELERATION_UNITS)
             message = f"acceleration units {units!r}. Must be one of: {allowed}."
             if len(units_of_columns) > 1:
-                message = (
-                    f"accelerations in different units ({', '.join(sorted(units_of_columns))})."
-                )
+                shown = ", ".join(sorted(units_of_columns))
+                message = f"accelerations in different units ({shown})."
                 message = f"{message} State the columns with --channels NAME=AZIMUTH."
             raise InputError(path, message, line=line)
     return _SPELLINGS.get(min(units_of_columns))
@@ -397,8 +399,9 @@ def _column(name: str) -> _Column:
     component = ""
     if rest and quantity in {"", "acceleration"} and _is_direction(rest[0]):
         quantity, component, rest = quantity or "direction", rest[0], rest[1:]
-    elif not quantity or (rest and _LABEL.fullmatch(rest[0])):
-        rest = rest[1:]
+    else:
+        rest = rest[not quantity :]
+        rest = rest[bool(rest and _LABEL.fullmatch(rest[0])) :]
     units = _spelling("".join(rest))
     bracket = _spelling(in_bracket[1]) if (in_bracket := _BRACKET.search(name)) else ""
     if bracket in _SPELLINGS and _spelling("".join(rest[:-1])) not in _SPELLINGS:

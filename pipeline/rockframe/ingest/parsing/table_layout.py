@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -25,7 +25,14 @@ from rockframe.ingest.parsing.columns import (
     with_units,
 )
 from rockframe.ingest.parsing.lines import decoded, is_utf16, plain_text, unify_line_ends
-from rockframe.ingest.parsing.timing import clock_seconds, is_clock
+from rockframe.ingest.parsing.rows import (
+    apart,
+    are_lines_of_pairs,
+    rewritten,
+    without_end_marks,
+    without_line_numbers,
+)
+from rockframe.ingest.parsing.timing import is_clock
 
 #: Number of lines at the top in which the first row is sought, below skipped lines.
 _TOP: Final = 200
@@ -48,6 +55,8 @@ _LIKE_NUMBER: Final = re.compile(r"\s*[\"']?[-+.]?\d", re.A)
 _SIZES: Final = re.compile(
     r"\s*(?P<count>[1-9]\d{0,8})(?:[\s,;]+(?P<step>\d*\.?\d+(?:e-?\d{1,2})?))?\s*", re.I
 )
+#: The same before further numbers, which programs of spectral matching print.
+_SIZES_AND_MORE: Final = re.compile(rf"{_SIZES.pattern}(?:\s+\d*\.?\d+){{1,3}}\s*", re.I)
 #: Words of a title without which the numbers below it cannot be understood.
 _POWER: Final = r"[x\u00d7*]\s?1(?:0(?:\s?(?:\^|\*\*)\s?|(?=[-+]))|(?:\.0*)?e)[-+]?\d"
 _SCALED: Final = re.compile(
@@ -60,11 +69,14 @@ _OTHER: Final = re.compile(
     r"|\b(?:cm|mm|m|in|ft)/s(?:ec)?(?!\s?[/^*\d\u00b2]|\w)|[\[(](?:cm|mm|m|in|ft)[\])]",
     re.I,
 )
+#: Words for accelerations whose spectrum fits another one.
+_MATCHED: Final = re.compile(r"\bmatched to (?:\w+ ){0,3}spectr(?:um|a)\b", re.I)
 #: The same in comments, which more often describe how the numbers came about.
 _SCALED_BELOW: Final = re.compile(rf"\b(scal(?:e|ing)|factors?|multipl(?:y|ier))\b|{_POWER}", re.I)
 _OTHER_BELOW: Final = re.compile(
     r"^\W*(?:(?:units?|time|s(?:ec)?)\W+){0,3}(?:vel(?:ocit(?:y|ies))?|displ?(?:acements?)?)\b"
-    r"(?:\s+(?:time\s+history|in|of)\b)?\W*(?:(?:cm|mm|m|in|ft)\b.*)?$",
+    r"(?:\s+(?:time\s+history|in|of)\b)?\W*(?:(?:cm|mm|m|in|ft)\b.*)?$"
+    r"|\bcol(?:umn)?\.?\s*#?\d+\s*[:=]?.*\b(?:velocity|displacement)\b",
     re.I,
 )
 _PAST: Final = re.compile(r"convert|origin|applied|divided|multiplied|correct", re.I)
@@ -220,7 +232,8 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
     >>> table.names, table.rows, table.taken
     (['t', 'acc_g'], [b'0.0,0.1', b'0.1,0.2'], ('separator after the last column',))
     """
-    text = plain_text(path, data).rstrip()
+    text, marks = without_end_marks(plain_text(path, data).rstrip())
+    text, touching = apart(text)
     pieces = text.split(b"\n", words.skip_lines + _TOP)
     lines = [decoded(line) for line in pieces[: words.skip_lines + _TOP]]
     place = _first_row(lines, words) or _any_row(lines, words)
@@ -247,8 +260,12 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
         count = len(form.cells(decoded(body.partition(b"\n")[0])))
     form = _with_trailing(form, first_rows)
     count -= form.trailing
-    cells = [row for row in map(form.cells, first_rows) if len(row) == count]
-    top = _Top(lines[:start])
+    numbered = ""
+    if form.separator is None and not form.comma:
+        body, count, numbered = without_line_numbers(path, body, start + 1, count)
+    width = count + bool(numbered)
+    cells = [row[:count] for row in map(form.cells, first_rows) if len(row) == width]
+    top = _Top(lines[:start], taken=[*filter(None, (touching, numbered, marks))])
     if sizes:
         top.sizes, top.sizes_line = sizes, place[0] + 1
     _read_top(path, top, form, cells, words, chosen)
@@ -331,8 +348,7 @@ def _with_trailing(form: Form, rows: Sequence[str]) -> Form:
 def _numbers_in(line: str, form: Form) -> int:
     """Return the number of cells of a row; 0 if it is no row."""
     cells = form.cells(line)
-    filled = [cell for cell in cells if cell]
-    return len(cells) if filled and all(map(_is_value, filled)) else 0
+    return len(cells) if any(cells) and all(map(_is_value, filter(None, cells))) else 0
 
 
 def _is_value(cell: str) -> bool:
@@ -356,6 +372,9 @@ def _sizes_as_row(line: str, body: bytes, words: TextLayout) -> re.Match[str] | 
     Unlike a row, it has another number of fields than the rows, or the number of the rows.
     """
     sizes = _SIZES.fullmatch(line)
+    if not sizes and (more := _SIZES_AND_MORE.fullmatch(line)):
+        values = len(body.partition(b"\n")[2].split())
+        return more if int(more["count"]) == values else None
     rows = body.split(b"\n")[1:]
     row = next((decoded(other) for other in rows if other.strip()), "")
     if words.first_line == "sizes" and sizes:
@@ -400,7 +419,7 @@ def _read_top(
         if not top.names and not top.units and _are_units(names, count):
             top.units = names
             top.taken.append(f"units in line {k + 1}")
-        elif not top.names and _is_names(names, count, chosen, words, is_comment=is_comment):
+        elif not top.names and _is_names(names, cells, chosen, words, is_comment=is_comment):
             top.names, top.names_line = names, k + 1
             if is_comment:
                 top.taken.append(f"names in the comment of line {k + 1}")
@@ -434,8 +453,14 @@ def _names(text: str, form: Form, cells: list[list[str]], *, is_first: bool) -> 
 
 
 def _is_names(
-    names: list[str], count: int, chosen: str | None, words: TextLayout, *, is_comment: bool
+    names: list[str],
+    cells: list[list[str]],
+    chosen: str | None,
+    words: TextLayout,
+    *,
+    is_comment: bool,
 ) -> bool:
+    count = len(cells[0]) if cells else 0
     recognised = [is_known(name) for name in names if name]
     if is_comment:
         wanted = chosen is not None and chosen.strip().casefold() in map(str.casefold, names)
@@ -447,7 +472,11 @@ def _is_names(
     if names and names[0].endswith(":"):
         return False
     begins = next(filter(None, names), "")[:1]
-    return (begins.isalpha() and len(names) == count) or (bool(recognised) and all(recognised))
+    if bool(recognised) and all(recognised):
+        return True
+    # Words of a title may be as many as the numbers of a line of pairs.
+    alike = begins.isalpha() and len(names) == count
+    return alike and (2 * sum(recognised) >= count or not are_lines_of_pairs(cells))
 
 
 def _are_units(cells: list[str], count: int) -> bool:
@@ -470,8 +499,10 @@ def _read_titles(
         if not top.units and _are_units(cells, count) and count > 1:
             top.units = cells
             top.taken.append(f"units in line {k + 1}")
-        if _numbers_in(line, form) == count:
-            message = f"numbers in {line.strip()[:40]!r}, with text between them and the table."
+        is_row, parts = _numbers_in(line, form) == count, re.split(r"[\s,;]+", line.strip())
+        if is_row or (len(parts) > 1 and all(map(_is_value, parts))):
+            where = "with text between them and" if is_row else "which are no row of"
+            message = f"numbers in {line.strip()[:40]!r}, {where} the table."
             raise InputError(path, f"{message} Leave lines out with --skip-lines NUMBER.", k + 1)
     _require_understood(path, top, titles, comments)
     if titles:
@@ -485,7 +516,7 @@ def _require_understood(path: Path, top: _Top, titles: list[int], comments: list
     for k in sorted((*titles, *comments)):
         line, is_title = top.lines[k], k in titles
         scale = (_SCALED if is_title else _SCALED_BELOW).search(line)
-        other = (_OTHER if is_title else _OTHER_BELOW).search(line)
+        other = (_OTHER if is_title else _OTHER_BELOW).search(_MATCHED.sub("", line))
         if not re.search(r"\d", line) or (not is_title and _PAST.search(line)):
             scale = None
         if scale or (other and not named):
@@ -525,7 +556,8 @@ def _plain(
     if form.comma:
         taken.append("decimal commas")
     if index is not None or clocks or form.trailing or b'"' in first:
-        body, code = _rewritten(body, form, clocks, from_column=int(index is not None)), b","
+        every = [form.cells(decoded(row)) if row.strip() else [] for row in body.split(b"\n")]
+        body, code = rewritten(every, clocks, from_column=int(index is not None)), b","
     elif form.comma:
         body = body.replace(b",", b".")
     if _FORTRAN.search(first):
@@ -566,17 +598,3 @@ def _are_times(cells: list[str]) -> bool:
         return False
     steps = [later - earlier for earlier, later in pairwise(times)]
     return min(steps) > 0.0 and max(steps) < 2.0 * min(steps) and not 0.99 < min(steps) < 1.01
-
-
-def _rewritten(body: bytes, form: Form, clocks: Iterable[int], *, from_column: int) -> bytes:
-    """Return rows with commas between columns, without quotes and row numbers.
-
-    Clock times become seconds since midnight, and go on after it.
-    """
-    rows = [form.cells(decoded(row)) if row.strip() else [] for row in body.split(b"\n")]
-    for k in clocks:
-        times = clock_seconds([row[k] if k < len(row) else "" for row in rows])
-        for row, time in zip(rows, times, strict=True):
-            if k < len(row):
-                row[k] = time
-    return b"\n".join(",".join(row[from_column:]).encode() for row in rows)

@@ -35,8 +35,8 @@ _STEP: Final = r"(?P<step>\d*\.?\d+(?:e[-+]?\d{1,2})?)"
 #: Time steps in a comment or title: by a name of the step, or as the interval of even points.
 _STATED_STEPS: Final = (
     re.compile(
-        r"\b(?:dt|\u0394t|delta[ _-]?t|(?:time|sampl(?:e|ing))[ _-]?(?:step|interval|increment"
-        rf"|period|spacing))\b\s*(?:[\[(]\s*{_UNIT.replace('unit', 'before')}\s*[\])])?"
+        r"\b(?:dt|\u0394t|delta[ _-]?t|(?:time|fixed|sampl(?:e|ing))[ _-]?(?:step|interval"
+        rf"|increment|period|spacing))\b\s*(?:[\[(]\s*{_UNIT.replace('unit', 'before')}\s*[\])])?"
         rf"\s*(?:[:=]|\bis\b|\bof\b)?\s*{_STEP}\s*{_UNIT}?(?![\w.])",
         re.I,
     ),
@@ -69,6 +69,14 @@ _CLOCK: Final = re.compile(
     re.ASCII,
 )
 _DAY: Final = 86_400
+#: Least number of numbers that are recognised as times by their steps.
+_FEWEST_TIMES: Final = 10
+#: Name of a column of times in parts of a second, or its end. NS is north to south.
+_PARTS: Final = re.compile(
+    r"(?:^|[\W_])(m(?:illi)?s(?:ec(?:ond)?s?)?|millis|[u\u00b5\u03bc]s(?:ecs?)?"
+    r"|micros(?:ec(?:ond)?s?)?|nanos(?:ec(?:ond)?s?)?)[\])]?$",
+    re.I,
+)
 
 
 def is_clock(text: str) -> bool:
@@ -143,6 +151,44 @@ def stated_steps(text: str) -> list[tuple[str, float]]:
         rate = float(match["rate"])
         steps.append((repr(match[0].strip()), 1.0 / rate if rate > 0.0 else 0.0))
     return steps
+
+
+def decimals_of_second(name: str) -> int:
+    """Return 3, 6 or 9 if the name of a column says milli-, micro- or nanoseconds, else 0.
+
+    Examples
+    --------
+    >>> [decimals_of_second(name) for name in ("time_ms", "t [us]", "millis", "time_s", "items")]
+    [3, 6, 3, 0, 0]
+    """
+    match = _PARTS.search(name.strip())
+    return {"m": 3, "n": 9}.get(match[1][0].lower(), 6) if match else 0
+
+
+def are_even_steps(values: Float) -> bool:
+    """Return True if ten numbers or more rise by steps that differ by less than a tenth.
+
+    Examples
+    --------
+    >>> are_even_steps(0.01 * np.arange(10.0)), are_even_steps(np.arange(3.0))
+    (True, False)
+    """
+    if values.size < _FEWEST_TIMES:
+        return False
+    steps = np.diff(values)
+    return bool(steps.min() > 0.0 and steps.max() < 1.1 * steps.min())
+
+
+def in_seconds(token: bytes, power: int) -> bytes:
+    """Return a printed time in parts of a second as a number of seconds with as many digits.
+
+    Examples
+    --------
+    >>> in_seconds(b"10.5", 3), in_seconds(b"1e4", 6)
+    (b'10.5e-3', b'1e-2')
+    """
+    digits, _, exponent = token.strip().lower().partition(b"e")
+    return b"%se%d" % (digits, int(exponent or 0) - power)
 
 
 def utc_time(date: tuple[int, int, int], hour: int, minute: int, second: str) -> str:
