@@ -484,8 +484,8 @@ def _tally(run: Run) -> Counter[str]:
 def _answers(run: Run, members: int) -> dict[str, str]:
     """Return the answer about each structure; none if the page lacks rows, or is of many."""
     whole = len(run.rows) == sum(run.counts.values())
-    sentences = answers(run.rows, members) if whole else {}
-    return sentences if len(sentences) <= _MOST_ANSWERS else {}
+    few = len({structure for structure, _ in run.counts}) <= _MOST_ANSWERS
+    return answers(run.rows, members) if whole and few else {}
 
 
 def _over_records(run: Run) -> dict[str, Any]:
