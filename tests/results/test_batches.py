@@ -320,6 +320,31 @@ def test_a_parquet_table_is_written_in_groups_of_rows(
     assert mean == pytest.approx(groups["peak_u_m"].mean())
 
 
+def test_duckdb_reads_the_parquet_table(
+    records: Path, wholes: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A query over the groups of rows gives what the rows give; blank texts are NULL."""
+    duckdb = pytest.importorskip("duckdb", reason="needs DuckDB, of the extra bench")
+    pytest.importorskip("pyarrow", reason="needs the extra tables")
+    rows = list(table_rows_of(records, wholes["pulse"], wholes["respond"]))
+    rows = [{**row, "remark": None if k < 6 else "late"} for k, row in enumerate(rows)]
+    monkeypatch.setattr("rockframe.results.tables.entries._ROW_GROUP", 5)
+    path = tmp_path / "table.parquet"
+    write_rows_as(path, iter(rows))
+    table = duckdb.read_parquet(str(path))
+    names = ("record", "peak_u_m", "remark")
+    chosen = table.project(", ".join(names)).fetchall()
+    assert chosen == [tuple(row[name] for name in names) for row in rows]
+    largest = table.aggregate("structure, max(peak_u_m), count(remark)", "structure").fetchall()
+    assert {name: found for name, *found in largest} == {
+        name: [
+            max(row["peak_u_m"] for row in rows if row["structure"] == name),
+            sum(row["remark"] is not None for row in rows if row["structure"] == name),
+        ]
+        for name in {row["structure"] for row in rows}
+    }
+
+
 def test_without_histories_the_verdicts_are_the_same(
     records: Path, wholes: dict[str, Path]
 ) -> None:
