@@ -74,6 +74,38 @@ def test_task_that_kills_its_workers_is_named(address: str) -> None:
         list(map_tasks(eval, [DIES], engine=DaskScheduler(address)))
 
 
+def test_a_slow_worker_costs_its_own_tasks(address: str, tmp_path: Path) -> None:
+    """The other worker computes meanwhile, and results keep their order."""
+    marker = str(tmp_path / "slow")
+    me = "__import__('distributed').get_worker().address"
+    begin = f"open({marker!r}, 'x').write({me}) and __import__('time').sleep(0.5)"
+    slow = f"__import__('os').path.exists({marker!r}) and open({marker!r}).read() == {me}"
+    wait = f"__import__('time').sleep(0.5 if {slow} else 0.05)"
+    tasks = [f"({begin}, 0, {me})"] + [f"({wait}, {number}, {me})" for number in range(1, 17)]
+    done = list(map_tasks(eval, tasks, engine=DaskScheduler(address)))
+    assert [number for _, number, _ in done] == list(range(17))
+    workers = [worker for _, _, worker in done]
+    assert workers.count(workers[0]) < len(tasks) - workers.count(workers[0])
+
+
+def test_a_worker_of_another_version_is_refused(address: str) -> None:
+    """Before any task: results of two versions may differ."""
+    change = "import rockframe.engines.dask as d; d.kept = d._code; d._code = lambda: ('', '')"
+    with distributed.Client(address, set_as_default=False) as client:
+        worker = min(client.nthreads())
+        client.run(exec, change, workers=[worker])
+        try:
+            with pytest.raises(
+                EngineError, match=r"another version of rockframe\. Install the same"
+            ):
+                list(map_tasks(eval, ["1", "2"], engine=DaskScheduler(address)))
+        finally:
+            client.run(
+                exec, "import rockframe.engines.dask as d; d._code = d.kept", workers=[worker]
+            )
+    assert list(map_tasks(eval, ["1", "2"], engine=DaskScheduler(address))) == [1, 2]
+
+
 def test_error_of_the_user_comes_as_it_is(address: str) -> None:
     with pytest.raises(InputError, match="no-such-file: cannot be read"):
         list(map_tasks(sha256_of, [Path("no-such-file")], engine=DaskScheduler(address)))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import socket
 from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -75,7 +77,7 @@ class DaskScheduler:
         self, function: Callable[[Task], Result], tasks: Iterable[Task]
     ) -> Generator[Result, None, None]:
         """Yield the results of a function in the order of the tasks."""
-        with _connected(self.address) as client:
+        with _silent_client(), _connected(self.address) as client:
             ahead = _AHEAD * _threads(client, self.address)
             # with pure=True Dask would hash every task, to share results of equal tasks
             submit = partial(client.submit, _timed, function, pure=False)
@@ -124,7 +126,8 @@ class DaskScheduler:
             raise self._lost() from None
 
     def _lost(self) -> EngineError:
-        return EngineError(f"{self.address}: lost the connection to the scheduler before the end.")
+        message = f"{self.address}: lost the connection to the scheduler before the end."
+        return EngineError(f"{message} Start it again and repeat the command.")
 
 
 class _Groups:
@@ -151,6 +154,21 @@ def _timed(function: Callable[[Any], Any], group: Sequence[Any]) -> tuple[float,
     begin = perf_counter()
     results = [function(task) for task in group]
     return (perf_counter() - begin) / len(group), results
+
+
+@contextmanager
+def _silent_client() -> Generator[None, None, None]:
+    """Drop the traceback that Dask's client logs of a lost connection: an `EngineError` says it."""
+    logger = logging.getLogger("distributed.client")
+    logger.addFilter(_without_traceback)
+    try:
+        yield
+    finally:
+        logger.removeFilter(_without_traceback)
+
+
+def _without_traceback(record: logging.LogRecord) -> bool:
+    return record.exc_info is None
 
 
 def _connected(address: str) -> Client:
