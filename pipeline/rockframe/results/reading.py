@@ -128,6 +128,31 @@ def _kept_open(path: Path, kind: str, _changed: int) -> tuple[ExitStack, Mapping
     return holder, {variable.declared.name: variable for variable in stored}
 
 
+def on_demand(path: Path, kind: str, name: str) -> xr.Variable:
+    """Return a variable of a file, of which each part is read when it is needed, and not kept.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        Its kind.
+    name : str
+        The variable.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, corrupted, or of another kind.
+    """
+    _, variables = _kept_open(path.absolute(), kind, path.stat().st_mtime_ns)
+    stored = variables[name]
+    if not all(hasattr(indexing, name) for name in _INTERNALS):
+        return xr.Variable(stored.dims, stored.values, stored.attrs, fastpath=True)
+    lazy = indexing.LazilyIndexedArray(_Lazy(stored, (path.absolute(), kind)))
+    return xr.Variable(stored.dims, lazy, stored.attrs, fastpath=True)
+
+
 def _variable(stored: Stored, file: tuple[Path, str]) -> xr.Variable:
     """Return a variable; values that were checked are read already, unless they are many."""
     data: Any = stored.values if stored.is_read else _lazily(stored, file)

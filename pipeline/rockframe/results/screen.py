@@ -48,6 +48,11 @@ KeptHistory = tuple[tuple[int, int, int], StructureResponse]
 #: For each structure and limit state, the fragility over each measure.
 Fits = Sequence[Sequence[Mapping[str, Fragility]]]
 
+#: Writes a part of a variable along motions and structures into the file.
+WritePart = Callable[[str, tuple[slice, slice], NDArray[Any]], None]
+#: Number of pairs of motion and structure of which values at one scale are in memory together.
+_FEW_PAIRS: Final = 2**19
+
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
 _PEAKS: Final = tuple(quantity.name for quantity in OF_SCENARIO)
@@ -62,7 +67,7 @@ def write_screening(
     scenarios: Iterable[Scenario],
     sizes: Mapping[str, int],
     reference: int,
-    describe: Callable[[], tuple[Mapping[str, Any], Mapping[str, str]]],
+    describe: Callable[[WritePart], tuple[Mapping[str, Any], Mapping[str, str]]],
     path: Path,
     *,
     input_sha256: Mapping[str, str],
@@ -72,7 +77,7 @@ def write_screening(
     histories: Iterable[KeptHistory] | None = None,
 ) -> xr.Dataset:
     """Write the output of the screen stage, complete or not at all; one motion is in memory at a
-    time. Return what was written as `read_screening` reads it, at the reference scale only.
+    time. Return what `read_screening` reads of it, at the reference scale only.
 
     The same inputs give the same bytes.
 
@@ -86,8 +91,8 @@ def write_screening(
     reference : int
         Position of the reference scale.
     describe : callable
-        Called after the last motion; returns the values of the other variables, and the units of
-        variables that allow two units.
+        Called after the last motion with a function that writes parts of variables into the file;
+        returns the values of the other variables, and the units of variables that allow two units.
     path : Path
         The file to write; an older file is replaced.
     input_sha256, parameters, left_out : mapping
@@ -106,7 +111,8 @@ def write_screening(
     # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
     filled = _NOMINAL + (_OF_MEMBERS if "quantile" in sizes else ())
-    at_reference: dict[str, list[NDArray[Any]]] = {name: [] for name in filled}
+    few = sizes["record"] * sizes["structure"] <= _FEW_PAIRS
+    at_reference: dict[str, list[NDArray[Any]]] = {name: [] for name in filled if few}
     with named(path) as partial:
         with _filling(partial, filled, sizes) as fill:
             for row, scenario in enumerate(chain(first, source)):
@@ -114,7 +120,8 @@ def write_screening(
                 for name, rows in at_reference.items():
                     rows.append(scenario[name][:, reference])
         kept = {} if histories is None else _append_histories(partial, histories)
-        values, units = describe()
+        write = _PartsInFile(partial)
+        values, units = describe(write)
         dataset = SCREEN_NC.dataset({**values, **kept}, **units).assign_attrs(
             filtered=json.dumps(sorted(filtered))
         )
@@ -127,6 +134,8 @@ def write_screening(
             left_out=left_out,
             mode="a",
         )
+    if not few or write.names:
+        return read_screening(path, every_scale=False)
     constants = {
         name: SCREEN_NC[name].holding(np.array(rows)[:, :, None]).isel(scale=0).variable()
         for name, rows in at_reference.items()
@@ -204,6 +213,30 @@ def _filling(
             file.close()
 
 
+class _PartsInFile:
+    """Writes parts of variables along motions and structures into a partial file."""
+
+    def __init__(self, partial: Path) -> None:
+        self._partial = partial
+        self.names: set[str] = set()
+
+    def __call__(self, name: str, where: tuple[slice, slice], values: NDArray[Any]) -> None:
+        """Write values at some motions or recordings and structures."""
+        declared = SCREEN_NC[name]
+        with as_os_error(), open_netcdf(self._partial, "a") as file:
+            if name not in self.names:
+                dimension = declared.dims[0]
+                if dimension not in file.dimensions:  # recordings, all of which are in each part
+                    file.createDimension(dimension, len(values))
+                rows, columns = values.shape
+                chunk = max(1, min(rows, CHUNK // columns)), columns
+                create_variable(file, name, declared.holding(np.empty((0, 0))), chunk, chunks=2)
+                self.names.add(name)
+            variable = file[name]
+            variable.set_auto_maskandscale(False)
+            variable[where] = values
+
+
 def _append_histories(partial: Path, kept: Iterable[KeptHistory]) -> dict[str, list[int]]:
     """Append histories to a partial file, one at a time; return the variables that locate them."""
     columns: dict[str, list[int]] = {name: [] for name in ("history_size", *_INDICES)}
@@ -226,7 +259,8 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
         Output of ``rockframe screen``.
     every_scale : bool
         Read verdicts, peaks, and shares of an ensemble at every scale; False reads the reference
-        scale only, to save memory.
+        scale only, to save memory, and values along many motions and structures when they are
+        needed.
 
     Returns
     -------
@@ -245,18 +279,31 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     Traceback (most recent call last):
     rockframe.errors.InputError: no-such-file.nc: no such file. Must be a screen file.
     """
-    from rockframe.results.reading import opened  # loads xarray
+    from rockframe.results.reading import on_demand, opened  # loads xarray
 
     with opened(Path(path), SCREEN) as dataset:
         without_histories = dataset.drop_dims("obs", errors="ignore")
         if not every_scale:
+            many = _of_many_pairs(without_histories)
+            further = {name: on_demand(Path(path), SCREEN, name) for name in many}
+            without_histories = without_histories.drop_vars(many).load().assign(further)
             scale = float(without_histories["reference_scale"])
             at = int(np.flatnonzero(without_histories["scale"].values == scale)[0])
             some = [name for name in (*_NOMINAL, *_OF_MEMBERS) if name in without_histories]
             without_histories = without_histories.assign(
                 {name: without_histories[name].isel(scale=at, drop=True) for name in some}
             )
+            return without_histories.set_coords("record_id")
         return without_histories.load().set_coords("record_id")
+
+
+def _of_many_pairs(dataset: xr.Dataset) -> list[str]:
+    """Return the variables along motions and structures, if these are many."""
+    sizes = dataset.sizes
+    if sizes.get("record", 0) * sizes.get("structure", 0) <= _FEW_PAIRS:
+        return []
+    pairs = ({"record", "structure"}, {"recording", "structure"})
+    return [str(n) for n, v in dataset.variables.items() if any(p <= {*v.dims} for p in pairs)]
 
 
 def pooled_fits(screening: xr.Dataset) -> xr.Dataset | None:

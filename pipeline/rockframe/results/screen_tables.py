@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
+from tempfile import gettempdir
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -48,6 +49,8 @@ Blocks = Iterator[dict[str, list[Any]]]
 
 #: Number of motions whose rows are made together.
 _MOTIONS: Final = 1024
+#: Number of scenarios that are read together.
+_TOGETHER: Final = 2**18
 #: Columns of a row with their variables; margins only if the file has them.
 _OF_PAIR: Final = columns_of(
     "record_id structure scale=reference_scale verdict",
@@ -109,8 +112,14 @@ def screen_columns(screening: xr.Dataset) -> Blocks:
             screening = screening.assign({column: screening[variable].isel(spectral_period=k)})
             columns[column] = column
     order = np.argsort(screening["mean_relative_rank"].values, kind="stable")
-    for some in np.split(order, range(_MOTIONS, len(order), _MOTIONS)):
-        for block in columns_along(screening.isel(record=some), "record structure", columns):
+    names = {variable.partition(".")[0] for variable in columns.values()} | {*columns}
+    listed = screening[[name for name in screening.variables if name in names]]
+    together = max(1, min(_MOTIONS, _TOGETHER // screening.sizes["structure"]))
+    for some in np.split(order, range(together, len(order), together)):
+        in_file = np.sort(some)  # a file is read faster in its own order
+        block_of_motions = listed.isel(record=in_file).load()
+        motions = block_of_motions.isel(record=np.searchsorted(in_file, some))
+        for block in columns_along(motions, "record structure", columns):
             block |= {"verdict_words": _words(block)}
             if "safe_islands" in block:
                 block["safe_islands"] = [math.nan if n < 0 else n for n in block["safe_islands"]]
@@ -255,7 +264,7 @@ def overall_rows(screening: xr.Dataset) -> Rows:
         for column, variable in quantity.band_columns.items()
     )
     pooled = rows_along(at_reference, "structure", columns_of(*shares, *peaks))
-    summary = Summary()
+    summary = Summary(Path(gettempdir()))
     summary.include(screen_columns(screening))
     rows = summary.rows(left_out=left_out_reasons(screening.attrs))
     rows = with_directions(rows, screening.attrs)
@@ -593,10 +602,6 @@ def _range(intensity: NDArray[np.float64], k: int, measure: Measure) -> str:
     if k + 1 == intensity.size:
         return f"above {intensity[k]:.3g} {measure.unit}"
     return f"{intensity[k]:.3g} to {intensity[k + 1]:.3g} {measure.unit}"
-
-
-#: Number of scenarios that are read together.
-_TOGETHER: Final = 2**18
 
 
 def fragility_rows(screening: xr.Dataset) -> Rows:

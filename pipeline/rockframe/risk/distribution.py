@@ -17,8 +17,8 @@ from rockframe.risk.ties import merged
 
 Float = NDArray[np.float64]
 
-#: Largest number of clusters whose draws are kept, which take 8 kB each.
-_FEW: Final = 1000
+#: Largest number of clusters whose draws are kept, which take 1 kB each.
+_FEW: Final = 2**17
 #: Number of bootstrap samples.
 _REPLICATES: Final = 1000
 #: Number of shares that are in memory together.
@@ -202,22 +202,22 @@ def _tails(drawn: Float) -> tuple[Float, Float]:
 def _draws(count: int, seed: int) -> Iterable[Float]:
     """Return the number of draws of each cluster, in blocks of the bootstrap samples.
 
-    The draws do not depend on the size of the blocks. Few of them are kept for the next structures.
+    The draws do not depend on the size of the blocks. They are kept for the next structures.
     """
-    return _kept_draws(count, seed) if count <= _FEW else _drawn(count, seed)
+    drawn = _kept_draws(count, seed) if count <= _FEW else _drawn(count, seed)
+    return (draws.astype(np.float64) for draws in drawn)
 
 
-@lru_cache(maxsize=1)
-def _kept_draws(count: int, seed: int) -> list[Float]:
-    return [*_drawn(count, seed)]
+@lru_cache(maxsize=2)  # motions in one plane, and in both directions
+def _kept_draws(count: int, seed: int) -> list[NDArray[np.integer]]:
+    return [draws.astype(np.min_scalar_type(draws.max())) for draws in _drawn(count, seed)]
 
 
-def _drawn(count: int, seed: int) -> Iterator[Float]:
+def _drawn(count: int, seed: int) -> Iterator[NDArray[np.integer]]:
     chance, equal = np.random.default_rng(seed), np.full(count, 1.0 / count)
     together = max(1, _DRAWN // count)
     for done in range(0, _REPLICATES, together):
-        size = min(together, _REPLICATES - done)
-        yield chance.multinomial(count, equal, size=size).astype(np.float64)
+        yield chance.multinomial(count, equal, size=min(together, _REPLICATES - done))
 
 
 def over_azimuths(
@@ -366,7 +366,27 @@ def mean_relative_ranks(ranks: Float) -> Float:
     >>> mean_relative_ranks(ranks).tolist()
     [0.25, 0.75, 0.5, nan]
     """
-    ranked = np.isfinite(ranks)
-    relative = (ranks - 0.5) / np.maximum(ranked.sum(axis=0), 1)
-    counts = ranked.sum(axis=1)
-    return np.where(counts > 0, np.nansum(relative, axis=1) / np.maximum(counts, 1), np.nan)
+    relative = RelativeRanks()
+    relative.add(ranks)
+    return relative.mean
+
+
+class RelativeRanks:
+    """The `mean_relative_ranks` of many structures, of which some are added at a time."""
+
+    def __init__(self) -> None:
+        self._total: Float = np.zeros(())
+        self._counts = np.zeros((), dtype=np.int64)
+
+    def add(self, ranks: Float) -> None:
+        """Add the ranks for further structures, shape (motions, structures)."""
+        ranked = np.isfinite(ranks)
+        relative = (ranks - 0.5) / np.maximum(ranked.sum(axis=0), 1)
+        self._total = self._total + np.nansum(relative, axis=1)
+        self._counts = self._counts + ranked.sum(axis=1)
+
+    @property
+    def mean(self) -> Float:
+        """The mean relative ranks, shape (motions,)."""
+        means = self._total / np.maximum(self._counts, 1)
+        return np.where(self._counts > 0, means, np.nan)

@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from copy import copy
+from dataclasses import replace
 from itertools import chain, islice, repeat
-from typing import TYPE_CHECKING, Any, Final, Self, TypeGuard
+from typing import TYPE_CHECKING, Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine, map_tasks
-from rockframe.errors import ParameterError, invalid
-from rockframe.options.respond import ScreenOptions
-from rockframe.quantities import LIMITED, OF_SCENARIO, QUANTILES, QUANTITIES
+from rockframe.quantities import LIMITED, OF_SCENARIO, QUANTILES
 from rockframe.results.screen import Batches, KeptHistory
 from rockframe.risk import OVERTURNING, HazardCurve, LimitState, demands_at, measure_of
-from rockframe.rocking import Design, Histories, Verdict, chosen_ensemble, quantiles
+from rockframe.rocking import Design, Verdict, chosen_ensemble, quantiles
+from rockframe.rocking.verdict import COMPUTED
 from rockframe.stages.common import Progress
-from rockframe.stages.screen_motions import IN_ONE_PLANE, Motion, Motions
+from rockframe.stages.screen_motions import Motion, Motions
+from rockframe.stages.screening.outcomes import AllOutcomes, Outcomes
+from rockframe.stages.screening.request import LACKING_IN_BOTH, ScreeningRequest, require_in_both
 from rockframe.structures.contract import (
     PEAKS,
     Structure,
-    computed_in_both_directions,
     kind_of,
-    require_possible,
-    why_not_both,
 )
 from rockframe.structures.screening import (
     Scenario,
@@ -38,10 +37,9 @@ from rockframe.structures.screening import (
     quantities_of,
     responses_of,
 )
-from rockframe.study.kinds import declared_kind
 
 if TYPE_CHECKING:
-    from rockframe.frame import RockingFrame
+    pass
 
 Float = NDArray[np.float64]
 
@@ -52,16 +50,6 @@ Arrays = dict[str, NDArray[Any]]
 Reached = list[list[Float | None]]
 _Named = tuple[str, Callable[[], ScreeningTask]]
 
-#: Peaks of which the values of all members at the reference scale are kept.
-_KEPT: Final = ("peak_rotation_ratio", "peak_u")
-#: Quantities that motions in both directions do not have: columns that roll hit nothing.
-LACKING_IN_BOTH: Final = ("peak_impact_velocity",)
-#: Quantities of restraints, each with the key that it needs and the owner of the key.
-_RESTRAINED: Final = (
-    ("peak_tendon_ratio", "yield_stress_pa", "tendons"),
-    ("peak_gap_ratio", "gap_m", "abutments"),
-    ("ductility", "strength_ratio", "isolated or fixed bridges"),
-)
 #: Approximate number of responses per batch, of some 0.1 s each; an interruption loses no more.
 _RESPONSES: Final = 2048
 #: Largest number of motions per batch, which are in memory together.
@@ -76,163 +64,11 @@ _HELD: Final = 2**22
 _NODES: Final = 200_000
 
 
-@dataclass(frozen=True, eq=False)
-class ScreeningRequest:
-    """The computation for each motion.
-
-    Parameters
-    ----------
-    options : ScreenOptions
-        Options of the screening.
-    structures : tuple of Structure
-        The structures.
-    design : Design, optional
-        The design problem.
-    candidates : tuple of Structure
-        Candidates of the design, structure by structure.
-    scales : array, shape (scales,)
-        Multiples of the motions [1].
-    """
-
-    options: ScreenOptions
-    structures: tuple[Structure, ...]
-    design: Design | None
-    candidates: tuple[Structure, ...]
-    scales: NDArray[np.float64]
-
-    @classmethod
-    def of(cls, options: ScreenOptions, structures: tuple[Structure, ...]) -> Self:
-        """Return the request of these options for these structures.
-
-        Raises
-        ------
-        ParameterError
-            If a candidate of the design or a member of an ensemble cannot rock, if no structure
-            has the restraint of a stated limit, or if a structure lacks the restraint that the
-            design limits.
-        """
-        _require_free(options, structures)
-        require_possible(structures, chosen_ensemble(options))
-        for quantity, key, owner in _RESTRAINED:
-            without = [
-                structure.name for structure in structures if not has_quantity(structure, quantity)
-            ]
-            if getattr(options, f"limit_{quantity}") and len(without) == len(structures):
-                raise invalid(key, None, owner, f"stated for limit_{quantity}")
-            if without and options.design is not None and options.design.quantity == quantity:
-                needs = f"stated for a design of quantity {quantity}"
-                raise invalid(key, None, f"frame {without[0]!r}", needs)
-        design = None
-        if options.design is not None:
-            lowest, highest = options.design.range
-            others = {k: v for k, v in options.design if k != "range"}
-            design = Design(lowest=lowest, highest=highest, **others)
-        candidates = () if design is None else _candidates(design, structures)
-        require_possible((*structures, *candidates), options.scenario_ensemble())
-        return cls(options, structures, design, candidates, np.array(options.scales))
-
-    @property
-    def pairs(self) -> bool:
-        """Return True if motions in both directions are computed, where the records have them."""
-        options = self.options
-        wanted = options.both_directions and not options.azimuths_degree
-        return wanted and computed_in_both_directions(self.structures)
-
-    @property
-    def histories(self) -> Histories:
-        """Scenarios whose histories are written."""
-        return Histories(self.options.histories)
-
-    @property
-    def reference(self) -> int:
-        """Position of the scale nearest to 1."""
-        return int(np.argmin(np.abs(np.log(self.scales))))
-
-    def scenarios(self) -> dict[str, Any]:
-        """Return everything that the scenarios depend on, as JSON values."""
-        return {
-            "structures": [_as_json(structure) for structure in self.structures],
-            "candidates": [_as_json(candidate) for candidate in self.candidates],
-            "scales": self.scales.tolist(),
-            "members": self.options.model_dump(
-                mode="json", include={"margins", "ensemble", "scenario_members"}
-            ),
-        }
-
-
-def is_free(structure: Structure) -> TypeGuard[RockingFrame]:
-    """Return True for rocking frames without tendons, dissipaters and abutments."""
-    return declared_kind(structure.kind).rocks and not getattr(structure, "restrained", True)
-
-
-def _require_free(options: ScreenOptions, structures: Sequence[Structure]) -> None:
-    free = [structure.name for structure in structures if is_free(structure)]
-    if options.pooled and len(free) < 2:
-        raise ParameterError(
-            f"pooled needs at least two rocking structures without tendons and dissipaters, and "
-            f"there {'is one' if free else 'is none'} of {len(structures)}. State more, or leave "
-            "out pooled."
-        )
-
-
-def _candidates(design: Design, structures: Sequence[Structure]) -> tuple[Structure, ...]:
-    """Return each structure with each value of the dimension of a design."""
-    return tuple(
-        kind_of(structure).resized(structure, design.dimension, value)
-        for structure in structures
-        for value in design.values.tolist()
-    )
-
-
-def _require_in_both(request: ScreeningRequest) -> None:
-    """Require that structures have the stated quantities under motions in both directions."""
-    if request.design is not None:
-        _require_alike(request.design, request.structures, request.candidates)
-    for quantity, _ in request.options.limits():
-        lacking = quantity in LACKING_IN_BOTH
-        if lacking and not any(
-            why_not_both(structure) and has_quantity(structure, quantity)
-            for structure in request.structures
-        ):
-            raise ParameterError(
-                f"limit_{QUANTITIES[quantity].column()} applies to no structure: columns that roll "
-                f"in both directions hit nothing. Leave it out, or state {IN_ONE_PLANE}."
-            )
-
-
-def _require_alike(
-    design: Design, structures: Sequence[Structure], candidates: Sequence[Structure]
-) -> None:
-    """Require that the motions that count for a structure can count for its candidates."""
-    for number, candidate in enumerate(candidates):
-        structure = structures[number // design.values.size]
-        if why_not_both(structure):
-            continue
-        if design.quantity in LACKING_IN_BOTH:
-            reason = f"has no {design.quantity} in both directions"
-        elif reason := why_not_both(candidate):
-            reason = f"with another {design.dimension} is {reason}"
-        else:
-            continue
-        raise ParameterError(
-            f"structure {structure.name!r} {reason}. State {IN_ONE_PLANE} for a design in one "
-            "plane."
-        )
-
-
-def _as_json(structure: Structure) -> dict[str, Any]:
-    """Return what a structure is, as JSON values."""
-    return {"kind": structure.kind, **asdict(structure)}  # type: ignore[call-overload]
-
-
 class ScreeningRun:
     """The batches of a screening, which share the chosen motions.
 
-    `rows` fills three attributes. ``verdicts``, shape (motions, structures, scales), has those of
-    the stated structures. ``reached``, shape (limits, motions, structures, scales), counts the
-    members that reach a limit state in each scenario. ``kept`` has the largest |theta| / alpha and
-    |u| of each member at the scale nearest to 1, infinite for members that overturn, each of shape
-    (motions, structures, members). Without an ensemble, the stated structure is the only member.
+    `rows` fills the outcomes, from which `parts` makes runs of some structures each: their
+    ``outcomes`` are those of all motions.
 
     Raises
     ------
@@ -250,7 +86,7 @@ class ScreeningRun:
         progress: Progress,
     ) -> None:
         if any(motion.in_both for motion in chosen.motions):
-            _require_in_both(request)
+            require_in_both(request)
         self._chosen = chosen
         self.motions = chosen.motions
         self.request = request
@@ -258,26 +94,41 @@ class ScreeningRun:
         self._engine = engine
         self._progress = progress
         self._done = 0
-        shape = (len(chosen.motions), len(request.structures), request.scales.size)
+        self._shape = (len(chosen.motions), len(request.structures), request.scales.size)
         self.members = request.options.scenario_members
-        self.verdicts = np.empty(shape, dtype=np.int8)
         self.limits = [OVERTURNING, *(LimitState(*limit) for limit in request.options.limits())]
-        self.reached = np.empty((len(self.limits), *shape), dtype=np.uint16)
-        self.kept = {name: np.empty((*shape[:2], self.members)) for name in _KEPT}
         some = LIMITED if request.options.return_period_years else ()
-        self._demands = {each.name: np.full((*shape, self.members), np.nan) for each in some}
+        self._every = AllOutcomes(
+            *(self._shape, len(self.limits), self.members, [each.name for each in some]),
+            batches.folder.parent,
+        )
+        self.outcomes: Outcomes
+        self.computed = 0
         self._selected: list[NDArray[np.intp]] = []
+
+    @property
+    def is_large(self) -> bool:
+        """Return True if the outcomes of all structures are not in memory together."""
+        return self._every.is_large
+
+    def parts(self) -> Iterator[tuple[slice, Self]]:
+        """Yield places of structures, and the run of only these; call after `rows`."""
+        for some, outcomes in self._every.parts():
+            part = copy(self)
+            part.request = replace(self.request, structures=self.request.structures[some])
+            part.outcomes = outcomes
+            yield some, part
 
     @property
     def ratio(self) -> Float:
         """Median of |theta| / alpha at the scale nearest to 1, shape (motions, structures)."""
-        median: Float = quantiles(self.kept["peak_rotation_ratio"])[..., 1]
+        median: Float = quantiles(self.outcomes.kept["peak_rotation_ratio"])[..., 1]
         return median
 
     @property
     def demand(self) -> Float:
         """The median that ranks motions: of |theta| / alpha or, without a rotation, of |u| [m]."""
-        drift = quantiles(self.kept["peak_u"])[..., 1]
+        drift = quantiles(self.outcomes.kept["peak_u"])[..., 1]
         return np.where(np.isnan(self.ratio), drift, self.ratio)
 
     def has(self, structure: Structure, quantity: str, motion: int) -> bool:
@@ -286,27 +137,27 @@ class ScreeningRun:
         return has_quantity(structure, quantity) and not lacking
 
     def counting(self) -> list[NDArray[np.intp]]:
-        """Return the places of the motions that count for each structure; call after `rows`.
+        """Return the places of the motions that count for each structure.
 
         They are those in both directions, if it is computed under any; else those in one plane.
         """
         in_both = np.array([motion.in_both for motion in self.motions])
         places = []
         for k in range(len(self.request.structures)):
-            computed = self.verdicts[:, k, 0] != Verdict.NOT_COMPUTED
+            computed = self.outcomes.verdicts[:, k, 0] != Verdict.NOT_COMPUTED
             both = np.flatnonzero(computed & in_both)
             places.append(both if both.size else np.flatnonzero(computed & ~in_both))
         return places
 
     def sizes(self) -> dict[str, int]:
         """Return the dimensions of the variables of scenarios."""
-        sizes = dict(zip(("record", "structure", "scale"), self.verdicts.shape, strict=True))
+        sizes = dict(zip(("record", "structure", "scale"), self._shape, strict=True))
         further = {"limit_state": len(self.limits), "quantile": len(QUANTILES)}
         return sizes | (further if self.members > 1 else {})
 
     def shares(self, limit: int) -> Float:
         """Return the shares of members that reach a limit, (motions, structures, scales)."""
-        share: Float = self.reached[limit] / self.members
+        share: Float = self.outcomes.reached[limit] / self.members
         return share
 
     def reached_by_each(self, counting: Sequence[NDArray[np.intp]]) -> Reached:
@@ -329,12 +180,14 @@ class ScreeningRun:
         ]
 
     def rows(self) -> Iterator[Arrays]:
-        """Yield the scenarios motion by motion, and fill the attributes."""
+        """Yield the scenarios motion by motion, and fill the outcomes."""
         structures = self.request.structures
         ensemble = self.request.options.scenario_ensemble()
         each = repeat(None) if ensemble is None else self._peaks("members")
         for i, (row, of_members) in enumerate(zip(self._nominal(), each, strict=False)):
-            self.verdicts[i] = row["verdict"]
+            place, outcomes = self._every.of_motion(i)
+            outcomes.verdicts[place] = row["verdict"]
+            self.computed += int(np.isin(row["verdict"], COMPUTED).sum())
             mask = self.request.histories.mask(row["verdict"], row["peak_rotation_ratio"])
             self._selected.append(np.argwhere(mask & (row["verdict"] != Verdict.NOT_COMPUTED)))
             if ensemble is None or of_members is None:
@@ -355,7 +208,7 @@ class ScreeningRun:
     def _nominal(self) -> Iterator[Arrays]:
         """Yield the quantities of the stated structures motion by motion, computed for many."""
         peaks = self._peaks("peaks")
-        together = max(1, _SCENARIOS // self.verdicts[0].size)
+        together = max(1, _SCENARIOS // (self._shape[1] * self._shape[2]))
         while some := list(islice(peaks, together)):
             joined = (np.concatenate(values, axis=1) for values in zip(*some, strict=True))
             arrays = quantities_of(self.request.structures, *joined)
@@ -367,30 +220,34 @@ class ScreeningRun:
         """Keep what the stated structures do under a motion, shape (structures, scales)."""
         structures = self.request.structures
         fell = arrays["verdict"] == Verdict.OVERTURNS
-        for limit, reached in zip(self.limits, self.reached, strict=True):
-            reached[i] = limit.reached(arrays, fell)
-        for name, kept in self.kept.items():
-            kept[i] = _standing(arrays, name)[:, self.request.reference, None]
-        for name, demands in self._demands.items():
+        place, outcomes = self._every.of_motion(i)
+        for limit, reached in zip(self.limits, outcomes.reached, strict=True):
+            reached[place] = limit.reached(arrays, fell)
+        for name, kept in outcomes.kept.items():
+            kept[place] = _standing(arrays, name)[:, self.request.reference, None]
+        for name, demands in outcomes.demands.items():
             has = [k for k, structure in enumerate(structures) if self.has(structure, name, i)]
-            demands[i, has] = _standing(arrays, name)[has][..., None]
+            demands[place] = np.nan
+            demands[place, has] = _standing(arrays, name)[has][..., None]
 
     def _keep(self, i: int, k: int, arrays: Arrays) -> None:
         """Keep what the members of a structure do under a motion, shape (members, scales)."""
         fell = arrays["verdict"] == Verdict.OVERTURNS
-        for limit, reached in zip(self.limits, self.reached, strict=True):
-            reached[i, k] = limit.reached(arrays, fell).sum(axis=0)
-        for name, kept in self.kept.items():
-            kept[i, k] = _standing(arrays, name)[:, self.request.reference]
-        for name, demands in self._demands.items():
-            if self.has(self.request.structures[k], name, i):
-                demands[i, k] = _standing(arrays, name).T
+        place, outcomes = self._every.of_motion(i)
+        for limit, reached in zip(self.limits, outcomes.reached, strict=True):
+            reached[place, k] = limit.reached(arrays, fell).sum(axis=0)
+        for name, kept in outcomes.kept.items():
+            kept[place, k] = _standing(arrays, name)[:, self.request.reference]
+        for name, demands in outcomes.demands.items():
+            has = self.has(self.request.structures[k], name, i)
+            demands[place, k] = _standing(arrays, name).T if has else np.nan
 
     def _shares_and_bands(self, i: int, k: int, arrays: Arrays) -> Arrays:
         """Return the variables of an ensemble, shape (scales, limits) or (scales, quantiles)."""
+        place, outcomes = self._every.of_motion(i)
         structure = self.request.structures[k]
         has = [self.has(structure, limit.quantity, i) for limit in self.limits]
-        share = self.reached[:, i, k].T / self.members
+        share = outcomes.reached[:, place, k].T / self.members
         bands = {
             quantity.band: quantiles(_standing(arrays, quantity.name).T) for quantity in OF_SCENARIO
         }
@@ -426,12 +283,10 @@ class ScreeningRun:
                     for k, s in selected[start : start + together].tolist()
                 )
 
-    def margins(self) -> Arrays:
-        """Return margins, shape (motions, structures); empty if they were not requested."""
-        if self.request.options.margins == "none":
-            return {}
-        batches = list(self._map("margins"))
-        return {name: np.concatenate([part[name] for part in batches]) for name in batches[0]}
+    def margins(self) -> Iterator[Arrays]:
+        """Yield margins of some motions, shape (motions, structures), if they were requested."""
+        if self.request.options.margins != "none":
+            yield from self._map("margins")
 
     def demands_at(self, curve: HazardCurve, intensities: Mapping[str, Float]) -> dict[str, Any]:
         """Return the demand of each structure at the return periods, by variable.
@@ -451,7 +306,7 @@ class ScreeningRun:
         measured, scales = intensities[curve.measure], self.request.scales
         factors, counting = scales ** measure_of(curve.measure).power, self.counting()
         values: dict[str, Any] = {"return_period_years": [*periods]}
-        for name, of_frames in self._demands.items():
+        for name, of_frames in self.outcomes.demands.items():
             demands = [
                 demands_at(
                     *(curve, periods, of_frames[some, k], (measured[some], factors)),
@@ -464,8 +319,15 @@ class ScreeningRun:
                 values[variable] = np.stack([of_frame[end] for of_frame in demands])
         return values
 
-    def candidates(self, design: Design) -> tuple[Float, Float]:
+    def candidates(self, design: Design, each: Sequence[NDArray[np.intp]]) -> tuple[Float, Float]:
         """Return how candidates meet the limit of a design, over all motions and members.
+
+        Parameters
+        ----------
+        design : Design
+            The design.
+        each : sequence of array
+            The motions that count for each structure.
 
         Returns
         -------
@@ -474,7 +336,7 @@ class ScreeningRun:
         """
         shares, largest = list[float](), list[float]()
         # of a structure, one value of the dimension after the other
-        counting = chain.from_iterable(repeat(some, design.steps) for some in self.counting())
+        counting = chain.from_iterable(repeat(some, design.steps) for some in each)
         for candidates, held in self._of_groups():
             for reached, demand in zip(*self._of_candidates(design, candidates, held), strict=True):
                 some = next(counting)

@@ -1,0 +1,1 @@
+"""Outcomes of the scenarios of a screening, and their statistics."""

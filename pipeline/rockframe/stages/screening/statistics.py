@@ -1,0 +1,463 @@
+"""Statistics of a screening: fragility, distributions, ranks, rates and designs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockframe.quantities import QUANTILES
+from rockframe.record import SiteType
+from rockframe.results.pulses import RecordMetadata
+from rockframe.results.response import component_values, structure_values
+from rockframe.results.schema.response import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
+from rockframe.results.screen import Fits, WritePart, design_units, design_values, rate_values
+from rockframe.risk import (
+    FURTHER,
+    MEASURES,
+    Fragility,
+    HazardCurve,
+    LimitState,
+    Outcome,
+    better_measure,
+    compared_motions,
+    demand_ranks,
+    fit_fragility,
+    mean_shares,
+    measure_of,
+    observed_shares,
+    over_azimuths,
+    over_azimuths_of,
+    period_of,
+    pooled_intensities,
+    shares_at_most,
+)
+from rockframe.risk.distribution import Band, RelativeRanks
+from rockframe.risk.fragility import Curve
+from rockframe.rocking import quantiles
+from rockframe.rocking.verdict import COMPUTED
+from rockframe.stages.screen_batches import Reached, ScreeningRun
+from rockframe.stages.screen_motions import Motion
+from rockframe.stages.screening.request import is_free
+
+Float = NDArray[np.float64]
+
+#: Levels of |theta| / slenderness of the peak distributions.
+LEVELS: Final = np.linspace(0.0, 1.5, 151)
+#: Number of intensities of the fragility curves.
+_POINTS: Final = 101
+#: Number of intensity classes of the observed shares.
+_CLASSES: Final = 8
+#: Factor by which the curves extend beyond the intensities tried.
+_BEYOND: Final = 1.25
+#: Number of shares of motions below levels that are in memory together.
+_SHARES: Final = 2**22
+#: Distribution of peaks of a structure that lacks the quantity.
+_UNKNOWN: Final = Band(*np.full((3, LEVELS.size), np.nan))
+
+
+@dataclass(frozen=True, eq=False)
+class _MotionFacts:
+    """Numbers and clusters of all motions, and those numbers that are intensities."""
+
+    numbers: Mapping[str, Float]
+    clusters: NDArray[np.int64]
+    intensities: Mapping[str, Float]
+
+    @classmethod
+    def of(cls, motions: Sequence[Motion]) -> Self:
+        names = motions[0].numbers
+        numbers = {name: np.array([motion.numbers[name] for motion in motions]) for name in names}
+        further = [name for name in numbers if name in FURTHER]
+        spectra = [name for name in numbers if period_of(name)]
+        measures = {name: numbers[name] for name in (*MEASURES, *further, *spectra)}
+        return cls(numbers, np.array([motion.cluster for motion in motions]), measures)
+
+
+def statistics(
+    run: ScreeningRun, metadata: RecordMetadata, hazard: HazardCurve | None, write: WritePart
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the values of screen.nc except those of single scenarios, and the units that vary.
+
+    Parameters
+    ----------
+    run : ScreeningRun
+        A run whose `rows` were read.
+    metadata : RecordMetadata
+        Metadata of the records.
+    hazard : HazardCurve, optional
+        Hazard curve of the site.
+    write : callable
+        Writes the values of a variable for some motions and structures, which are not returned. It
+        is called for large screenings only.
+    """
+    facts, request = _MotionFacts.of(run.motions), run.request
+    parts, counting = list[dict[str, Any]](), list[NDArray[np.intp]]()
+    pooled: Reached = []
+    ranks = RelativeRanks()
+    for some, part in run.parts():
+        values, reached = _of_structures(part, facts, hazard)
+        counting += _shared(part.counting(), counting)
+        ranks.add(values["demand_rank"])
+        if request.options.pooled:
+            pooled += reached
+        parts.append(_written(values, some, write) if run.is_large else values)
+    values = _of_motions(run, metadata, facts) | _joined(parts)
+    values["mean_relative_rank"] = ranks.mean
+    if request.options.pooled:
+        values |= _pooled_values(run, pooled, counting, facts)
+    values |= _margins(run, write)
+    if request.design is not None:
+        shape = (len(request.structures), -1)
+        results = (each.reshape(shape) for each in run.candidates(request.design, counting))
+        values |= design_values(request.design, *results)
+    return values, design_units(request.design) if request.design else {}
+
+
+def _of_motions(run: ScreeningRun, metadata: RecordMetadata, facts: _MotionFacts) -> dict[str, Any]:
+    """Return the values of the motions, of the structures as they are stated, and of both."""
+    motions, texts, numbers = run.motions, metadata.texts, facts.numbers
+    spectra = [name for name in numbers if period_of(name)]
+    values = {
+        "record_id": [motion.name for motion in motions],
+        "event": [texts["event"][motion.row] for motion in motions],
+        "station": [texts["station"][motion.row] for motion in motions],
+        "site_type": [SiteType.named(texts["site"][motion.row]) for motion in motions],
+        "cluster": facts.clusters,
+        **component_values([motion.components for motion in motions]),
+        **{name: numbers[name] for name in numbers if name not in spectra},
+        "limit_state": [limit.name for limit in run.limits],
+        "fragility_curve": run.request.options.fragility_curve,
+        **structure_values(SCREEN_NC, run.request.structures),
+        "scale": run.request.scales,
+    }
+    for end in ("", "rotd50", "rotd100"):
+        some = {name: numbers[name] for name in spectra if over_azimuths_of(name) == end}
+        if some:
+            variable = "spectral_acceleration" + (end and f"_{end}")
+            values[variable] = np.array([*some.values()]).T
+            values["spectral_period"] = [period_of(name) for name in some]
+    if run.request.options.azimuths_degree:
+        firsts = np.unique(facts.clusters, return_index=True)[1]
+        values["recording"] = [motions[int(i)].name for i in firsts]
+    return values
+
+
+def _of_structures(
+    run: ScreeningRun, facts: _MotionFacts, hazard: HazardCurve | None
+) -> tuple[dict[str, Any], Reached]:
+    """Return the values of some structures, and the shares that reach each limit state."""
+    request, clusters, form = run.request, facts.clusters, run.request.options.fragility_curve
+    intensities, counting = facts.intensities, run.counting()
+    reached = run.reached_by_each(counting)
+    fits = [
+        [_fits(_at(intensities, some), request.scales, fell, clusters[some], form) for fell in each]
+        for each, some in zip(reached, counting, strict=True)
+    ]
+    values = {
+        **_demand_values(run, clusters, counting),
+        **_fragility_values(fits, _grid(intensities, request.scales)),
+        **_preferences(run, intensities, clusters, fits),
+        **_observed_values(reached, [_at(intensities, some) for some in counting], request.scales),
+        **(rate_values(hazard, fits) | run.demands_at(hazard, intensities) if hazard else {}),
+    }
+    if request.options.azimuths_degree:
+        percentiles = over_azimuths(run.ratio, clusters)
+        for name, row in zip(("rotd00", "rotd50", "rotd100"), percentiles, strict=True):
+            values[f"{name}_peak_rotation_ratio"] = row
+    return values, reached
+
+
+def _shared(
+    arrays: Sequence[NDArray[np.intp]], before: Sequence[NDArray[np.intp]]
+) -> list[NDArray[np.intp]]:
+    """Return arrays of places, and in place of one that equals the last before it that one."""
+    shared: list[NDArray[np.intp]] = []
+    last = before[-1] if before else None
+    for array in arrays:
+        last = last if last is not None and np.array_equal(array, last) else array
+        shared.append(last)
+    return shared
+
+
+def _written(values: Mapping[str, Any], some: slice, write: WritePart) -> dict[str, Any]:
+    """Return the values of some structures without those along motions, which are written."""
+    rest = {}
+    for name, value in values.items():
+        if {*SCREEN_NC[name].dims[:2]} & {"record", "recording"}:
+            if "structure" in SCREEN_NC[name].dims:
+                write(name, (slice(None), some), SCREEN_NC[name].array(value))
+        else:
+            rest[name] = value
+    return rest
+
+
+def _joined(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the values of all structures; what does not vary with them is that of the first."""
+    values = dict(parts[0])
+    if len(parts) > 1:
+        for name in values:
+            dims = SCREEN_NC[name].dims
+            if "structure" in dims:
+                arrays = [SCREEN_NC[name].array(part[name]) for part in parts]
+                values[name] = np.concatenate(arrays, axis=dims.index("structure"))
+    return values
+
+
+def _margins(run: ScreeningRun, write: WritePart) -> dict[str, Any]:
+    """Return the margins, shape (motions, structures), or write them; none if not requested."""
+    if not run.is_large:
+        parts = [*run.margins()]
+        return (
+            {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+            if parts
+            else {}
+        )
+    start = 0
+    for part in run.margins():
+        end = start + len(next(iter(part.values())))
+        for name, values in part.items():
+            write(name, (slice(start, end), slice(None)), SCREEN_NC[name].array(values))
+        start = end
+    return {}
+
+
+def _at(arrays: Mapping[str, Float], some: NDArray[np.intp]) -> dict[str, Float]:
+    """Return arrays along motions at the places of some."""
+    return {name: values[some] for name, values in arrays.items()}
+
+
+def _demand_values(
+    run: ScreeningRun, clusters: NDArray[np.int64], counting: Sequence[NDArray[np.intp]]
+) -> dict[str, Any]:
+    """Return ranks, distributions of peaks, counts of outcomes, and results over all motions that
+    count.
+    """
+    seed, at, fell = run.request.options.seed, run.request.reference, run.shares(0)
+    bands, overall = [_UNKNOWN] * len(counting), [_UNKNOWN] * len(counting)
+    ranks = np.full(run.demand.shape, np.nan)
+    for some, places in _alike(counting):
+        rotations = [run.outcomes.kept["peak_rotation_ratio"][some, k] for k in places]
+        distributions = _distributions(rotations, clusters[some], seed)
+        for k, peaks, band in zip(places, rotations, distributions, strict=True):
+            bands[k] = _UNKNOWN if np.isnan(peaks).any() else band
+        each = mean_shares([fell[some, k] for k in places], clusters=clusters[some], seed=seed)
+        for k, band in zip(places, each, strict=True):
+            overall[k] = band
+        here = np.ix_(some, np.array(places))
+        ranks[here] = demand_ranks(run.demand[here], fell[:, :, at][here])
+    counts = np.array(
+        [
+            [(run.outcomes.verdicts[some, k] == verdict).sum(axis=0) for verdict in COMPUTED]
+            for k, some in enumerate(counting)
+        ]
+    ).swapaxes(1, 2)
+    return {
+        "reference_scale": float(run.request.scales[at]),
+        "demand_rank": ranks,
+        "level": LEVELS,
+        **SCREEN_NC.filled("band", bands),
+        "verdict_count": counts,
+        "outcome": OUTCOMES,
+        "members": run.members,
+        "quantile": [*QUANTILES],
+        **SCREEN_NC.filled("overall", overall),
+        **{
+            f"overall_{name}_band": np.array(
+                [quantiles(peaks[some, k].ravel()) for k, some in enumerate(counting)]
+            )
+            for name, peaks in run.outcomes.kept.items()
+        },
+    }
+
+
+def _distributions(
+    peaks: Sequence[Float], clusters: NDArray[np.int64], seed: int
+) -> Iterator[Band]:
+    """Yield the distribution of the peaks of each structure; of many motions, level by level."""
+    width = max(1, _SHARES // max(1, len(clusters)))
+    parts = [
+        mean_shares(
+            (shares_at_most(of_structure, LEVELS[first : first + width]) for of_structure in peaks),
+            clusters=clusters,
+            seed=seed,
+        )
+        for first in range(0, LEVELS.size, width)
+    ]
+    for bands in zip(*parts, strict=True):
+        ends = ([getattr(band, end) for band in bands] for end in ("share", "low", "high"))
+        yield Band(*map(np.concatenate, ends))
+
+
+def _alike(
+    counting: Sequence[NDArray[np.intp]],
+) -> Iterator[tuple[NDArray[np.intp], list[int]]]:
+    """Yield places of motions, with the places of the structures for which exactly these count."""
+    groups: dict[bytes, list[int]] = {}
+    for k, some in enumerate(counting):
+        groups.setdefault(some.tobytes(), []).append(k)
+    for places in groups.values():
+        yield counting[places[0]], places
+
+
+def _fits(
+    intensities: Mapping[str, Float],
+    scales: Float,
+    shares: Float | None,
+    clusters: NDArray[np.int64],
+    form: Curve,
+) -> dict[str, Fragility]:
+    if shares is None:
+        return dict.fromkeys(intensities, Fragility(Outcome.ABSENT, 0, 0, 0))
+    return {
+        name: fit_fragility(values, _powers(scales, name), shares, clusters, curve=form)
+        for name, values in intensities.items()
+    }
+
+
+def _powers(scales: Float, name: str) -> Float:
+    """Return the factors of a measure at the scales of the motions."""
+    power = measure_of(name).power
+    return scales if power == 1 else scales**power
+
+
+def _fragility_values(fits: Fits, points: Mapping[str, Float]) -> dict[str, Any]:
+    """Return the curve of each structure and limit state over each measure, at the points."""
+    rows = [[[fit[name] for name in points] for fit in each] for each in fits]
+    values: dict[str, Any] = {
+        "measure": list(points),
+        "measure_units": [UNITS_OF_MEASURES.get(name, "m s-2") for name in points],
+        **SCREEN_NC.filled("fit", rows),
+        "log_likelihood": [[[_total(fit) for fit in row] for row in each] for each in rows],
+        "fragility_intensity": [*points.values()],
+    }
+    for name in ("median", "lognormal_beta"):
+        both = np.array([[[getattr(f, f"{name}_band") for f in row] for row in s] for s in rows])
+        values |= {f"fragility_{name}_low": both[..., 0], f"fragility_{name}_high": both[..., 1]}
+    curves = np.array(
+        [
+            [[(fit[n].probability(x), *fit[n].band(x)) for n, x in points.items()] for fit in each]
+            for each in fits
+        ]
+    )
+    for k, name in enumerate(("fragility", "fragility_low", "fragility_high")):
+        values[name] = curves[..., k, :]
+    return values
+
+
+def _total(fit: Fragility) -> float:
+    return float(fit.log_likelihood.sum()) if fit.log_likelihood.size else float("nan")
+
+
+def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
+    """Return intensities slightly beyond the range tried, for the curves; NaN if none is known."""
+    grid = {}
+    for name, values in intensities.items():
+        positive = values[np.isfinite(values) & (values > 0.0)]
+        if not positive.size:
+            grid[name] = np.full(_POINTS, np.nan)
+            continue
+        factors = _powers(scales, name)
+        least, most = positive.min() * factors[0], positive.max() * factors[-1]
+        grid[name] = np.geomspace(least / _BEYOND, most * _BEYOND, _POINTS)
+    return grid
+
+
+def _preferences(
+    run: ScreeningRun, intensities: Mapping[str, Float], clusters: NDArray[np.int64], fits: Fits
+) -> dict[str, Any]:
+    """Return the better measure for each structure, from motions that have all measures.
+
+    `fits` are those from all motions.
+    """
+    scales, form, fell = run.request.scales, run.request.options.fragility_curve, run.shares(0)
+    overturned = []
+    for k, counts in enumerate(run.counting()):
+        some = counts[compared_motions(_at(intensities, counts))]
+        overturned.append(  # nothing is fitted again
+            fits[k][0]
+            if some.size == counts.size
+            else _fits(_at(intensities, some), scales, fell[some, k], clusters[some], form)
+        )
+    better = [better_measure(of_measures) for of_measures in overturned]
+    names = {"better_measure": "measure", "better_measure_reason": "reason"}
+    return {key: [getattr(each, name) for each in better] for key, name in names.items()}
+
+
+def _observed_values(
+    reached: Reached, intensities: Sequence[Mapping[str, Float]], scales: Float
+) -> dict[str, Any]:
+    """Return the shares that reach each limit state in classes of intensity, for each structure."""
+    unknown = (np.full(_CLASSES, np.nan),) * 2
+    both = np.array(
+        [
+            [
+                [
+                    unknown
+                    if fell is None
+                    else observed_shares(values, _powers(scales, name), fell, _CLASSES)
+                    for name, values in measured.items()
+                ]
+                for fell in each
+            ]
+            for each, measured in zip(reached, intensities, strict=True)
+        ]
+    )
+    return {"bin_intensity": both[:, 0, :, 0], "bin_share": both[:, :, :, 1]}
+
+
+def _pooled_values(
+    run: ScreeningRun,
+    reached: Reached,
+    counting: Sequence[NDArray[np.intp]],
+    facts: _MotionFacts,
+) -> dict[str, Any]:
+    """Return the fragilities of all free-standing structures together.
+
+    A recording is one observation, whatever number of structures respond to it. All observations
+    are in memory.
+    """
+    request, limits = run.request, [k for k, limit in enumerate(run.limits) if _is_pooled(limit)]
+    free = [k for k, structure in enumerate(request.structures) if is_free(structure)]
+    frames = [structure for structure in request.structures if is_free(structure)]
+    pga, pgv = (facts.numbers[name] for name in ("pga", "pgv"))
+    together = np.concatenate([facts.clusters[counting[k]] for k in free])
+    of_each = [
+        pooled_intensities([frame], pga[counting[k]], pgv[counting[k]])
+        for k, frame in zip(free, frames, strict=True)
+    ]
+    intensities = {
+        name: np.concatenate([measured[name] for measured in of_each]) for name in of_each[0]
+    }
+    # Without restraints, a frame has the share of each of these limit states.
+    shares: list[Float | None] = [
+        np.concatenate([each for each in (reached[k][limit] for k in free) if each is not None])
+        for limit in limits
+    ]
+    form = request.options.fragility_curve
+    fits = [_fits(intensities, request.scales, share, together, form) for share in shares]
+    better = better_measure(fits[0])
+    of_one_structure = {
+        **_fragility_values([fits], _grid(intensities, request.scales)),
+        **_observed_values([shares], [intensities], request.scales),
+    }
+    # These do not vary with the structure.
+    alone = ("measure", "measure_units", "fragility_intensity")
+    return {
+        "pooled": [int(k in free) for k in range(len(request.structures))],
+        "pooled_limit_state": [run.limits[k].name for k in limits],
+        "pooled_better_measure": better.measure,
+        "pooled_better_measure_reason": better.reason,
+        **{
+            f"pooled_{name}": values if name in alone else np.asarray(values)[0]
+            for name, values in of_one_structure.items()
+        },
+    }
+
+
+def _is_pooled(limit: LimitState) -> bool:
+    """Return True for overturning and limits of theta/alpha, which do not depend on the size."""
+    return limit.quantity in ("", "peak_rotation_ratio")

@@ -1,0 +1,133 @@
+"""A large screening keeps its outcomes in a file, and has some structures in memory at a time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from tests.screening import STRUCTURES, site, stored, structures, three
+
+from rockframe.engines.engine import OneProcess
+from rockframe.options.respond import DesignOptions, ScreenOptions
+from rockframe.record import Record
+from rockframe.results.screen import read_screening
+from rockframe.results.screen_tables import overall_rows
+from rockframe.stages.screen import Screening, screen_stage
+from rockframe.stages.screening.outcomes import AllOutcomes
+
+RESTRAINED = """
+[[structure]]
+name = "held"
+height_m = 3.0
+width_m = 0.45
+column_mass_kg = 1.0e3
+
+[structure.tendon]
+area_m2 = 1.0e-4
+prestress_n = 1.0e4
+modulus_pa = 2.0e11
+yield_stress_pa = 1.6e9
+"""
+SCALES = (0.5, 1.0, 2.0)
+
+
+@pytest.fixture
+def small_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing but the outcomes of one structure, and of one motion, fits into memory."""
+    monkeypatch.setattr("rockframe.stages.screening.outcomes._TOGETHER", 4)
+    monkeypatch.setattr("rockframe.stages.screening.statistics._SHARES", 300)
+    monkeypatch.setattr("rockframe.results.tables.kept._IN_MEMORY", 200)
+    monkeypatch.setattr("rockframe.results.screen._FEW_PAIRS", 0)
+    monkeypatch.setattr("rockframe.results.screen_tables._TOGETHER", 5)
+
+
+def of_all_kinds(folder: Path) -> ScreenOptions:
+    hazard = folder / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
+    return ScreenOptions(
+        scales=SCALES,
+        margins="first",
+        limit_peak_u_m=(0.1,),
+        limit_peak_tendon_ratio=(0.5,),
+        hazard=hazard,
+        return_period_years=(475.0,),
+        pooled=True,
+        design=DesignOptions(dimension="height", range=(2.0, 30.0), steps=3),
+    )
+
+
+def of_members(_folder: Path) -> ScreenOptions:
+    """Return options of members, and of azimuths, of which each recording has percentiles."""
+    return ScreenOptions(
+        scales=SCALES,
+        margins="none",
+        scenario_members=16,
+        azimuths_degree=(0.0, 30.0, 90.0),
+    )
+
+
+def screened(folder: Path, records: list[Record], options: ScreenOptions) -> Screening:
+    folder.mkdir()
+    text = STRUCTURES + RESTRAINED
+    return screen_stage(
+        stored(records, folder),
+        folder / "screen.nc",
+        options,
+        structures_path=structures(folder, text),
+        engine=OneProcess(),
+    )
+
+
+@pytest.mark.parametrize("make_options", [of_all_kinds, of_members])
+def test_a_large_screening_has_the_values_and_tables_of_a_small_one(
+    tmp_path: Path, make_options: Any, request: pytest.FixtureRequest
+) -> None:
+    options = make_options(tmp_path)
+    records = site(4) if make_options is of_all_kinds else [*three("a"), *three("b", 1.0)]
+    small = screened(tmp_path / "small", records, options)
+    expected = read_screening(tmp_path / "small" / "screen.nc")
+    rows = repr([*overall_rows(expected)])
+    request.getfixturevalue("small_memory")
+    large = screened(tmp_path / "large", records, options)
+    assert (large.motions, large.scenarios) == (small.motions, small.scenarios)
+    assert small.tables.keys() == large.tables.keys()
+    for kind, path in large.tables.items():
+        assert path.read_bytes() == small.tables[kind].read_bytes(), kind
+    assert len(small.tables) > 2
+    whole = read_screening(tmp_path / "large" / "screen.nc")
+    assert {*whole.variables} == {*expected.variables}
+    for name, values in expected.variables.items():
+        assert_array_equal(whole[name].values, values.values, err_msg=str(name))
+        assert whole[name].attrs == values.attrs
+    on_demand = read_screening(tmp_path / "large" / "screen.nc", every_scale=False)
+    assert repr([*overall_rows(on_demand)]) == rows
+
+
+@pytest.mark.usefixtures("small_memory")
+def test_outcomes_return_as_they_were_filled(tmp_path: Path) -> None:
+    random = np.random.default_rng(4)
+    shape, members = (5, 3, 2), 4
+    every = AllOutcomes(shape, 2, members, ["peak_u"], tmp_path)
+    assert every.is_large
+    verdicts = random.integers(4, size=shape)
+    reached = random.integers(members + 1, size=(2, *shape))
+    kept = random.uniform(size=(2, *shape[:2], members))
+    demands = random.uniform(size=(*shape, members))
+    for motion in range(shape[0]):
+        place, outcomes = every.of_motion(motion)
+        outcomes.verdicts[place] = verdicts[motion]
+        outcomes.reached[:, place] = reached[:, motion]
+        for values, of_name in zip(kept, outcomes.kept.values(), strict=True):
+            of_name[place] = values[motion]
+        outcomes.demands["peak_u"][place] = demands[motion]
+    seen: list[int] = []
+    for some, outcomes in every.parts():
+        seen += range(shape[1])[some]
+        assert_array_equal(outcomes.verdicts, verdicts[:, some])
+        assert_array_equal(outcomes.reached, reached[:, :, some])
+        assert_allclose([*outcomes.kept.values()], kept[:, :, some], rtol=0.0)
+        assert_allclose(outcomes.demands["peak_u"], demands[:, some], rtol=0.0)
+    assert seen == [0, 1, 2]
