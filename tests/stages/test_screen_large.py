@@ -107,9 +107,13 @@ def test_a_large_screening_has_the_values_and_tables_of_a_small_one(
 
 
 @pytest.mark.usefixtures("small_memory")
-def test_outcomes_return_as_they_were_filled(tmp_path: Path) -> None:
+@pytest.mark.parametrize("together", [1, 528])  # one motion, and two
+def test_outcomes_return_as_they_were_filled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, together: int
+) -> None:
+    monkeypatch.setattr("rockframe.stages.screening.outcomes._TOGETHER", together)
     random = np.random.default_rng(4)
-    shape, members = (5, 3, 2), 4
+    shape, members = (21, 3, 2), 4
     every = AllOutcomes(shape, 2, members, ["peak_u"], tmp_path)
     assert every.is_large
     verdicts = random.integers(4, size=shape)

@@ -121,7 +121,7 @@ class KeptNumbers:
             numbers = np.concatenate([np.asarray(group.numbers) for group in some], axis=2)
             names = tuple(name for group in some for name in group.records)
             start = self._file.seek(0, 2)
-            self._file.write(numbers.data)
+            self._file.write(np.ascontiguousarray(numbers).data)
             self._groups.append(replace(some[0], records=names, numbers=start))
         self._in_file, self._size = len(self._groups), 0
 
