@@ -332,6 +332,7 @@ def test_a_file_without_its_end_is_rejected(name: str) -> None:
         ("bri", b"    -3.200         4", b"     3.200         4", "peak 3.2 cm/s2 stated"),
         ("bri", b"         4     0.013", b"         7     0.013", "peak stated at 0.12 s, but"),
         ("bri", b"50    10 AAA", b"50     9 AAA", "9 samples stated, 10 in the file"),
+        ("bri", b"50    10 AAA", b"50  1 10 AAA", "where a line such as '1993/01/15"),
         ("bri", b"50    10 AAA", b"50    17 AAA", "of 17 samples stated, which need 13 lines: 10"),
         ("bri", b"  3  50 ", b"  2  50 ", "2 channels of 10 samples stated, which need 7 lines"),
         ("isesd", b"samples:             10", b"samples:             11", "11 samples stated"),

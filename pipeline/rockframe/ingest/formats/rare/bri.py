@@ -25,11 +25,12 @@ from rockframe.record import Record
 
 _COLUMNS: Final = Columns(8, 10)
 _TOP: Final = re.compile(
-    r"(?P<date>\d{4}/\d\d/\d\d) (?P<time>\d\d[:/]\d\d[:/]\d\d) (?P<channels>[ \d]{2}\d) "
-    r"(?P<rate>[ \d]{2}\d) (?P<count>[ \d]{4}\d) +(?P<station>.*\S)\s*$"
+    r"(?P<date>\d{4}/\d\d/\d\d) (?P<time>\d\d[:/]\d\d[:/]\d\d) (?P<channels>  \d| \d\d|\d{3}) "
+    r"(?P<rate>  \d| \d\d|\d{3}) (?P<count> {4}\d| {3}\d{2}|  \d{3}| \d{4}|\d{5})"
+    r" +(?P<station>.*\S)\s*$"
 )
 _CHANNEL: Final = re.compile(
-    r"(?P<label>\S.{9})(?P<peak>.{10})(?P<step>[ \d]{9}\d)"
+    r"(?P<label>\S.{9})(?P<peak>.{10})(?P<step>.{10})"
     r"(?P<offset>.{10})(?P<coefficient>.{1,10})$"
 )
 _EXAMPLE_TOP: Final = "1993/01/15 20:06:08   3 100 15700 KSR: Kushiro"
