@@ -121,6 +121,11 @@ LAYOUTS: dict[str, tuple[str, ReadOptions]] = {
     "sizes and a further number": (
         f"Time history matched to spectrum: target.tgt\n{COUNT} 0.01 114\n{five_a_line(NORTH)}",
         ReadOptions("g")),
+    "blank columns": (",Time,,Acc,\n,(s),,(g),\n" + rows(
+        [""] * COUNT, TIMES, [""] * COUNT, NORTH, end=","), ReadOptions()),
+    "clock times of another zone": ("time,acc_g\n" + rows(
+        [date.replace("Z", "+09:00") for date in DATES], NORTH), ReadOptions()),
+    "a first sample that has fewer decimals": (f"{NORTH[0]:.1f}\n" + rows(NORTH[1:]), G),
     "a direction that is no unit": ("t,table_x\n" + rows(TIMES, NORTH), ReadOptions(
         "g", column="table_x")),
     "a factor": (rows(TIMES, 1000.0 * NORTH), ReadOptions(factor=GRAVITY / 1000.0)),
@@ -178,6 +183,10 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
         ("Sample rate: 200\n" + SECONDS, G, r":1: .*'Sample rate: 200' in the comment, time st"),
         ("# Column 2: East-west velocity (m/s)\n" + rows(TIMES, NORTH, EAST), ReadOptions(
             "g", column="2"), r":1: .*comment .* states 'Column 2: East-west velocity'"),
+        ("0.01\n" + rows(NORTH), G, r":1: .*a time step\? State --skip-lines 1, or --first-l"),
+        ("time_s,,acc_g\n" + rows(TIMES, [""] * 30 + ["1"] + [""] * (COUNT - 31), NORTH), G,
+         r":32: .*3 columns in '0.30000,1,.*Must be 2"),
+        ("0.01 400\n" + rows(NORTH), G, r":1: 2 columns in .*--skip-lines NUMBER\.$"),
         (rows(TIMES), G, r":1: .*the only column rises by even steps, as times do"),
         ("A\n1 0 9.81 0 0\nB\n" + SECONDS, ReadOptions("g"), r":2: .*which are no row of the t"),
         ("1 0.01 9.81\n" + five_a_line(NORTH), G, r":1: .*3 values.*--skip-lines NUMBER\.$"),

@@ -81,6 +81,8 @@ _LONGEST_SERIES: Final = 12
 ALL_COLUMNS: Final = "all"
 #: Number of bytes in which the rows of a table are sought.
 _TABLE_HEAD: Final = 65_536
+#: Longest time step that a number above a column may be [s].
+_LONGEST_STEP: Final = 0.1
 #: Relative tolerance between two time steps, one of which is rounded.
 _SAME_STEP: Final = 1e-3
 
@@ -166,7 +168,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     if not data[-1:].isspace():
         require_whole_end(path, table.body, table.first_line, per_row)
     _require_count(path, table, len(numbers))
-    _require_sample(path, table)
+    _require_sample(path, table, options.layout)
     step = _agreed_step(path, table, _time_step(path, table, columns.time, numbers, options))
     ids = record_ids(path, [*columns.accelerations.values()])
     words = [*filter(None, (*table.taken, taken))]
@@ -426,7 +428,10 @@ def _first_bad_row(path: Path, table: Table, quantities: list[str]) -> InputErro
         if len(tokens) != table.columns:
             shown = decoded(row).strip()[:40]
             count = f"{len(tokens)} column{'s' * (len(tokens) != 1)}"
-            return InputError(path, f"{count} in {shown!r}. Must be {table.columns}.", line)
+            message = f"{count} in {shown!r}. Must be {table.columns}."
+            if line == table.first_line:
+                message += " Leave lines above the rows out with --skip-lines NUMBER."
+            return InputError(path, message, line)
         for token, quantity in zip(tokens, quantities, strict=True):
             if not is_number(token):
                 return bad_number(path, token, line, quantity)
@@ -447,8 +452,9 @@ def _require_count(path: Path, table: Table, rows: int) -> None:
         settle(path, message, {"samples": rows}, table.sizes_line)
 
 
-def _require_sample(path: Path, table: Table) -> None:
-    """Reject a whole number above a column of decimals, such as a count or the number of a station.
+def _require_sample(path: Path, table: Table, words: TextLayout) -> None:
+    """Reject a whole number above a column of decimals, such as a count or the number of a station,
+    and one of fewer decimals than all below it that may be a time step.
 
     Zero is a sample: it adds nothing to the motion.
     """
@@ -459,6 +465,13 @@ def _require_sample(path: Path, table: Table) -> None:
         message = f"{decoded(first)!r} is a whole number above decimals: a sample, or a header?"
         must = "Put # before a header."
         settle(path, message, {"samples": None}, table.first_line, must)
+    printed = re.fullmatch(rb"0?\.(\d+)", first)
+    forms = {len(row.partition(b".")[2]) if b"e" not in row.lower() else 0 for row in rows}
+    is_shorter = printed and len(rows) > 1 and len(forms) == 1 and len(printed[1]) < min(forms)
+    if is_shorter and 0.0 < float(first) <= _LONGEST_STEP and words.first_line != "numbers":
+        message = f"{decoded(first)!r} has fewer decimals than the numbers below: a time step?"
+        do = f"State --skip-lines {table.first_line}, or --first-line numbers if it is a sample."
+        raise InputError(path, f"{message} {do}", table.first_line)
 
 
 def _require_units(path: Path, table: Table, factor: float, taken: str) -> None:

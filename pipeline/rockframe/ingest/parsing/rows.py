@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from rockframe.errors import InputError
-from rockframe.ingest.parsing.columns import are_pairs
+from rockframe.ingest.parsing.columns import are_pairs, is_index
 from rockframe.ingest.parsing.lines import decoded
-from rockframe.ingest.parsing.timing import clock_seconds
+from rockframe.ingest.parsing.timing import clock_seconds, is_clock
 
 #: A minus after a digit, before a number with a point: fixed columns without a blank between them.
 _TOUCHING: Final = re.compile(rb"-(?<=\d-)(?=\d*\.\d)")
@@ -133,6 +134,77 @@ def without_line_numbers(
             raise InputError(path, f"{message} from the first row.", first_line + number)
         rows.append(values.rstrip())
     return b"\n".join(rows), count - 1, "numbers of lines left out"
+
+
+def without_blank_columns(
+    text: bytes, cells: Sequence[Sequence[str]], separator: str
+) -> tuple[bytes, str]:
+    """Return a text without columns that are blank in the first rows, and words for it.
+
+    A line with anything in such a column stays as it is, and then has too many columns.
+
+    Parameters
+    ----------
+    text : bytes
+        Lines of a table, with its names.
+    cells : sequence of sequence of str
+        Cells of the first rows.
+
+    Examples
+    --------
+    >>> without_blank_columns(b"t,acc,,vel", [["0.0", "0.1", "", "3"]], ",")
+    (b't,acc,vel', '1 blank column left out')
+    """
+    width = len(cells[0]) if cells else 0
+    blank = [k for k in range(width) if not any(row[k] for row in cells)]
+    if not blank or len(blank) == width:
+        return text, ""
+    mark, lines = separator.encode(), []
+    for line in text.split(b"\n"):
+        fields = line.split(mark)
+        if width <= len(fields) <= width + 1 and not any(fields[k].strip() for k in blank):
+            line = mark.join(field for k, field in enumerate(fields) if k not in blank)
+        lines.append(line)
+    taken = f"{len(blank)} blank column{'s' * (len(blank) > 1)} left out"
+    return b"\n".join(lines), taken
+
+
+def has_line_numbers(names: Sequence[str], cells: Sequence[Sequence[str]], count: int) -> bool:
+    """Return True if the first column has the numbers of rows, by its name or beside times.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the columns; empty if there are none.
+    cells : sequence of sequence of str
+        Cells of the first rows.
+    count : int
+        Number of columns.
+
+    Examples
+    --------
+    >>> has_line_numbers(["", "acc_g"], [["1", "0.3"], ["2", "0.1"]], 2)
+    True
+    """
+    first, others = [row[0] for row in cells if row], [row[1] for row in cells if len(row) > 1]
+    if names:
+        return len(names) == count > 1 and is_index(names[0], first)
+    if count < 2 or len(first) < _FEWEST or not is_index("", first):
+        return False
+    if count == 2:
+        return not _are_times(others)
+    steps = [later > earlier for earlier, later in pairwise(others)]
+    return all(steps) if any(is_clock(cell) for cell in others) else _are_times(others)
+
+
+def _are_times(cells: Sequence[str]) -> bool:
+    """Return True if printed numbers increase evenly by steps that are not 1."""
+    try:
+        times = [float(cell) for cell in cells]
+    except ValueError:
+        return False
+    steps = [later - earlier for earlier, later in pairwise(times)]
+    return min(steps) > 0.0 and max(steps) < 2.0 * min(steps) and not 0.99 < min(steps) < 1.01
 
 
 def rewritten(rows: list[list[str]], clocks: Iterable[int], *, from_column: int) -> bytes:

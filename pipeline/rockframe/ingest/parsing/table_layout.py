@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -28,7 +28,9 @@ from rockframe.ingest.parsing.lines import decoded, is_utf16, plain_text, unify_
 from rockframe.ingest.parsing.rows import (
     apart,
     are_lines_of_pairs,
+    has_line_numbers,
     rewritten,
+    without_blank_columns,
     without_end_marks,
     without_line_numbers,
 )
@@ -38,8 +40,6 @@ from rockframe.ingest.parsing.timing import is_clock
 _TOP: Final = 200
 #: Number of rows from which the form of all rows is recognised.
 _FIRST_ROWS: Final = 20
-#: Least number of row numbers that are recognised without a name.
-_FEWEST_NUMBERED: Final = 10
 #: Number of rows that must follow the first one.
 _FOLLOWING: Final = 2
 _MARKS: Final = ("#", "%")
@@ -242,14 +242,7 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
     start, form, count = place
     body = text.split(b"\n", start)[start]
     first_rows = [line for line in lines[start:] if line.strip()][:_FIRST_ROWS]
-    above = [line for line in lines[words.skip_lines : start] if line.strip()]
-    named = bool(above) and all(map(is_known, split_fields(above[-1])))
-    sizes = None if named else _sizes_as_row(lines[start], body, words)
-    if words.first_line == "sizes" and not sizes:
-        message = f"first line {lines[start].strip()[:40]!r}. Must be the number of samples, and"
-        raise InputError(
-            path, f"{message} perhaps the time step, as --first-line states.", start + 1
-        )
+    sizes = _stated_sizes(path, lines, start, body, words)
     if sizes:
         start, body, first_rows = start + 1, body.partition(b"\n")[2], first_rows[1:]
         below = _skip(body, words)
@@ -265,6 +258,11 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
         body, count, numbered = without_line_numbers(path, body, start + 1, count)
     width = count + bool(numbered)
     cells = [row[:count] for row in map(form.cells, first_rows) if len(row) == width]
+    if form.separator is not None:
+        changed, blank = without_blank_columns(text, cells, form.separator)
+        if blank:
+            table = split(path, changed, words, chosen)
+            return replace(table, taken=(*table.taken, blank))
     top = _Top(lines[:start], taken=[*filter(None, (touching, numbered, marks))])
     if sizes:
         top.sizes, top.sizes_line = sizes, place[0] + 1
@@ -364,6 +362,21 @@ def _is_broken_row(line: str, form: Form) -> bool:
     if len(cells) == 1:
         return bool(_LIKE_NUMBER.match(line))
     return 2 * numbers >= len(cells)
+
+
+def _stated_sizes(
+    path: Path, lines: list[str], start: int, body: bytes, words: TextLayout
+) -> re.Match[str] | None:
+    """Return what `_sizes_as_row` does, unless names stand above; the user may require it."""
+    above = [line for line in lines[words.skip_lines : start] if line.strip()]
+    named = bool(above) and all(map(is_known, split_fields(above[-1])))
+    sizes = None if named else _sizes_as_row(lines[start], body, words)
+    if words.first_line == "sizes" and not sizes:
+        message = f"first line {lines[start].strip()[:40]!r}. Must be the number of samples, and"
+        raise InputError(
+            path, f"{message} perhaps the time step, as --first-line states.", start + 1
+        )
+    return sizes
 
 
 def _sizes_as_row(line: str, body: bytes, words: TextLayout) -> re.Match[str] | None:
@@ -541,7 +554,7 @@ def _plain(
     if top.units and len(names) in (0, len(top.units)):
         names = with_units(path, names, top.units, top.names_line or start)
     index = None
-    if _has_index(names, cells, count):
+    if has_line_numbers(names, cells, count):
         index, names = (names[0], names[1:]) if names else ("", [])
         taken.append("column of row numbers left out")
     code = form.separator.encode() if form.separator else None
@@ -575,26 +588,3 @@ def _plain(
         taken=tuple(taken),
         index=index,
     )
-
-
-def _has_index(names: list[str], cells: list[list[str]], count: int) -> bool:
-    """Return True if the first column has the numbers of rows, by its name or beside times."""
-    first, others = [row[0] for row in cells if row], [row[1] for row in cells if len(row) > 1]
-    if names:
-        return len(names) == count > 1 and is_index(names[0], first)
-    if count < 2 or len(first) < _FEWEST_NUMBERED or not is_index("", first):
-        return False
-    if count == 2:
-        return not _are_times(others)
-    steps = [later > earlier for earlier, later in pairwise(others)]
-    return all(steps) if any(is_clock(cell) for cell in others) else _are_times(others)
-
-
-def _are_times(cells: list[str]) -> bool:
-    """Return True if printed numbers increase evenly by steps that are not 1."""
-    try:
-        times = [float(cell) for cell in cells]
-    except ValueError:
-        return False
-    steps = [later - earlier for earlier, later in pairwise(times)]
-    return min(steps) > 0.0 and max(steps) < 2.0 * min(steps) and not 0.99 < min(steps) < 1.01

@@ -65,7 +65,7 @@ _FORMER: Final = re.compile(r"\b(?:original|raw)\b|resampl|decimat|interpolat", 
 _CLOCK: Final = re.compile(
     r"(?:(?P<date>\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4})[T ]\s*)?"
     r"(?P<hour>\d{1,2}):(?P<minute>[0-5]\d):(?P<second>[0-5]\d)(?:\.(?P<parts>\d{1,9}))?"
-    r"(?:Z|\+00:?00)?",
+    r"(?:Z|[+-]\d{2}:?\d{2})?",
     re.ASCII,
 )
 _DAY: Final = 86_400
