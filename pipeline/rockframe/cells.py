@@ -212,8 +212,10 @@ def write_blocks(stream: TextIO, blocks: Iterable[Mapping[str, Sequence[object]]
             texts = {name: _Texts() for name in block}
         columns = [_column_cells(block[name], kept) for name, kept in texts.items()]
         # rows of texts need half of the time of csv.writer, whose lines these are
-        lines = (",".join(row) or '""' for row in zip(*columns, strict=True))
-        stream.writelines(f"{line}\n" for line in lines)
+        lines = [*map(",".join, zip(*columns, strict=True))]
+        if len(columns) == 1:
+            lines = [line or '""' for line in lines]
+        stream.write("\n".join([*lines, ""]))
         count += rows
     return count
 

@@ -194,17 +194,21 @@ def test_rows_of_motions_and_their_columns_have_the_same_summary(
 
     monkeypatch.setattr(kept, "TemporaryFile", temporary_file)
     monkeypatch.setattr(kept, "_IN_MEMORY", 5000)
-    for members in (False, True):
+    for members, margins in ((False, False), (False, True), (True, True)):
         rows: list[dict[str, Any]] = []
         for k in range(150):
             for structure in ("bent", "pier"):
                 row = nominal(f"r{k}", words[random.integers(4)], random.uniform(), structure)
                 share = float(random.choice([0.0, 0.02, 0.5, 1.0]))
-                margin = float(random.choice([math.nan, 1.5]))
+                margin = float(random.choice([math.nan, 1.5 if margins else math.nan]))
+                largest = 3.0 if margins else math.nan
                 row |= response(f"r{k}", share, row["peak_u_m"], structure) if members else {}
                 row |= {"verdict": words[random.integers(4)], "pga_g": random.choice([0.3, 30.0])}
                 row |= {"kind": "fixed" if structure == "pier" else "", "robust_scale_10": margin}
-                row |= {"share_uplifted": float(random.integers(2)), "largest_robust_scale": 3.0}
+                row |= {
+                    "share_uplifted": float(random.integers(2)),
+                    "largest_robust_scale": largest,
+                }
                 row |= {"gap_closed_time_s": float(random.choice([math.nan, 4.0]))}
                 rows.append(row)
         summary = Summary()

@@ -165,6 +165,8 @@ class OutcomeColumns:
         may_be &= largest == np.max(largest, where=may_be, initial=-math.inf)
         if np.isnan(largest).any() or np.isnan(self.shares).any():
             may_be[:] = True
+        elif np.isnan([self.numbers(key) for pair in SEARCHED.items() for key in pair]).all():
+            may_be[np.argmax(may_be) + 1 :] = False  # without margins, the first of equal rows
         for k in np.flatnonzero(may_be).tolist():
             yield {key: column[k] for key, column in self._columns.items()}
 
