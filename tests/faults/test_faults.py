@@ -163,7 +163,9 @@ def test_interrupted_a_hundred_times_at_random_moments(
             assert all_gone(below)
             assert not list(folder.rglob("*partial*"))
         else:
-            assert finished(process) == (0, "")
+            status, said = finished(process)
+            assert status == 0, said
+            assert all(line.startswith("rockframe: repeating ") for line in said.splitlines())
             require_whole(folder, home)
             shutil.rmtree(folder)
             runs += 1
