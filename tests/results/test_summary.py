@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import math
+import os
+import re
 import sys
 from collections import deque
 from pathlib import Path
@@ -14,6 +17,7 @@ import pytest
 
 from rockframe.cli.console import show_summary
 from rockframe.cli.stages.respond import show_responses
+from rockframe.errors import InputError
 from rockframe.results.tables import kept
 from rockframe.results.tables.outcomes import severity
 from rockframe.results.tables.rows import response_columns, spread_verdict
@@ -178,6 +182,19 @@ def test_a_margin_that_was_searched_less_far_is_not_dropped() -> None:
     smaller = {**found, "critical_scale": 2.5}
     assert margin.cell(summary_rows([smaller, beyond])[0]) == "2.50"
     assert severity(beyond) < severity(found)  # it may overturn at half the scale
+
+
+def test_a_full_disk_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(**_: Any) -> Any:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(kept, "TemporaryFile", full)
+    monkeypatch.setattr(kept, "_IN_MEMORY", 100)
+    summary = Summary(tmp_path)
+    deque(summary.passed(nominal(f"r{k}") for k in range(10)), maxlen=0)
+    said = rf"^{re.escape(str(tmp_path))}: a temporary file in it cannot be written: No space left"
+    with pytest.raises(InputError, match=said):
+        summary.rows()
 
 
 def test_rows_of_motions_and_their_columns_have_the_same_summary(

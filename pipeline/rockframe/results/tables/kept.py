@@ -14,6 +14,7 @@ from weakref import finalize
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rockframe.errors import InputError
 from rockframe.quantities import QUANTILES
 from rockframe.results.tables.rows import Row
 
@@ -74,7 +75,7 @@ class KeptNumbers:
 
         Raises
         ------
-        OSError
+        InputError
             If the temporary file cannot be written.
         """
         names = tuple(structures)
@@ -83,7 +84,11 @@ class KeptNumbers:
         self._groups.append(_Group(names, tuple(records), numbers))
         self._size += numbers.nbytes
         if self._folder is not None and self._size > _IN_MEMORY:
-            self._write()
+            try:
+                self._write(self._folder)
+            except OSError as error:
+                wrong = f"a temporary file in it cannot be written: {error.strerror}"
+                raise InputError(self._folder, f"{wrong}. Must have room for it.") from None
 
     def join(self, other: KeptNumbers) -> None:
         """Keep the numbers that another object has in memory, after those of this one."""
@@ -109,10 +114,10 @@ class KeptNumbers:
             pieces.append(self._read(group, self._places[group.structures][structure]))
         return np.concatenate(pieces, axis=1)
 
-    def _write(self) -> None:
+    def _write(self, folder: Path) -> None:
         """Move the numbers in memory to the file; neighbours of the same structures together."""
         if self._file is None:
-            self._file = TemporaryFile(dir=self._folder)  # noqa: SIM115 - as long as this object
+            self._file = TemporaryFile(dir=folder)  # noqa: SIM115 - as long as this object
             finalize(self, self._file.close)
         in_memory = self._groups[self._in_file :]
         del self._groups[self._in_file :]
