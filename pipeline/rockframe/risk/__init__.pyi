@@ -5,7 +5,6 @@ from .demand import demand_hazard as demand_hazard
 from .demand import demands_at as demands_at
 from .distribution import Band as Band
 from .distribution import demand_ranks as demand_ranks
-from .distribution import mean_relative_ranks as mean_relative_ranks
 from .distribution import mean_share as mean_share
 from .distribution import mean_shares as mean_shares
 from .distribution import observed_shares as observed_shares

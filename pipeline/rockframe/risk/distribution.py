@@ -342,44 +342,33 @@ def demand_ranks(peaks: ArrayLike, shares: ArrayLike | None = None) -> Float:
     return ranks
 
 
-def mean_relative_ranks(ranks: Float) -> Float:
-    """Return the mean relative rank of each motion over the structures for which it counts.
+class RelativeRanks:
+    """Mean relative rank of each motion over the structures for which it counts.
 
     The relative rank is the share of the motions that count for a structure which are more severe;
     the motion itself and its ties count half. It is 0.5 on average, whatever the number of motions,
     so that structures for which different motions count can be compared.
 
-    Parameters
-    ----------
-    ranks : array, shape (motions, structures)
-        Ranks; NaN where a motion does not count.
-
-    Returns
-    -------
-    array, shape (motions,)
-        Mean relative ranks [1], small for the most severe motions; NaN for those that count for no
-        structure.
-
     Examples
     --------
-    >>> ranks = np.array([[1.0, np.nan], [2.0, np.nan], [np.nan, 1.0], [np.nan, np.nan]])
-    >>> mean_relative_ranks(ranks).tolist()
+    >>> relative = RelativeRanks()
+    >>> relative.add(np.array([[1.0, np.nan], [2.0, np.nan], [np.nan, 1.0], [np.nan, np.nan]]))
+    >>> relative.mean.tolist()
     [0.25, 0.75, 0.5, nan]
     """
-    relative = RelativeRanks()
-    relative.add(ranks)
-    return relative.mean
-
-
-class RelativeRanks:
-    """The `mean_relative_ranks` of many structures, of which some are added at a time."""
 
     def __init__(self) -> None:
         self._total: Float = np.zeros(())
         self._counts = np.zeros((), dtype=np.int64)
 
     def add(self, ranks: Float) -> None:
-        """Add the ranks for further structures, shape (motions, structures)."""
+        """Add further structures.
+
+        Parameters
+        ----------
+        ranks : array, shape (motions, structures)
+            Ranks; NaN where a motion does not count.
+        """
         ranked = np.isfinite(ranks)
         relative = (ranks - 0.5) / np.maximum(ranked.sum(axis=0), 1)
         self._total = self._total + np.nansum(relative, axis=1)
@@ -387,6 +376,9 @@ class RelativeRanks:
 
     @property
     def mean(self) -> Float:
-        """The mean relative ranks, shape (motions,)."""
+        """Mean relative ranks [1], shape (motions,).
+
+        Small for the most severe motions; NaN for those that count for no structure.
+        """
         means = self._total / np.maximum(self._counts, 1)
         return np.where(self._counts > 0, means, np.nan)
