@@ -13,8 +13,8 @@ from tests.screening import STRUCTURES, site, stored, structures, three
 from rockframe.engines.engine import OneProcess
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.record import Record
+from rockframe.report.page import screening_content
 from rockframe.results.screen import read_screening
-from rockframe.results.screen_tables import overall_rows
 from rockframe.stages.screen import Screening, screen_stage
 from rockframe.stages.screening.outcomes import AllOutcomes
 
@@ -89,7 +89,8 @@ def test_a_large_screening_has_the_values_and_tables_of_a_small_one(
     records = site(4) if make_options is of_all_kinds else [*three("a"), *three("b", 1.0)]
     small = screened(tmp_path / "small", records, options)
     expected = read_screening(tmp_path / "small" / "screen.nc")
-    rows = repr([*overall_rows(expected)])
+    at_reference = read_screening(tmp_path / "small" / "screen.nc", every_scale=False)
+    page = repr(screening_content(at_reference))
     request.getfixturevalue("small_memory")
     large = screened(tmp_path / "large", records, options)
     assert (large.motions, large.scenarios) == (small.motions, small.scenarios)
@@ -103,7 +104,7 @@ def test_a_large_screening_has_the_values_and_tables_of_a_small_one(
         assert_array_equal(whole[name].values, values.values, err_msg=str(name))
         assert whole[name].attrs == values.attrs
     on_demand = read_screening(tmp_path / "large" / "screen.nc", every_scale=False)
-    assert repr([*overall_rows(on_demand)]) == rows
+    assert repr(screening_content(on_demand)) == page
 
 
 @pytest.mark.usefixtures("small_memory")
