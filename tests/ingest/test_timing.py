@@ -84,6 +84,45 @@ def test_uneven_times_need_three_printed_units_a_step(rate: int, fine: bool, sta
         step_of(printed)
 
 
+@pytest.mark.parametrize("start", [0, 72_000_000, 1_562_383_193_010])
+@pytest.mark.parametrize("rate", [100, 128, 200, 240])
+def test_a_counter_of_milliseconds_of_any_size(start: int, rate: int) -> None:
+    """Whole numbers have no single precision, of which an epoch would leave 100 s."""
+    counts = [start + 1000 * k // rate for k in range(400)]
+    tokens = [b"%de-3" % count for count in counts]
+    times = np.array(counts) / 1000.0
+    step = even_time_step(PATH, times, lambda: tokens, 2, single=False)
+    assert step == pytest.approx(1.0 / rate, rel=1e-9)
+    late = np.delete(np.arange(400), 200)
+    with pytest.raises(InputError, match=r"shake\.csv:202: time .* Must be"):
+        even_time_step(PATH, times[late], lambda: [tokens[k] for k in late], 2, single=False)
+
+
+@pytest.mark.parametrize("start", [0, 1_562_383_193])
+@pytest.mark.parametrize("single", [True, False])
+def test_seconds_of_an_epoch_hide_no_lost_sample(start: int, single: bool) -> None:
+    printed = [f"{start + k / 200:.3f}" for k in range(400) if k != 200]
+    tokens = [token.encode() for token in printed]
+    with pytest.raises(InputError, match=rf"time {start + 1}\.005 s after {start or '0'}"):
+        even_time_step(PATH, np.array(printed, float), lambda: tokens, 2, single=single)
+
+
+def test_times_of_a_clock_have_no_tolerance_of_single_precision() -> None:
+    """Single precision holds 0.0002 s after an hour; a clock that prints microseconds is exact."""
+    printed = [f"{3600 + k / 128 + (k % 3) * 1e-4:.6f}" for k in range(400)]
+    tokens = [token.encode() for token in printed]
+    with pytest.raises(InputError, match="even steps"):
+        even_time_step(PATH, np.array(printed, float), lambda: tokens, 2, single=False)
+    assert even_time_step(PATH, np.array(printed, float), lambda: tokens, 2) > 0.0
+
+
+@pytest.mark.parametrize("late", [1, -1])
+def test_times_one_printed_unit_late(late: int) -> None:
+    """The bounds of the step are then at the step itself, but for round-off."""
+    counts = [10 * k + late * (k % 5 == 1) for k in range(400)]
+    assert step_of([f"{count / 1000:.3f}" for count in counts]) == 0.01
+
+
 def test_given_step_must_fit() -> None:
     printed = [f"{i / 240:.4f}" for i in range(1000)]
     assert step_of(printed, 0.00416667) == 0.00416667

@@ -52,6 +52,7 @@ from rockframe.ingest.parsing.timing import (
     decimals_of_second,
     even_time_step,
     in_seconds,
+    other_time_units,
     stated_steps,
 )
 from rockframe.record import Record
@@ -484,11 +485,7 @@ def _require_units(path: Path, table: Table, factor: float, taken: str) -> None:
 
 def _agreed_step(path: Path, table: Table, step: float) -> float:
     """Return the time step [s] of the samples, or of a comment that the user trusts."""
-    steps = [
-        (line, f"{words} in the comment", stated)
-        for line, comment in enumerate(table.comments, 1)
-        for words, stated in stated_steps(comment)
-    ]
+    steps = [(line, f"{words} in the comment", step) for line, words, step in _steps_above(table)]
     if printed := table.sizes and table.sizes["step"]:
         steps.append((table.sizes_line, f"dt {printed} s in the header", float(printed)))
     for line, words, step_there in steps:
@@ -505,31 +502,12 @@ def _time_step(
     path: Path, table: Table, time: int | None, numbers: Float, options: ReadOptions
 ) -> float:
     if time is not None:
-        pairs = table.columns // 2 if numbers.shape[1] < table.columns else 1
-
-        power = decimals_of_second(table.names[time]) if table.names else 0
-
-        def printed() -> list[bytes]:
-            rows = [row.split(table.separator) for row in table.rows]
-            tokens = [token for row in rows for token in (row[::2] if pairs > 1 else [row[time]])]
-            return [in_seconds(token, power) for token in tokens] if power else tokens
-
-        seconds = numbers[:, time] / 10.0**power
-        try:
-            return even_time_step(path, seconds, printed, 0, options.time_step)
-        except InputError as error:
-            line = None if error.line is None else table.first_line + error.line // pairs
-            do = "Leave the times out with --time-column none and --time-step-s."
-            raise InputError(path, f"{error.reason} {do}", line) from None
+        return _step_of_times(path, table, time, numbers, options.time_step)
     step = options.time_step
     if step is None and table.sizes and table.sizes["step"]:
         step = float(table.sizes["step"])
     if step is None or not step > 0.0:
-        steps = [
-            (line, words, stated)
-            for line, comment in enumerate(table.comments, 1)
-            for words, stated in stated_steps(comment)
-        ]
+        steps = [(line, words, step) for line, words, step in _steps_above(table) if step > 0.0]
         if len({stated for _, _, stated in steps}) == 1:
             line, words, stated = steps[0]
             message = f"time step unstated. The text above the numbers has {words}"
@@ -537,6 +515,41 @@ def _time_step(
         message = "time step unstated. State it with --time-step-s, or add a column of times"
         raise InputError(path, f"{message} before the acceleration.")
     return step
+
+
+def _steps_above(table: Table) -> list[tuple[int, str, float]]:
+    """Return the time steps that comments and titles state: line number, words, and step [s]."""
+    return [
+        (line, words, step)
+        for line, comment in enumerate(table.comments, 1)
+        for words, step in stated_steps(comment)
+    ]
+
+
+def _step_of_times(
+    path: Path, table: Table, time: int, numbers: Float, given: float | None
+) -> float:
+    """Return the time step of a column of times [s]; its name may state parts of a second."""
+    pairs = table.columns // 2 if numbers.shape[1] < table.columns else 1
+    name = table.names[time] if table.names else ""
+    power = decimals_of_second(name)
+    do = "Leave the times out with --time-column none and --time-step-s."
+
+    def printed() -> list[bytes]:
+        rows = [row.split(table.separator) for row in table.rows]
+        tokens = [token for row in rows for token in (row[::2] if pairs > 1 else [row[time]])]
+        return [in_seconds(token, power) for token in tokens] if power else tokens
+
+    if units := other_time_units(name):
+        message = f"column of times {name!r} has units {units!r}. Must be s, ms, us or ns, at the"
+        raise InputError(path, f"{message} end of its name. {do}", table.names_line)
+    seconds = numbers[:, time] / 10.0**power
+    single = power == 0 and "clock times" not in table.taken
+    try:
+        return even_time_step(path, seconds, printed, 0, given, single=single)
+    except InputError as error:
+        line = None if error.line is None else table.first_line + error.line // pairs
+        raise InputError(path, f"{error.reason} {do}", line) from None
 
 
 def _first_content(lines: Iterable[str]) -> int:

@@ -156,7 +156,7 @@ def is_unit(cell: str) -> bool:
     """
     units = _spelling(cell.strip().strip("[]()"))
     known = _SPELLINGS.keys() | _OTHER_UNITS | _TIME_UNITS - {""}
-    return units in known or decimals_of_second(units) > 0
+    return units in known or (decimals_of_second(units) > 0 and units != "ns")  # north to south
 
 
 def with_units(path: Path, names: Sequence[str], units: Sequence[str], line: int = 0) -> list[str]:

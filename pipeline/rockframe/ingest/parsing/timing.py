@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
+from decimal import Decimal
 from pathlib import Path
 from typing import Final
 
@@ -17,6 +18,8 @@ from rockframe.ingest.parsing import Float
 _SINGLE: Final = 2.0**-23
 #: Relative tolerance of times in double precision.
 _DOUBLE: Final = 2.0**-50
+#: Largest tolerance of times in single precision, over their step: it cannot hide a lost sample.
+_FINE: Final = 0.1
 #: Relative tolerance between two time steps.
 _SAME_STEP: Final = 1e-9
 #: Smallest time step for which a whole sampling rate is considered [s].
@@ -60,23 +63,32 @@ _STATED_RATES: Final = (
 #: Words of steps that the samples no longer have.
 _FORMER: Final = re.compile(r"\b(?:original|raw)\b|resampl|decimat|interpolat", re.I)
 
-#: A clock time, perhaps after a date: `03:19:53.01`, `2019-07-06T03:19:53.01Z`,
-#: `06.07.2019 03:19:53`.
+#: A clock time, perhaps after a date and before a zone: `03:19:53.01`,
+#: `2019-07-06T03:19:53.01Z`, `06.07.2019 03:19:53 +09`.
 _CLOCK: Final = re.compile(
     r"(?:(?P<date>\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4})[T ]\s*)?"
     r"(?P<hour>\d{1,2}):(?P<minute>[0-5]\d):(?P<second>[0-5]\d)(?:\.(?P<parts>\d{1,9}))?"
-    r"(?:Z|[+-]\d{2}:?\d{2})?",
+    r"(?P<zone> ?(?:Z|UTC|GMT)| ?(?P<ahead>[+-](?:0\d|1[0-4]))(?::?(?P<rest>[0-5]\d))?)?",
     re.ASCII,
 )
 _DAY: Final = 86_400
 #: Least number of numbers that are recognised as times by their steps.
 _FEWEST_TIMES: Final = 10
-#: Name of a column of times in parts of a second, or its end. NS is north to south.
-_PARTS: Final = re.compile(
-    r"(?:^|[\W_])(m(?:illi)?s(?:ec(?:ond)?s?)?|millis|[u\u00b5\u03bc]s(?:ecs?)?"
-    r"|micros(?:ec(?:ond)?s?)?|nanos(?:ec(?:ond)?s?)?)[\])]?$",
+#: Units of a column of times in parts of a second.
+_PART: Final = (
+    r"m(?:illi)?s(?:ec(?:ond)?s?)?|millis|[u\u00b5\u03bc]s(?:ecs?)?|micros(?:ec(?:ond)?s?)?"
+    r"|nanos(?:ec(?:ond)?s?)?|ns"
+)
+#: The same at the end of its name.
+_PARTS: Final = re.compile(rf"(?:^|[\W_])({_PART})\.?\s*[\])]?$", re.I)
+#: Words of such a name that are units, but not seconds at its end.
+_OTHER_TIMES: Final = re.compile(
+    rf"(?:time|t|elapsed)?(?:{_PART}|min(?:s|utes?|uten)?|hrs?|hours?|days?)|h|d|std|stunden?|tage?",
     re.I,
 )
+#: Units in brackets, and seconds at the end of such a name.
+_IN_BRACKET: Final = re.compile(r"[\[(]\s*([^\[\]()]*?)\s*[\])]")
+_SECONDS: Final = re.compile(r"(?:^|[\W_])s(?:e[ckg](?:s?\.?|[ou]n\w*))?\s*[\])]?$", re.I)
 
 
 def is_clock(text: str) -> bool:
@@ -93,18 +105,25 @@ def is_clock(text: str) -> bool:
 def clock_seconds(texts: Sequence[str]) -> list[str]:
     """Return clock times as seconds after the first midnight, with their decimals.
 
-    A time without a date that is half a day before the one above it is of the next day. Texts that
-    are no clock times stay as they are.
+    A time without a date that is half a day before the one above it is of the next day. Times with
+    a zone are those of UTC. Texts that are no clock times, or have a zone although the first has
+    none or the other way round, stay as they are.
 
     Examples
     --------
     >>> clock_seconds(["23:59:59.99", "00:00:00.00"])
     ['86399.99', '86400.00']
+    >>> clock_seconds(["05:00:00+01:00", "06:00:01+02:00"])
+    ['14400', '14401']
     """
     seconds: list[str] = []
-    days, last, first_day = 0, -1, None
+    days, last, first_day, has_zone = 0, -1, None, None
     for text in texts:
         match = _CLOCK.fullmatch(text.strip()) if ":" in text else None
+        if match and has_zone is None:
+            has_zone = bool(match["zone"])
+        if match and bool(match["zone"]) != has_zone:
+            match = None
         try:
             day = _ordinal(match["date"]) if match and match["date"] else None
         except ValueError:
@@ -113,15 +132,30 @@ def clock_seconds(texts: Sequence[str]) -> list[str]:
             seconds.append(text)
             continue
         whole = 3600 * int(match["hour"]) + 60 * int(match["minute"]) + int(match["second"])
+        whole -= _seconds_ahead(match)
         if day is None:
+            whole = whole % _DAY if match["ahead"] else whole
             days += last - whole > _DAY // 2
             last = whole
         else:
-            first_day = day if first_day is None else first_day
-            days = day - first_day
+            whole += day * _DAY
+            first_day = whole // _DAY if first_day is None else first_day
+            days = -first_day
         parts = f".{match['parts']}" if match["parts"] else ""
-        seconds.append(f"{days * _DAY + whole}{parts}")
+        seconds.append(_joined(days * _DAY + whole, parts))
     return seconds
+
+
+def _seconds_ahead(match: re.Match[str]) -> int:
+    """Return the difference between the zone of a clock time and UTC [s]."""
+    ahead = match["ahead"]
+    minutes = 60 * int(ahead[1:]) + int(match["rest"] or 0) if ahead else 0
+    return -60 * minutes if ahead and ahead[0] == "-" else 60 * minutes
+
+
+def _joined(whole: int, parts: str) -> str:
+    """Return whole seconds and the decimals after them as one number, also below zero."""
+    return f"{whole}{parts}" if whole >= 0 else str(whole + Decimal(parts or "0"))
 
 
 def _ordinal(text: str) -> int:
@@ -158,11 +192,40 @@ def decimals_of_second(name: str) -> int:
 
     Examples
     --------
-    >>> [decimals_of_second(name) for name in ("time_ms", "t [us]", "millis", "time_s", "items")]
+    >>> [decimals_of_second(name) for name in ("timeMs", "t [us]", "millis", "time_s", "items")]
     [3, 6, 3, 0, 0]
     """
-    match = _PARTS.search(name.strip())
-    return {"m": 3, "n": 9}.get(match[1][0].lower(), 6) if match else 0
+    match = _PARTS.search(_in_words(name))
+    if match is None:
+        return 0
+    part = match[1].lower()
+    if part[0] == "m" and not part.startswith("mic"):
+        return 3
+    return 9 if part[0] == "n" else 6
+
+
+def _in_words(name: str) -> str:
+    """Return a name with a blank before each capital letter inside a word, as in `timeMs`."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
+
+
+def other_time_units(name: str) -> str:
+    """Return units in the name of a column of times that are not seconds or their parts, or "".
+
+    Seconds and their parts stand at the end of the name. Anything else in brackets is taken as
+    units, and so is a word for another unit of time.
+
+    Examples
+    --------
+    >>> [other_time_units(name) for name in ("time_s", "Zeit (ms)", "Time [h]", "elapsed_ms_total")]
+    ['', '', 'h', 'ms']
+    """
+    words = _in_words(name)
+    end = _PARTS.search(words) or _SECONDS.search(words)
+    rest = words[: end.start()] if end else words
+    units = [] if end else _IN_BRACKET.findall(rest)
+    units += [word for word in re.split(r"[\W_]+", rest) if _OTHER_TIMES.fullmatch(word)]
+    return units[0] if units else ""
 
 
 def are_even_steps(values: Float) -> bool:
@@ -252,12 +315,15 @@ def even_time_step(
     printed: Callable[[], list[bytes]],
     first_line: int,
     given: float | None = None,
+    *,
+    single: bool = True,
 ) -> float:
     """Return the time step of evenly spaced printed times [s].
 
     Each time must equal the first time plus a whole number of steps, within the printed resolution.
-    The times are compared as exact values; if no step fits, as rounded values; and otherwise as
-    truncated values. Among the steps that fit, the shortest decimal is chosen. If this decimal
+    The times are compared as exact values; if no step fits, as rounded values; then as truncated
+    values; and otherwise as values of single precision, if that is much finer than the steps.
+    Among the steps that fit, the shortest decimal is chosen. If this decimal
     needs at least two more digits than are printed, and exactly one whole sampling rate [Hz] fits,
     the step is the reciprocal of that rate (for example 1/240 s with four decimals).
 
@@ -271,6 +337,8 @@ def even_time_step(
         Line number of the first time.
     given : float, optional
         Time step stated by the user [s]; returned if it fits.
+    single : bool
+        False if the times are those of a clock or counter, which have no single precision.
 
     Raises
     ------
@@ -292,8 +360,12 @@ def even_time_step(
     places = np.array([_decimals(token) for token in printed()], dtype=np.float64)
     units = 10.0**-places
     _require_resolution(path, times, units, first_line)
-    for share in (0.5, 1.0):
-        low, high = _fitting_steps(times, np.maximum(share * units, _SINGLE * largest))
+    slacks = [0.5 * units, units]
+    in_single = _SINGLE * largest
+    if single and units.min() < 1.0 and in_single.max() < _FINE * float(np.median(np.diff(times))):
+        slacks += [np.maximum(slack, in_single) for slack in slacks]
+    for slack in slacks:
+        low, high = _fitting_steps(times, slack + _DOUBLE * largest)
         if low[-1] <= high[-1]:
             return _step(path, (float(low[-1]), float(high[-1])), int(places.max()), given)
     where = int(np.flatnonzero(low > high)[0]) + 1
@@ -305,7 +377,8 @@ def _require_increase(path: Path, times: Float, first_line: int) -> None:
     still = np.flatnonzero(times[1:] <= times[:-1])
     if still.size:
         where = int(still[0]) + 1
-        message = f"time {times[where]:.12g} s after {times[where - 1]:.12g} s. Must increase."
+        message = f"time {_shown(times[where])} s after {_shown(times[where - 1])} s."
+        message = f"{message} Must increase."
         raise InputError(path, message, first_line + where)
 
 
@@ -360,15 +433,20 @@ def _shortest_decimal(low: float, high: float) -> tuple[int, float]:
     middle = 0.5 * (low + high)
     for decimals in range(_MOST_DECIMALS):
         step = round(middle, decimals)
-        if low <= step <= high:
+        if low <= step <= high and step > 0.0:
             return decimals, step
     return _MOST_DECIMALS, middle
 
 
 def _uneven(path: Path, times: Float, where: int, expected: float, first_line: int) -> InputError:
-    message = f"time {times[where]:.12g} s after {times[where - 1]:.12g} s."
-    must = f"Must be {expected:.6g} s: even steps, printed finely enough to show them."
+    message = f"time {_shown(times[where])} s after {_shown(times[where - 1])} s."
+    must = f"Must be {_shown(expected, 6)} s: even steps, printed finely enough to show them."
     return InputError(path, f"{message} {must}", first_line + where)
+
+
+def _shown(time: float, digits: int = 12) -> str:
+    """Return a time in words; long ones, such as seconds since 1970, with their decimals."""
+    return f"{time:.{digits if abs(time) < 1e3 else 15 if abs(time) > 1e6 else 12}g}"
 
 
 def _decimals(token: bytes) -> int:

@@ -139,7 +139,8 @@ def _require_times(path: Path, rows: list[bytes], line: int, trace: Any) -> None
         bad = next(k for k, text in enumerate(texts) if seconds[k] == text)
         message = f"time {texts[bad]!r}. Must be a date and a clock time."
         raise InputError(path, message, line + bad) from None
-    step = even_time_step(path, times, lambda: [text.encode() for text in seconds], line)
+    printed = [text.encode() for text in seconds]
+    step = even_time_step(path, times, lambda: printed, line, single=False)
     step_stated = float(trace.stats.delta)
     if not math.isclose(step_stated, step, rel_tol=_SAME_STEP):
         message = f"{1.0 / step_stated:g} sps in the header, time step {step:g} s of the times."

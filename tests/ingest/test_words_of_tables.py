@@ -1,0 +1,110 @@
+"""Tables state times and samples in words; a record agrees with them, or the user is asked."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from tests.ingest.test_table_layout import COUNT, NORTH, STEP, read, rows
+
+from rockframe.errors import InputError
+from rockframe.ingest import ReadOptions, TextLayout
+from rockframe.ingest.parsing.timing import clock_seconds
+
+
+def _of_day(seconds: float) -> str:
+    return f"{int(seconds // 3600):02d}:{int(seconds // 60 % 60):02d}:{seconds % 60:06.3f}"
+
+
+@pytest.mark.parametrize("lost", [1, 3, 20_000])
+@pytest.mark.parametrize(
+    ("name", "printed"),
+    [
+        ("time_ms", lambda k: f"{1_562_383_193_010 + 5 * k}"),
+        ("time_us", lambda k: f"{1_562_383_193_010_000 + 5000 * k}"),
+        ("time_s", lambda k: f"{1_562_383_193 + k / 200:.3f}"),
+        ("time", lambda k: _of_day(72_000 + k / 200)),
+    ],
+)
+def test_lost_samples_of_a_clock_or_counter_are_no_even_times(
+    name: str, printed: Callable[[int], str], lost: int
+) -> None:
+    times = [printed(k + lost * (k >= 200)) for k in range(COUNT)]
+    with pytest.raises(InputError, match=r":202: .*time .* Must be .*--time-column none"):
+        read(f"{name},acc_g\n{rows(times, NORTH)}", ReadOptions())
+    [record] = read(f"{name},acc_g\n{rows(map(printed, range(COUNT)), NORTH)}", ReadOptions())
+    assert record.time_step == pytest.approx(0.005, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "units"),
+    [
+        ("time (ms) rel", "ms"),
+        ("elapsed_ms_total", "ms"),
+        ("timems", "timems"),
+        ("time_min", "min"),
+        ("Time [h]", "h"),
+        ("Zeit [Std]", "Std"),
+        ("t [ms] [s]", "ms"),
+    ],
+)
+@pytest.mark.parametrize(
+    "layout",
+    [
+        {"column": "2"},
+        {"layout": TextLayout(channels=("2=NS",), time_column="1")},
+    ],
+)
+def test_times_in_other_units_are_no_seconds(name: str, units: str, layout: dict[str, Any]) -> None:
+    """Read as seconds, milliseconds would make the motion a thousand times as long."""
+    text = f"{name},acc_g\n" + rows([f"{10 * k}" for k in range(COUNT)], NORTH)
+    words = replace(layout.get("layout", TextLayout()), time_column="1")
+    with pytest.raises(InputError, match=rf":1: .*has units '{units}'.*--time-column none"):
+        read(text, ReadOptions(**layout | {"layout": words}))
+    words = replace(words, time_column="none")
+    assert read(text, ReadOptions(None, STEP, **layout | {"layout": words}))[0].time_step == STEP
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("timeMs", 3), ("t [ ms ]", 3), ("timeUS", 6), ("micros", 6), ("t (ns)", 9),
+        ("time_ns", 9), ("Zeit", 0), ("Zeit (Sek.)", 0), ("time rel [s]", 0), ("t_sec", 0),
+    ],
+)  # fmt: skip
+def test_the_end_of_a_name_states_the_parts_of_a_second(name: str, size: int) -> None:
+    text = f"{name},acc_g\n" + rows([f"{10 * k}" for k in range(COUNT)], NORTH)
+    [record] = read(text, ReadOptions(column="2", layout=TextLayout(time_column="1")))
+    assert record.time_step == pytest.approx(10.0 ** (1 - size), rel=1e-12)
+
+
+@pytest.mark.parametrize("zone", ["+09", " +0900", " Z", " UTC", "-03:30", "GMT"])
+@pytest.mark.parametrize("date", ["", "2019-07-06 ", "06.07.2019 "])
+def test_clock_times_have_a_zone_in_numbers(zone: str, date: str) -> None:
+    times = [f"{date}{_of_day(60_000 + k / 100)}{zone}" for k in range(COUNT)]
+    [record] = read("time,acc_g\n" + rows(times, NORTH), ReadOptions())
+    assert record.time_step == STEP
+    times[200] = times[200].removesuffix(zone)
+    with pytest.raises(InputError, match=rf":202: .*time '{re.escape(times[200])}'"):
+        read("time,acc_g\n" + rows(times, NORTH), ReadOptions())
+
+
+@pytest.mark.parametrize("date", ["", "2019-07-06T"])
+def test_a_change_of_the_zone_neither_hides_an_hour_nor_adds_one(date: str) -> None:
+    zones = ["+01:00"] * 200 + ["+02:00"] * 200
+    clock = [_of_day(17_998 + k / 100) for k in range(COUNT)]
+    times = [date + time + zone for time, zone in zip(clock, zones, strict=True)]
+    with pytest.raises(InputError, match=r":202: .*time 10800 s after 14399\.99 s"):
+        read("time,acc_g\n" + rows(times, NORTH), ReadOptions())
+    later = [_of_day(17_998 + 3600 * (k >= 200) + k / 100) for k in range(COUNT)]
+    times = [date + time + zone for time, zone in zip(later, zones, strict=True)]
+    [record] = read("time,acc_g\n" + rows(times, NORTH), ReadOptions())
+    assert record.time_step == STEP
+
+
+def test_clock_times_before_the_first_midnight_keep_their_decimals() -> None:
+    times = ["2019-07-06T00:30:00.5Z", "2019-07-05T23:59:59.25Z"]
+    assert clock_seconds(times) == ["1800.5", "-0.75"]
