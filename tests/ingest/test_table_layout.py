@@ -151,6 +151,48 @@ def test_a_line_with_another_number_than_its_place_is_refused() -> None:
         read("".join([*lines[:31], *lines[32:]]), options)
 
 
+GAP = [""] * COUNT
+BLANK = rows(TIMES, GAP, NORTH, EAST)
+DATED = rows([date.replace("T", ",").rstrip("Z") for date in DATES], GAP, NORTH, EAST)
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        (BLANK, "134"),
+        (BLANK.replace(",", "\t"), "134"),
+        ('"t","","a","b"\n"' + rows(TIMES, GAP, NORTH, EAST, separator='","', end='"').replace(
+            "\n", '\n"').rstrip('"'), "134"),
+        ("t,Comment,a,b\n" + BLANK, "134"),
+        (rows(TIMES, GAP, NORTH, GAP, EAST, end=",") + "*END\n", "135"),
+        (DATED, "145"),
+        ("Date,Time,,a,b\n" + DATED, "145"),
+        (BLANK.replace(".", "D").replace(",", ";").replace("D", ","), "134"),
+    ],
+)  # fmt: skip
+def test_numbers_of_columns_count_blank_ones_and_dates(text: str, numbers: str) -> None:
+    """A number that meant another column after one is left out would read another channel."""
+    time, north, east = numbers
+    for number, samples in ((north, NORTH), (east, EAST)):
+        layouts = [(number, TextLayout()), (number, TextLayout(time_column=time))]
+        for column, words in [*layouts, (None, TextLayout(channels=(f"{number}=NS",)))]:
+            [record] = read(text, ReadOptions("g", column=column, layout=words))
+            np.testing.assert_allclose(record.acceleration, samples * GRAVITY, rtol=1e-12)
+            assert re.search(r"blank columns? \d(, \d)? left out", record.processing[0])
+    blank = "2" if numbers[1] == "3" else "3"
+    with pytest.raises(InputError, match=rf"no column {blank} with values\. Must be one of: 1, "):
+        read(text, ReadOptions("g", column=blank))
+
+
+def test_a_row_without_its_blank_cell_is_rejected() -> None:
+    with pytest.raises(InputError, match=r":6: .*'.*' in column 2, which is blank in other"):
+        read(BLANK.replace("0.05000,,", "0.05000,"), ReadOptions("g", column="3"))
+    lines = BLANK.split("\n")
+    lines[5] = "0.05000,"
+    with pytest.raises(InputError, match=r":6: .*2 columns\. Must be 4, as above"):
+        read("\n".join(lines), ReadOptions("g", column="3"))
+
+
 @pytest.mark.parametrize("last", ["nan", "0.1x", "-", "1"])
 def test_a_last_line_that_may_be_a_sample_is_no_end_mark(last: str) -> None:
     with pytest.raises(InputError, match=r"table\.txt:401: "):
@@ -185,7 +227,7 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
             "g", column="2"), r":1: .*comment .* states 'Column 2: East-west velocity'"),
         ("0.01\n" + rows(NORTH), G, r":1: .*a time step\? State --skip-lines 1, or --first-l"),
         ("time_s,,acc_g\n" + rows(TIMES, [""] * 30 + ["1"] + [""] * (COUNT - 31), NORTH), G,
-         r":32: .*3 columns in '0.30000,1,.*Must be 2"),
+         r":32: .*'1' in column 2, which is blank in other rows"),
         ("0.01 400\n" + rows(NORTH), G, r":1: 2 columns in .*--skip-lines NUMBER\.$"),
         (rows(TIMES), G, r":1: .*the only column rises by even steps, as times do"),
         ("A\n1 0 9.81 0 0\nB\n" + SECONDS, ReadOptions("g"), r":2: .*which are no row of the t"),

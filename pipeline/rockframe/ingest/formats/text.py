@@ -157,9 +157,10 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     >>> record.time_step, record.acceleration
     (0.01, array([ 0.981, -1.962]))
     """
-    from rockframe.ingest.parsing.table_layout import split  # most records are no tables
+    from rockframe.ingest.parsing.table_layout import counted, split  # most records are no tables
 
     table = split(path, data, options.layout, options.column)
+    options = counted(path, table, options)
     numbers, columns, per_row, taken = _read_columns(path, table, options)
     units = {k: columns.units_of.get(k, columns.units) for k in columns.accelerations}
     factors = {k: _factor(path, table, unit, options) for k, unit in units.items()}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -17,6 +19,7 @@ from rockframe.ingest.parsing.timing import clock_seconds, is_clock
 
 #: A minus after a digit, before a number with a point: fixed columns without a blank between them.
 _TOUCHING: Final = re.compile(rb"-(?<=\d-)(?=\d*\.\d)")
+_DATE: Final = re.compile(r"\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4}", re.A)
 #: Number of bytes in which such numbers are sought.
 _HEAD: Final = 1 << 14
 _ONLY_NUMBERS: Final = re.compile(rb"[\s\d.+\-eEdD]+")
@@ -29,6 +32,151 @@ _MOST_MARKS: Final = 3
 _FIRST_ROWS: Final = 20
 #: Least number of them.
 _FEWEST: Final = 10
+
+
+@dataclass(frozen=True)
+class Form:
+    """Separator, decimal mark, quotes and blank columns of the rows of a table.
+
+    Parameters
+    ----------
+    separator : str or None
+        None is any white space.
+    comma : bool
+        True if the decimal mark is a comma.
+    trailing : bool
+        True if a separator follows the last column.
+    blank : tuple of int
+        Columns that are blank.
+    width : int
+        Number of columns, with those that are blank; 0 if none is.
+    date : int or None
+        Column of a date, which is one with the clock time beside it.
+
+    Examples
+    --------
+    >>> Form(";", comma=True).cells("0,01;0,2"), Form(",", trailing=True).cells("0.01,0.2,")
+    (['0.01', '0.2'], ['0.01', '0.2'])
+    """
+
+    separator: str | None = None
+    comma: bool = False
+    trailing: bool = False
+    blank: tuple[int, ...] = ()
+    width: int = 0
+    date: int | None = None
+
+    def fields(self, line: str) -> list[str]:
+        """Return the cells of a line as they are separated, without quotes."""
+        if '"' in line and self.separator:
+            cells = next(csv.reader([line.strip()], delimiter=self.separator), [])
+        else:
+            cells = line.replace('"', "").split(self.separator)
+        return [cell.strip() for cell in cells]
+
+    def cells(self, line: str) -> list[str]:
+        """Return the cells of a line with decimal points; a date and its clock time are one."""
+        cells = self.fields(line)
+        if ":" in line and (k := date_place(cells)) is not None:
+            cells[k : k + 2] = [f"{cells[k]} {cells[k + 1]}"]
+        if self.trailing and len(cells) > 1 and not cells[-1]:
+            cells.pop()
+        return [cell.replace(",", ".") for cell in cells] if self.comma else cells
+
+    def without_blank(self, cells: list[str]) -> list[str]:
+        """Return the cells of a line of names or numbers without those of blank columns."""
+        if not self.blank or len(cells) != self.width:
+            return cells
+        return [cell for k, cell in enumerate(cells) if k not in self.blank]
+
+    def places(self, count: int) -> tuple[int, ...]:
+        """Return the place in a row of each column of the file, of which -1 are blank.
+
+        Empty if no column is blank and none has dates: then each column has its own place.
+
+        Parameters
+        ----------
+        count : int
+            Number of columns that are not blank.
+        """
+        if not self.blank and self.date is None:
+            return ()
+        later = iter(range(count))
+        places = [-1 if k in self.blank else next(later) for k in range(self.width or count)]
+        if self.date is not None:
+            places.insert(self.date, places[self.date])
+        return tuple(places)
+
+    def rows(self, path: Path, body: bytes, first_line: int) -> list[list[str]]:
+        """Return the cells of all rows; a value in a blank column is an error."""
+        rows = [self.cells(decoded(row)) if row.strip() else [] for row in body.split(b"\n")]
+        if not self.blank:
+            return rows
+        for line, cells in enumerate(rows, first_line):
+            if cells and {*range(len(cells), self.width)} <= {*self.blank}:
+                cells += [""] * (self.width - len(cells))
+            number = next((k + 1 for k in self.blank if k < len(cells) and cells[k]), 0)
+            if number or (cells and len(cells) != self.width):
+                message = f"{cells[number - 1]!r} in column {number}, which is blank in other rows."
+                if not number:
+                    message = f"{len(cells)} columns. Must be {self.width}, as above."
+                raise InputError(path, message, line)
+        return [self.without_blank(cells) for cells in rows]
+
+
+def recognised(form: Form, rows: Sequence[str], separator: str | None) -> Form:
+    r"""Return the form of rows with its dates, blank columns between tabs, and a last separator.
+
+    Parameters
+    ----------
+    rows : sequence of str
+        The first rows.
+    separator : str or None
+        Separator that the user states; then white space may be one.
+
+    Examples
+    --------
+    >>> recognised(Form(), ["0.0\t\t0.1", "0.1\t\t0.2"], None).separator
+    '\t'
+    """
+    if not rows:
+        return form
+    plain = [row.strip() for row in rows]
+    are_even = len({row.count("\t") for row in plain}) == 1
+    if separator is None and form.separator is None and are_even and "\t\t" in plain[0]:
+        form = replace(form, separator="\t")
+    mark = form.separator
+    if mark and mark.strip():
+        ends = all(row.rstrip().rstrip('"').endswith(mark) for row in rows)
+        form = replace(form, trailing=ends and len(rows) > 1)
+    return replace(form, date=date_place(form.fields(rows[0])))
+
+
+def date_place(cells: Sequence[str]) -> int | None:
+    """Return the index of a date beside its clock time, or None.
+
+    Examples
+    --------
+    >>> date_place(["1", "2019-07-06", "03:19:53.0", "0.1"])
+    1
+    """
+    for k, (cell, other) in enumerate(pairwise(cells)):
+        if _DATE.fullmatch(cell) and is_clock(other):
+            return k
+    return None
+
+
+def blank_columns(cells: Sequence[Sequence[str]]) -> tuple[int, ...]:
+    """Return the indices of columns that are blank in all rows, unless all of them are.
+
+    Examples
+    --------
+    >>> blank_columns([["0.0", "", "0.1"], ["0.1", "", "0.3"]])
+    (1,)
+    """
+    width = len(cells[0]) if cells else 0
+    blank = tuple(k for k in range(width) if not any(row[k] for row in cells))
+    return blank if len(blank) < width else ()
 
 
 def without_end_marks(text: bytes) -> tuple[bytes, str]:
@@ -134,39 +282,6 @@ def without_line_numbers(
             raise InputError(path, f"{message} from the first row.", first_line + number)
         rows.append(values.rstrip())
     return b"\n".join(rows), count - 1, "numbers of lines left out"
-
-
-def without_blank_columns(
-    text: bytes, cells: Sequence[Sequence[str]], separator: str
-) -> tuple[bytes, str]:
-    """Return a text without columns that are blank in the first rows, and words for it.
-
-    A line with anything in such a column stays as it is, and then has too many columns.
-
-    Parameters
-    ----------
-    text : bytes
-        Lines of a table, with its names.
-    cells : sequence of sequence of str
-        Cells of the first rows.
-
-    Examples
-    --------
-    >>> without_blank_columns(b"t,acc,,vel", [["0.0", "0.1", "", "3"]], ",")
-    (b't,acc,vel', '1 blank column left out')
-    """
-    width = len(cells[0]) if cells else 0
-    blank = [k for k in range(width) if not any(row[k] for row in cells)]
-    if not blank or len(blank) == width:
-        return text, ""
-    mark, lines = separator.encode(), []
-    for line in text.split(b"\n"):
-        fields = line.split(mark)
-        if width <= len(fields) <= width + 1 and not any(fields[k].strip() for k in blank):
-            line = mark.join(field for k, field in enumerate(fields) if k not in blank)
-        lines.append(line)
-    taken = f"{len(blank)} blank column{'s' * (len(blank) > 1)} left out"
-    return b"\n".join(lines), taken
 
 
 def has_line_numbers(names: Sequence[str], cells: Sequence[Sequence[str]], count: int) -> bool:

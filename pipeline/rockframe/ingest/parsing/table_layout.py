@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.options import SEPARATORS, TextLayout
+from rockframe.ingest.options import SEPARATORS, ReadOptions, TextLayout
 from rockframe.ingest.parsing.columns import (
     is_index,
     is_known,
@@ -26,11 +24,13 @@ from rockframe.ingest.parsing.columns import (
 )
 from rockframe.ingest.parsing.lines import decoded, is_utf16, plain_text, unify_line_ends
 from rockframe.ingest.parsing.rows import (
+    Form,
     apart,
     are_lines_of_pairs,
+    blank_columns,
     has_line_numbers,
+    recognised,
     rewritten,
-    without_blank_columns,
     without_end_marks,
     without_line_numbers,
 )
@@ -49,7 +49,6 @@ _NUMBER: Final = re.compile(
 _DECIMAL_COMMA: Final = re.compile(r"[-+]?\d*,\d+([eEdD][-+]?\d+)?", re.A)
 #: Exponents of double precision as Fortran prints them.
 _FORTRAN: Final = re.compile(rb"\d\.?\d*[Dd][-+]?\d")
-_DATE: Final = re.compile(r"\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4}", re.A)
 _LIKE_NUMBER: Final = re.compile(r"\s*[\"']?[-+.]?\d", re.A)
 #: Number of samples, and perhaps the time step, in a line of their own above the rows.
 _SIZES: Final = re.compile(
@@ -85,51 +84,6 @@ _UNITS_OF_COLUMNS: Final = re.compile(r"[^:=]*\bunits?\s*[:=]\s*(.+)", re.I)
 
 
 @dataclass(frozen=True)
-class Form:
-    """Separator, decimal mark and quotes of the rows of a table.
-
-    Parameters
-    ----------
-    separator : str or None
-        None is any white space.
-    comma : bool
-        True if the decimal mark is a comma.
-    trailing : bool
-        True if a separator follows the last column.
-
-    Examples
-    --------
-    >>> Form(";", comma=True).cells("0,01;0,2"), Form(",", trailing=True).cells("0.01,0.2,")
-    (['0.01', '0.2'], ['0.01', '0.2'])
-    """
-
-    separator: str | None = None
-    comma: bool = False
-    trailing: bool = False
-
-    def cells(self, line: str) -> list[str]:
-        """Return the cells of a line without quotes, with decimal points."""
-        if '"' in line and self.separator:
-            cells = next(csv.reader([line.strip()], delimiter=self.separator), [])
-        else:
-            cells = line.replace('"', "").split(self.separator)
-        cells = [cell.strip() for cell in cells]
-        if ":" in line:
-            cells = _with_dates(cells)
-        if self.trailing and len(cells) > 1 and not cells[-1]:
-            cells.pop()
-        return [cell.replace(",", ".") for cell in cells] if self.comma else cells
-
-
-def _with_dates(cells: list[str]) -> list[str]:
-    """Return cells of which a date and the clock time beside it are one."""
-    for k, (cell, other) in enumerate(pairwise(cells)):
-        if _DATE.fullmatch(cell) and is_clock(other):
-            return [*cells[:k], f"{cell} {other}", *cells[k + 2 :]]
-    return cells
-
-
-@dataclass(frozen=True)
 class Table:
     """Lines above a table, names of its columns, and its rows in one plain form.
 
@@ -157,6 +111,9 @@ class Table:
         What was recognised, in words.
     index : str
         Name of the column of row numbers that was left out; None if there is none.
+    places : tuple of int
+        Place of each column of the file, with the numbers of rows, where some are blank (-1) or
+        have dates beside clock times; empty elsewhere.
     """
 
     comments: list[str]
@@ -170,6 +127,7 @@ class Table:
     sizes_line: int = 0
     taken: tuple[str, ...] = ()
     index: str | None = None
+    places: tuple[int, ...] = ()
 
     @property
     def rows(self) -> list[bytes]:
@@ -251,23 +209,59 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
             raise InputError(path, "no rows of numbers.")
         form = _form(decoded(body.partition(b"\n")[0]), words)
         count = len(form.cells(decoded(body.partition(b"\n")[0])))
-    form = _with_trailing(form, first_rows)
-    count -= form.trailing
+    separator, form = form.separator, recognised(form, first_rows, words.separator)
+    count = count - form.trailing if form.separator == separator else len(form.cells(first_rows[0]))
     numbered = ""
     if form.separator is None and not form.comma:
         body, count, numbered = without_line_numbers(path, body, start + 1, count)
     width = count + bool(numbered)
     cells = [row[:count] for row in map(form.cells, first_rows) if len(row) == width]
-    if form.separator is not None:
-        changed, blank = without_blank_columns(text, cells, form.separator)
-        if blank:
-            table = split(path, changed, words, chosen)
-            return replace(table, taken=(*table.taken, blank))
+    if form.separator is not None and (blank := blank_columns(cells)):
+        form, count = replace(form, blank=blank, width=count), count - len(blank)
+        cells = [*map(form.without_blank, cells)]
     top = _Top(lines[:start], taken=[*filter(None, (touching, numbered, marks))])
     if sizes:
         top.sizes, top.sizes_line = sizes, place[0] + 1
     _read_top(path, top, form, cells, words, chosen)
     return _plain(path, top, form, cells, body, start, count)
+
+
+def counted(path: Path, table: Table, options: ReadOptions) -> ReadOptions:
+    r"""Return options that number the columns of a table which numbered those of its file.
+
+    Blank columns, dates and clock times are counted in a file.
+
+    Raises
+    ------
+    InputError
+        If there is no such column, or it is blank.
+
+    Examples
+    --------
+    >>> table = split(Path("a.csv"), b"0.0,,0.1\n0.1,,0.2", TextLayout(), "3")
+    >>> counted(Path("a.csv"), table, ReadOptions(column="3")).column
+    '2'
+    """
+    if not table.places:
+        return options
+    names = [name.partition("[")[0].strip() for name in table.names]
+
+    def place(column: str) -> str:
+        wanted = column.strip()
+        if wanted in names or not re.fullmatch(r"\d{1,4}", wanted, re.A):
+            return column
+        places = dict(enumerate(table.places, 1))
+        if places.get(int(wanted), -1) < 0:
+            allowed = ", ".join(str(number) for number, k in places.items() if k >= 0)
+            message = f"no column {wanted} with values. Must be one of: {allowed}."
+            raise InputError(path, message, table.names_line or table.first_line)
+        return str(places[int(wanted)] + 1)
+
+    pairs = [channel.rpartition("=") for channel in options.layout.channels]
+    channels = tuple(f"{place(column)}={component}" for column, _, component in pairs)
+    times = options.layout.time_column
+    layout = replace(options.layout, channels=channels, time_column=times and place(times))
+    return replace(options, column=options.column and place(options.column), layout=layout)
 
 
 def _first_row(lines: list[str], words: TextLayout) -> tuple[int, Form, int] | None:
@@ -333,14 +327,6 @@ def _are_quoted_commas(row: str) -> bool:
     """Return True if cells in quotes have decimal commas."""
     cells = next(csv.reader([row.strip()]), [])
     return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
-
-
-def _with_trailing(form: Form, rows: Sequence[str]) -> Form:
-    separator = form.separator
-    if not separator or not separator.strip() or not rows:
-        return form
-    ends = all(row.rstrip().rstrip('"').endswith(separator) for row in rows)
-    return Form(separator, form.comma, trailing=ends and len(rows) > 1)
 
 
 def _numbers_in(line: str, form: Form) -> int:
@@ -455,11 +441,14 @@ def _names(text: str, form: Form, cells: list[list[str]], *, is_first: bool) -> 
         names = Form(separator).cells(text)
     else:
         names = [name.strip().strip('"') for name in split_fields(joined)]
-    while len(names) > count and not names[-1]:
+    width = form.width or count
+    while len(names) > width and not names[-1]:
         names.pop()
-    dated = [k for k, cell in enumerate(cells[0] if cells else []) if " " in cell]
-    if dated and len(names) == count + 1:  # names of a date and of a clock time
-        names[dated[0] : dated[0] + 2] = ["time"]
+    if form.date is not None and len(names) == width + 1:  # names of a date and of a clock time
+        names[form.date : form.date + 2] = ["time"]
+    if form.trailing and len(names) == width + 1:  # the name of a last column, which is blank
+        names.pop()
+    names = form.without_blank(names)
     if len(names) == count - 1 and is_first and is_index("", [row[0] for row in cells]):
         names.insert(0, "")  # R writes no name above the numbers of rows
     return [re.sub(r"(?<!\s)\s+(?=[\[(])", "", name) for name in names]
@@ -512,7 +501,8 @@ def _read_titles(
         if not top.units and _are_units(cells, count) and count > 1:
             top.units = cells
             top.taken.append(f"units in line {k + 1}")
-        is_row, parts = _numbers_in(line, form) == count, re.split(r"[\s,;]+", line.strip())
+        is_row = _numbers_in(line, form) == (form.width or count)
+        parts = re.split(r"[\s,;]+", line.strip())
         if is_row or (len(parts) > 1 and all(map(_is_value, parts))):
             where = "with text between them and" if is_row else "which are no row of"
             message = f"numbers in {line.strip()[:40]!r}, {where} the table."
@@ -564,12 +554,16 @@ def _plain(
         taken.append("clock times")
         places = [k - (index is not None) for k in clocks]
         names = ["time" if k in places else name for k, name in enumerate(names)]
+    of_file = form.places(count)
+    if form.blank:
+        numbers = ", ".join(str(k) for k, place in enumerate(of_file, 1) if place < 0)
+        taken.append(f"blank column{'s' * (len(form.blank) > 1)} {numbers} left out")
     if form.trailing:
         taken.append("separator after the last column")
     if form.comma:
         taken.append("decimal commas")
-    if index is not None or clocks or form.trailing or b'"' in first:
-        every = [form.cells(decoded(row)) if row.strip() else [] for row in body.split(b"\n")]
+    if index is not None or clocks or form.trailing or form.blank or b'"' in first:
+        every = form.rows(path, body, start + 1)
         body, code = rewritten(every, clocks, from_column=int(index is not None)), b","
     elif form.comma:
         body = body.replace(b",", b".")
@@ -587,4 +581,5 @@ def _plain(
         sizes_line=top.sizes_line,
         taken=tuple(taken),
         index=index,
+        places=of_file,
     )
