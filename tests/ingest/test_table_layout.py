@@ -172,7 +172,7 @@ DATED = rows([date.replace("T", ",").rstrip("Z") for date in DATES], GAP, NORTH,
 )  # fmt: skip
 def test_numbers_of_columns_count_blank_ones_and_dates(text: str, numbers: str) -> None:
     """A number that meant another column after one is left out would read another channel."""
-    time, north, east = numbers
+    time, north, east = (*numbers,)
     for number, samples in ((north, NORTH), (east, EAST)):
         layouts = [(number, TextLayout()), (number, TextLayout(time_column=time))]
         for column, words in [*layouts, (None, TextLayout(channels=(f"{number}=NS",)))]:
