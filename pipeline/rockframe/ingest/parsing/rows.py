@@ -107,6 +107,16 @@ class Form:
             places.insert(self.date, places[self.date])
         return tuple(places)
 
+    def notes(self, count: int) -> list[str]:
+        """Return in words which columns and marks are not those of a plain table."""
+        blank = [str(k) for k, place in enumerate(self.places(count), 1) if place < 0]
+        notes = {
+            f"blank column{'s' * (len(blank) > 1)} {', '.join(blank)} left out": bool(blank),
+            "separator after the last column": self.trailing,
+            "decimal commas": self.comma,
+        }
+        return [note for note, applies in notes.items() if applies]
+
     def rows(self, path: Path, body: bytes, first_line: int) -> list[list[str]]:
         """Return the cells of all rows; a value in a blank column is an error."""
         rows = [self.cells(decoded(row)) if row.strip() else [] for row in body.split(b"\n")]

@@ -554,14 +554,7 @@ def _plain(
         taken.append("clock times")
         places = [k - (index is not None) for k in clocks]
         names = ["time" if k in places else name for k, name in enumerate(names)]
-    of_file = form.places(count)
-    if form.blank:
-        numbers = ", ".join(str(k) for k, place in enumerate(of_file, 1) if place < 0)
-        taken.append(f"blank column{'s' * (len(form.blank) > 1)} {numbers} left out")
-    if form.trailing:
-        taken.append("separator after the last column")
-    if form.comma:
-        taken.append("decimal commas")
+    taken.extend(form.notes(count))
     if index is not None or clocks or form.trailing or form.blank or b'"' in first:
         every = form.rows(path, body, start + 1)
         body, code = rewritten(every, clocks, from_column=int(index is not None)), b","
@@ -581,5 +574,5 @@ def _plain(
         sizes_line=top.sizes_line,
         taken=tuple(taken),
         index=index,
-        places=of_file,
+        places=form.places(count),
     )
