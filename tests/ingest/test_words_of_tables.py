@@ -108,3 +108,37 @@ def test_a_change_of_the_zone_neither_hides_an_hour_nor_adds_one(date: str) -> N
 def test_clock_times_before_the_first_midnight_keep_their_decimals() -> None:
     times = ["2019-07-06T00:30:00.5Z", "2019-07-05T23:59:59.25Z"]
     assert clock_seconds(times) == ["1800.5", "-0.75"]
+
+
+@pytest.mark.parametrize(
+    ("words", "step"),
+    [
+        ("Sampling interval: 1/200 sec", 0.005),
+        ("dt = 0,005 s", 0.005),
+        ("dt = 5 ms. Filtered.", 0.005),
+        ("time step [µs]: 5000", 0.005),
+        ("dt=.005SEC, 400 values", 0.005),
+        ("sampling rate,200", 0.005),
+    ],
+)
+def test_a_step_in_words_is_proposed_as_it_stands(words: str, step: float) -> None:
+    text = f"# {words}\n{rows(NORTH)}"
+    with pytest.raises(InputError, match=rf":1: .*has .*: --time-step-s {step}\.$"):
+        read(text, ReadOptions("g"))
+    assert read(text, ReadOptions("g", step))[0].time_step == step
+    with pytest.raises(InputError, match=rf":1: .*time step {2 * step} s of the samples"):
+        read(text, ReadOptions("g", 2 * step))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Sampling rate: 1,000 Hz", "1,000 sps", "sample rate: 1 kHz", "dt = 10,5 ms",
+        "dt = 3/400 s", "time step 3 of 5", "time step: 0.02 min", "sampling interval = 200 Hz",
+        "Sampling rate: 0.005 s", "sampling rate 16 bit", "dt = 0 s", "Sampling rate: 0 Hz",
+    ],
+)  # fmt: skip
+def test_no_part_of_a_number_is_proposed_as_a_step_and_no_other_unit(words: str) -> None:
+    """The user states the step where its words have two readings."""
+    with pytest.raises(InputError, match=r"time step unstated\. State it with --time-step-s, or"):
+        read(f"# {words}\n{rows(NORTH)}", ReadOptions("g"))
