@@ -102,6 +102,11 @@ def test_any_number_of_digits_is_added_up_exactly(digits: int) -> None:
     assert found.tolist() == [float(token) for token in tokens]
 
 
+@pytest.mark.parametrize("text", ["  1E.5", "  1.E5", "  1E5.", "   E.5", "   15."])
+def test_an_exponent_before_a_point_is_left_to_float(text: str) -> None:
+    assert aligned_numbers(np.array([list(text.encode())], dtype=np.uint8)) is None
+
+
 def test_a_minus_before_zero_is_kept() -> None:
     fields = np.array([list(b"-0.0"), list(b" 0.0")], dtype=np.uint8)
     found = aligned_numbers(fields)

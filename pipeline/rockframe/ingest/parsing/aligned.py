@@ -93,7 +93,7 @@ def aligned_numbers(fields: NDArray[np.uint8]) -> Float | None:
     """
     first = fields[0].tobytes().upper()
     end, point = first.find(b"E") % (len(first) + 1), first.find(b".")
-    if point == end - 1:
+    if point >= end - 1:
         return None
     values: Float = np.empty(len(fields))
     for start in range(0, len(fields), _BLOCK):
