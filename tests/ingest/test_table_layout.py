@@ -141,14 +141,87 @@ def test_every_layout_holds_the_same_samples(layout: str) -> None:
     np.testing.assert_allclose(record.acceleration, GRAVITY * NORTH, rtol=1e-6, atol=1e-9)
 
 
-def test_a_line_with_another_number_than_its_place_is_refused() -> None:
-    """A lost line leaves a gap in the numbers of lines; a column that starts so is a channel."""
+def test_a_line_with_another_number_than_its_place_is_rejected() -> None:
+    """A lost line leaves a gap in the numbers of lines, which the samples do not show."""
     text, options = LAYOUTS["numbers that touch, numbers of lines"]
     lines = text.splitlines(keepends=True)
     with pytest.raises(
         InputError, match=r":32: .*number '32' of a line\. Must be 31, counted from"
     ):
         read("".join([*lines[:31], *lines[32:]]), options)
+
+
+CHANNEL = ReadOptions(layout=TextLayout(channels=("2=NS",)))
+COUNTED = [f"{k if k < 30 else 0}" for k in range(COUNT)]
+
+
+@pytest.mark.parametrize("separator", [" ", "\t"])
+@pytest.mark.parametrize(
+    ("text", "options"),
+    [
+        ("t_s acc_g n\n" + rows(TIMES, NORTH, NUMBERS, separator=" "), ReadOptions(column="acc_g")),
+        ("t_s acc_g n\n" + rows(TIMES, NORTH, NUMBERS, separator=" "), CHANNEL),
+        (rows(TIMES, NORTH, COUNTED, separator=" "), ReadOptions("g", column="2")),
+        (rows(TIMES, NORTH, COUNTED, separator=" "), replace(CHANNEL, units="g")),
+        (rows(100.0 * NORTH, NUMBERS, separator=" "), ReadOptions(
+            "mg", column="1", layout=TextLayout(time_column="2"))),
+    ],
+)  # fmt: skip
+def test_a_last_column_that_names_or_options_state_has_no_numbers_of_lines(
+    text: str, options: ReadOptions, separator: str
+) -> None:
+    [record] = read(text.replace(" ", separator), options)
+    factor = 0.1 if options.units == "mg" else 1.0
+    np.testing.assert_allclose(record.acceleration, GRAVITY * factor * NORTH, rtol=1e-9)
+    assert record.time_step == pytest.approx(1.0 if options.units == "mg" else STEP)
+
+
+def test_a_last_column_that_stops_counting_is_asked_for() -> None:
+    with pytest.raises(InputError, match=r":31: number '0' of a.*state --column or --channels\.$"):
+        read(rows(TIMES, NORTH, COUNTED, separator="\t"), ReadOptions("g"))
+    with pytest.raises(InputError, match=r":31: .*number '0' of a line"):
+        read(rows(NORTH, EAST, COUNTED, separator=" "), replace(G, column="all"))
+
+
+@pytest.mark.parametrize("word", ["N/A", "null", "None", "OverRange", "*N/A", "*MISSING", "***"])
+@pytest.mark.parametrize("columns", [[NORTH], [TIMES, NORTH], [TIMES, [""] * COUNT, NORTH]])
+def test_words_in_place_of_the_last_samples_are_no_end_mark(
+    word: str, columns: list[Iterable[object]]
+) -> None:
+    """A logger writes a word for a sample that it could not measure."""
+    for last in (word, f"{word}\n{word}", f"{word}\nEND"):
+        with pytest.raises(InputError, match=rf":{COUNT + 1}: .*{re.escape(word)}|:40[23]: "):
+            read(rows(*columns) + last, ReadOptions("g", STEP))
+
+
+@pytest.mark.parametrize(
+    ("last", "comment", "note"),
+    [
+        ("END", None, "'END' below"),
+        ("end of data.\n\n", None, "'end of data.' below"),
+        ("]);", None, r"'\]\);' below"),
+        ("# 1\n# 2\n# 3\n\n# 4\nEOF", None, "'# 1', '# 2', '# 3' and 2 more below"),
+        ("// 1\n// 2", "//", "'// 1', '// 2' below"),
+        ("! 0.5", "!", "'! 0.5' below"),
+    ],
+)
+def test_end_marks_and_comments_below_the_rows_are_noted(
+    last: str, comment: str | None, note: str
+) -> None:
+    [record] = read(rows(NORTH) + last, replace(G, layout=TextLayout(comment=comment)))
+    assert record.acceleration.size == COUNT
+    assert re.search(note, record.processing[0])
+
+
+def test_numbers_that_touch_far_below_the_first_rows_are_separated() -> None:
+    """Strong motion begins late: the first -100 gal of `F8.3` stands below many short numbers."""
+    samples = np.concatenate([np.tile(40.0 * NORTH, 5), 200.0 * NORTH]).round(3)
+    text = "".join(
+        "".join(f"{value:8.3f}" for value in line) + "\n" for line in samples.reshape(-1, 8)
+    )
+    assert re.search(r"\d-", text[:16_384]) is None
+    [record] = read(text, ReadOptions("gal", STEP))
+    np.testing.assert_allclose(100.0 * record.acceleration, samples, atol=1e-12)
 
 
 GAP = [""] * COUNT
@@ -189,7 +262,7 @@ def test_a_row_without_its_blank_cell_is_rejected() -> None:
         read(BLANK.replace("0.05000,,", "0.05000,"), ReadOptions("g", column="3"))
     lines = BLANK.split("\n")
     lines[5] = "0.05000,"
-    with pytest.raises(InputError, match=r":6: .*2 columns\. Must be 4, as above"):
+    with pytest.raises(InputError, match=r":6: .*2 columns in '0.05000,'\. Must be 4, as above"):
         read("\n".join(lines), ReadOptions("g", column="3"))
 
 
@@ -208,6 +281,8 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
     }
     assert read(*LAYOUTS[layout])[0].processing == (words[layout],)
     assert read(SECONDS, ReadOptions("g"))[0].processing == ()
+    sizes = read(*LAYOUTS["sizes and a further number"])[0].processing[0]
+    assert sizes.startswith("table: '114' after the sizes left out, ")
 
 
 @pytest.mark.parametrize(
@@ -231,6 +306,11 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
         ("0.01 400\n" + rows(NORTH), G, r":1: 2 columns in .*--skip-lines NUMBER\.$"),
         (rows(TIMES), G, r":1: .*the only column rises by even steps, as times do"),
         ("A\n1 0 9.81 0 0\nB\n" + SECONDS, ReadOptions("g"), r":2: .*which are no row of the t"),
+        ("400 0.01 0.001\n" + rows(NORTH), G, r":1: .*3 columns in .*--skip-lines NUMBER\.$"),
+        ("400 0.01 981\n" + rows(NORTH), G, r":1: .*3 columns in .*--skip-lines NUMBER\.$"),
+        ("400 0.01 1000\n" + five_a_line(NORTH), G, r":1: .*3 values.*--skip-lines NUMBER\.$"),
+        ("*CURVE\n9.81\n*DATA\n" + SECONDS, G, r":2: .*numbers in '9.81', which are no row of the "
+         r"table\. Leave lines out with --skip-lines NUMBER"),
         ("1 0.01 9.81\n" + five_a_line(NORTH), G, r":1: .*3 values.*--skip-lines NUMBER\.$"),
         ("A, DT = 0.01 sec\n" + rows(NORTH), ReadOptions("g"), r":1: .*--time-step-s 0\.01\.$"),
         (rows(TIMES, NORTH) + "Velocity\n" + rows(TIMES, EAST), ReadOptions("g"),
@@ -261,6 +341,8 @@ def test_where_two_readings_are_possible_the_option_is_named(
         ("multiply by 2.0", "multiply"),
         ("# Scale factor 2.0", "Scale"),
         ("# factor: 0.001", "factor"),
+        ("SF=9.81", "SF=9"),
+        ("# SF = 9.81", "SF = 9"),
         ("# Velocity (cm/s)", "Velocity"),
         ("# Units: velocity in cm/s", "velocity"),
         ("VEL in cm/s", "VEL"),

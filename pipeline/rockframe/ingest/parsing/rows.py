@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from rockframe.errors import InputError
+from rockframe.ingest.options import SEPARATORS, TextLayout
 from rockframe.ingest.parsing.columns import are_pairs, is_index
 from rockframe.ingest.parsing.lines import decoded
 from rockframe.ingest.parsing.timing import clock_seconds, is_clock
@@ -20,13 +21,20 @@ from rockframe.ingest.parsing.timing import clock_seconds, is_clock
 #: A minus after a digit, before a number with a point: fixed columns without a blank between them.
 _TOUCHING: Final = re.compile(rb"-(?<=\d-)(?=\d*\.\d)")
 _DATE: Final = re.compile(r"\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4}", re.A)
-#: Number of bytes in which such numbers are sought.
-_HEAD: Final = 1 << 14
+NUMBER: Final = re.compile(
+    r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.I | re.A
+)
+_DECIMAL_COMMA: Final = re.compile(r"[-+]?\d*,\d+([eEdD][-+]?\d+)?", re.A)
 _ONLY_NUMBERS: Final = re.compile(rb"[\s\d.+\-eEdD]+")
-#: Last lines of input files of programs: a word, perhaps after an asterisk, or closed brackets.
-_END_MARK: Final = re.compile(rb"\*? ?[A-Za-z][A-Za-z &*/]{2,40}|[})\]/]{1,3};?&?|[#%].*")
-_VALUES: Final = frozenset([b"nan", b"inf", b"infinity"])
-#: Largest number of end marks.
+#: Last lines of input files of programs: an end, or closed brackets.
+_END_MARK: Final = re.compile(
+    rb"[*$&]? ?(?:end(?: ?(?:of )?(?:file|data|record|table))?|endt|eof)[.;]?|[})\]/]{1,3};?&?",
+    re.I,
+)
+#: The same of programs whose input begins with such a line, too.
+_KEYWORD: Final = re.compile(rb"\*[A-Za-z]{3,20}(?: [A-Za-z]{2,20}){0,3}")
+_FIRST_KEYWORD: Final = re.compile(rb"\s*\*[A-Za-z]")
+#: Largest number of end marks, besides comments, and of those that are noted.
 _MOST_MARKS: Final = 3
 #: Number of rows by which numbers of lines are recognised.
 _FIRST_ROWS: Final = 20
@@ -129,9 +137,66 @@ class Form:
             if number or (cells and len(cells) != self.width):
                 message = f"{cells[number - 1]!r} in column {number}, which is blank in other rows."
                 if not number:
-                    message = f"{len(cells)} columns. Must be {self.width}, as above."
+                    count = f"{len(cells)} column{'s' * (len(cells) > 1)}"
+                    shown = (self.separator or " ").join(cells)[:40]
+                    message = f"{count} in {shown!r}. Must be {self.width}, as above."
                 raise InputError(path, message, line)
         return [self.without_blank(cells) for cells in rows]
+
+
+def form_of(row: str, words: TextLayout) -> Form:
+    """Return the form of a row: a semicolon, a comma, a tab or blanks between its columns.
+
+    Examples
+    --------
+    >>> form_of("0.01; 0.2", TextLayout()).separator
+    ';'
+    """
+    plain = row.replace('"', "")
+    pieces = plain.split("\t" if "\t" in plain else None)
+    commas = [piece for piece in pieces if _DECIMAL_COMMA.fullmatch(piece.strip())]
+    if words.separator is not None:
+        code = SEPARATORS[words.separator]
+        separator = None if code is None else code.decode()
+    elif ";" in plain:
+        separator = ";"
+    elif words.decimal == "comma" or (len(commas) > 1 and "." not in plain and '"' not in row):
+        separator = "\t" if "\t" in plain else None
+    else:
+        separator = "," if "," in plain else None
+    if words.decimal is not None or separator == ",":
+        quoted = separator == "," and _are_quoted_commas(row)
+        return Form(separator, comma=words.decimal == "comma" or quoted)
+    return Form(separator, comma="," in plain)
+
+
+def _are_quoted_commas(row: str) -> bool:
+    """Return True if cells in quotes have decimal commas."""
+    cells = next(csv.reader([row.strip()]), [])
+    return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
+
+
+def numbers_in(line: str, form: Form) -> int:
+    """Return the number of cells of a row; 0 if it is no row.
+
+    Examples
+    --------
+    >>> numbers_in("0.01,,0.2", Form(",")), numbers_in("0.01,Vs30", Form(","))
+    (3, 0)
+    """
+    cells = form.cells(line)
+    return len(cells) if any(cells) and all(map(is_value, filter(None, cells))) else 0
+
+
+def is_value(cell: str) -> bool:
+    """Return True if a cell is a number or a clock time.
+
+    Examples
+    --------
+    >>> is_value("-.5d-3"), is_value("03:19:53"), is_value("1.2.3")
+    (True, True, False)
+    """
+    return bool(NUMBER.fullmatch(cell)) or is_clock(cell)
 
 
 def recognised(form: Form, rows: Sequence[str], separator: str | None) -> Form:
@@ -189,26 +254,42 @@ def blank_columns(cells: Sequence[Sequence[str]]) -> tuple[int, ...]:
     return blank if len(blank) < width else ()
 
 
-def without_end_marks(text: bytes) -> tuple[bytes, str]:
-    r"""Return a text without the lines at its end that hold no number, and these lines in words.
+def without_end_marks(text: bytes, comments: tuple[str, ...]) -> tuple[bytes, str]:
+    r"""Return a text without end marks and comments below its last row, and these lines in words.
+
+    Other words are an error: they may stand for samples that are missing.
+
+    Parameters
+    ----------
+    text : bytes
+        Text without white space at its end.
+    comments : tuple of str
+        Marks of comments.
 
     Examples
     --------
-    >>> without_end_marks(b"0.1\n0.2\n*END")
+    >>> without_end_marks(b"0.1\n0.2\n*END", ("#",))
     (b'0.1\n0.2', "'*END' below the rows left out")
-    >>> without_end_marks(b"0.1\nnan")
-    (b'0.1\nnan', '')
+    >>> without_end_marks(b"0.1\nN/A", ("#",))
+    (b'0.1\nN/A', '')
     """
+    starts = tuple(mark.encode() for mark in comments)
     marks: list[str] = []
-    while len(marks) < _MOST_MARKS:
-        before, _, last = text.rpartition(b"\n")
-        mark = last.strip()
-        is_value = any(word.lower() in _VALUES for word in mark.split())
-        if not before or is_value or not _END_MARK.fullmatch(mark):
-            break
-        text = before.rstrip()
-        marks.insert(0, repr(decoded(mark)[:20]))
-    return text, f"{', '.join(marks)} below the rows left out" if marks else ""
+    end, ends, keyword = len(text), 0, _FIRST_KEYWORD.match(text)
+    while start := text.rfind(b"\n", 0, end) + 1:
+        line = text[start:end].strip()
+        if line and not line.startswith(starts):
+            ends += 1
+            is_mark = _END_MARK.fullmatch(line) or (keyword and _KEYWORD.fullmatch(line))
+            if not is_mark or ends > _MOST_MARKS:
+                break
+        if line:
+            marks.insert(0, repr(decoded(line)[:20]))
+        end = start - 1
+    if not marks:
+        return text, ""
+    more = f" and {len(marks) - _MOST_MARKS} more" if len(marks) > _MOST_MARKS else ""
+    return text[:end].rstrip(), f"{', '.join(marks[:_MOST_MARKS])}{more} below the rows left out"
 
 
 def apart(text: bytes) -> tuple[bytes, str]:
@@ -222,7 +303,7 @@ def apart(text: bytes) -> tuple[bytes, str]:
     >>> apart(b"9.5-10.5 Hz\n 0.000340-0.000617\n")
     (b'9.5-10.5 Hz\n 0.000340 -0.000617\n', 'numbers that touch')
     """
-    if not _TOUCHING.search(text, 0, _HEAD):
+    if not _TOUCHING.search(text):
         return text, ""
     lines = text.split(b"\n")
     changed = [
@@ -248,7 +329,7 @@ def are_lines_of_pairs(cells: Sequence[Sequence[str]]) -> bool:
 
 
 def without_line_numbers(
-    path: Path, body: bytes, first_line: int, count: int
+    path: Path, body: bytes, first_line: int, count: int, is_stated: bool
 ) -> tuple[bytes, int, str]:
     r"""Return rows without the number of the line at their end, their columns, and words for it.
 
@@ -263,6 +344,8 @@ def without_line_numbers(
         Line number of the first row.
     count : int
         Number of columns.
+    is_stated : bool
+        True if the user states which columns are read: then a row may have another number.
 
     Raises
     ------
@@ -272,7 +355,7 @@ def without_line_numbers(
     Examples
     --------
     >>> rows = b"\n".join(b"0.1 0.2 %d" % number for number in range(1, 12))
-    >>> body, count, taken = without_line_numbers(Path("a.eq"), rows, 2, 3)
+    >>> body, count, taken = without_line_numbers(Path("a.eq"), rows, 2, 3, False)
     >>> body[:15], count, taken
     (b'0.1 0.2\n0.1 0.2', 2, 'numbers of lines left out')
     """
@@ -286,11 +369,14 @@ def without_line_numbers(
         return body, count, ""
     rows: list[bytes] = []
     for number, row in enumerate(body.split(b"\n")):
-        values, _, printed = row.rstrip().rpartition(b" ")
+        *values, printed = row.rsplit(None, 1) or [b""]
+        if printed != b"%d" % (first + number) and is_stated:
+            return body, count, ""
         if printed != b"%d" % (first + number):
             message = f"number {decoded(printed)!r} of a line. Must be {first + number}, counted"
-            raise InputError(path, f"{message} from the first row.", first_line + number)
-        rows.append(values.rstrip())
+            do = "If the last column is no number of the line, state --column or --channels."
+            raise InputError(path, f"{message} from the first row. {do}", first_line + number)
+        rows.append(values[0] if values else b"")
     return b"\n".join(rows), count - 1, "numbers of lines left out"
 
 

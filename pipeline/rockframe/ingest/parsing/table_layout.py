@@ -7,14 +7,13 @@ quotes, clock times, and title lines that state neither a scale nor another quan
 
 from __future__ import annotations
 
-import csv
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
 from rockframe.errors import InputError
-from rockframe.ingest.options import SEPARATORS, ReadOptions, TextLayout
+from rockframe.ingest.options import NO_TIMES, ReadOptions, TextLayout
 from rockframe.ingest.parsing.columns import (
     is_index,
     is_known,
@@ -24,11 +23,15 @@ from rockframe.ingest.parsing.columns import (
 )
 from rockframe.ingest.parsing.lines import decoded, is_utf16, plain_text, unify_line_ends
 from rockframe.ingest.parsing.rows import (
+    NUMBER,
     Form,
     apart,
     are_lines_of_pairs,
     blank_columns,
+    form_of,
     has_line_numbers,
+    is_value,
+    numbers_in,
     recognised,
     rewritten,
     without_end_marks,
@@ -43,10 +46,6 @@ _FIRST_ROWS: Final = 20
 #: Number of rows that must follow the first one.
 _FOLLOWING: Final = 2
 _MARKS: Final = ("#", "%")
-_NUMBER: Final = re.compile(
-    r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.I | re.A
-)
-_DECIMAL_COMMA: Final = re.compile(r"[-+]?\d*,\d+([eEdD][-+]?\d+)?", re.A)
 #: Exponents of double precision as Fortran prints them.
 _FORTRAN: Final = re.compile(rb"\d\.?\d*[Dd][-+]?\d")
 _LIKE_NUMBER: Final = re.compile(r"\s*[\"']?[-+.]?\d", re.A)
@@ -54,13 +53,16 @@ _LIKE_NUMBER: Final = re.compile(r"\s*[\"']?[-+.]?\d", re.A)
 _SIZES: Final = re.compile(
     r"\s*(?P<count>[1-9]\d{0,8})(?:[\s,;]+(?P<step>\d*\.?\d+(?:e-?\d{1,2})?))?\s*", re.I
 )
-#: The same before further numbers, which programs of spectral matching print.
-_SIZES_AND_MORE: Final = re.compile(rf"{_SIZES.pattern}(?:\s+\d*\.?\d+){{1,3}}\s*", re.I)
+#: The same before further whole numbers, which programs of spectral matching print. A fraction, a
+#: power of ten or g in other units may be a scale.
+_SIZES_AND_MORE: Final = re.compile(
+    rf"{_SIZES.pattern}(?P<more>(?:\s+(?!10+\b|98\d\d?\b|38[56]\b)\d+){{1,3}})\s*", re.I
+)
 #: Words of a title without which the numbers below it cannot be understood.
 _POWER: Final = r"[x\u00d7*]\s?1(?:0(?:\s?(?:\^|\*\*)\s?|(?=[-+]))|(?:\.0*)?e)[-+]?\d"
 _SCALED: Final = re.compile(
     r"\b(scal(?:e|ing)|calibration|conversion|factors?|sensitivity|gain|counts?|lsb|volts?"
-    rf"|multipl(?:y|ier))\b|{_POWER}",
+    rf"|multipl(?:y|ier))\b|\bsf\W{{0,3}}\d|{_POWER}",
     re.I,
 )
 _OTHER: Final = re.compile(
@@ -71,7 +73,9 @@ _OTHER: Final = re.compile(
 #: Words for accelerations whose spectrum fits another one.
 _MATCHED: Final = re.compile(r"\bmatched to (?:\w+ ){0,3}spectr(?:um|a)\b", re.I)
 #: The same in comments, which more often describe how the numbers came about.
-_SCALED_BELOW: Final = re.compile(rf"\b(scal(?:e|ing)|factors?|multipl(?:y|ier))\b|{_POWER}", re.I)
+_SCALED_BELOW: Final = re.compile(
+    rf"\b(scal(?:e|ing)|factors?|multipl(?:y|ier))\b|\bsf\s?[:=]\s?\d|{_POWER}", re.I
+)
 _OTHER_BELOW: Final = re.compile(
     r"^\W*(?:(?:units?|time|s(?:ec)?)\W+){0,3}(?:vel(?:ocit(?:y|ies))?|displ?(?:acements?)?)\b"
     r"(?:\s+(?:time\s+history|in|of)\b)?\W*(?:(?:cm|mm|m|in|ft)\b.*)?$"
@@ -190,7 +194,7 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
     >>> table.names, table.rows, table.taken
     (['t', 'acc_g'], [b'0.0,0.1', b'0.1,0.2'], ('separator after the last column',))
     """
-    text, marks = without_end_marks(plain_text(path, data).rstrip())
+    text, marks = without_end_marks(plain_text(path, data).rstrip(), _marks(words))
     text, touching = apart(text)
     pieces = text.split(b"\n", words.skip_lines + _TOP)
     lines = [decoded(line) for line in pieces[: words.skip_lines + _TOP]]
@@ -207,13 +211,16 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
         start, body = start + below[0], below[1]
         if not body:
             raise InputError(path, "no rows of numbers.")
-        form = _form(decoded(body.partition(b"\n")[0]), words)
+        form = form_of(decoded(body.partition(b"\n")[0]), words)
         count = len(form.cells(decoded(body.partition(b"\n")[0])))
     separator, form = form.separator, recognised(form, first_rows, words.separator)
     count = count - form.trailing if form.separator == separator else len(form.cells(first_rows[0]))
     numbered = ""
-    if form.separator is None and not form.comma:
-        body, count, numbered = without_line_numbers(path, body, start + 1, count)
+    if form.separator is None and not _is_last_stated(
+        lines[words.skip_lines : start], form, first_rows, words, chosen
+    ):
+        is_stated = bool(words.channels) or (chosen or "all").strip().lower() != "all"
+        body, count, numbered = without_line_numbers(path, body, start + 1, count, is_stated)
     width = count + bool(numbered)
     cells = [row[:count] for row in map(form.cells, first_rows) if len(row) == width]
     if form.separator is not None and (blank := blank_columns(cells)):
@@ -222,8 +229,25 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
     top = _Top(lines[:start], taken=[*filter(None, (touching, numbered, marks))])
     if sizes:
         top.sizes, top.sizes_line = sizes, place[0] + 1
+        if more := sizes.groupdict().get("more"):
+            top.taken.append(f"{more.strip()!r} after the sizes left out")
     _read_top(path, top, form, cells, words, chosen)
     return _plain(path, top, form, cells, body, start, count)
+
+
+def _is_last_stated(
+    lines: list[str], form: Form, rows: list[str], words: TextLayout, chosen: str | None
+) -> bool:
+    """Return True if options or names say what the last column is, or its numbers have commas."""
+    cells = [*map(form.cells, rows)]
+    count = len(cells[0]) if cells else 0
+    columns = [chosen or "", *(channel.rpartition("=")[0] for channel in words.channels)]
+    is_chosen = str(count) in map(str.strip, columns) or words.values_per_line == count
+    is_time = (words.time_column or NO_TIMES).strip().lower() != NO_TIMES
+    texts = [line.strip().lstrip("".join(_MARKS)).strip() for line in lines]
+    above = [_names(text, form, cells, is_first=False) for text in texts]
+    named = any(len(names) == count and any(map(is_known, names)) for names in above)
+    return form.comma or is_chosen or is_time or named or words.first_line == "names"
 
 
 def counted(path: Path, table: Table, options: ReadOptions) -> ReadOptions:
@@ -272,15 +296,15 @@ def _first_row(lines: list[str], words: TextLayout) -> tuple[int, Form, int] | N
         if lines[k].strip() and not _is_comment(lines[k], words)
     ]
     if words.first_line == "numbers" or words.first_line == "sizes":
-        form = _form(lines[content[0]], words) if content else Form()
+        form = form_of(lines[content[0]], words) if content else Form()
         return (content[0], form, len(form.cells(lines[content[0]]))) if content else None
     if words.first_line == "names":
         content = content[1:]
     for order, place in enumerate(content):
-        form = _form(lines[place], words)
-        count = _numbers_in(lines[place], form)
+        form = form_of(lines[place], words)
+        count = numbers_in(lines[place], form)
         following = content[order + 1 : order + 1 + _FOLLOWING]
-        counts = [_numbers_in(lines[k], form) for k in following]
+        counts = [numbers_in(lines[k], form) for k in following]
         # the last line of a series may be shorter
         shorter = bool(counts) and following[-1] == content[-1] and 0 < counts[-1] <= count
         if count and all(other == count for other in counts[: len(counts) - shorter]):
@@ -293,56 +317,24 @@ def _first_row(lines: list[str], words: TextLayout) -> tuple[int, Form, int] | N
 def _any_row(lines: list[str], words: TextLayout) -> tuple[int, Form, int] | None:
     """Return what `_first_row` does, of the first line of numbers, whatever follows it."""
     for k in range(words.skip_lines, len(lines)):
-        form = _form(lines[k], words)
-        if not _is_comment(lines[k], words) and _numbers_in(lines[k], form):
+        form = form_of(lines[k], words)
+        if not _is_comment(lines[k], words) and numbers_in(lines[k], form):
             return k, form, len(form.cells(lines[k]))
     return None
 
 
+def _marks(words: TextLayout) -> tuple[str, ...]:
+    return (words.comment,) if words.comment else _MARKS
+
+
 def _is_comment(line: str, words: TextLayout) -> bool:
-    return line.lstrip().startswith(words.comment or _MARKS)
-
-
-def _form(row: str, words: TextLayout) -> Form:
-    """Return the form of a row: a semicolon, a comma, a tab or blanks between its columns."""
-    plain = row.replace('"', "")
-    pieces = plain.split("\t" if "\t" in plain else None)
-    commas = [piece for piece in pieces if _DECIMAL_COMMA.fullmatch(piece.strip())]
-    if words.separator is not None:
-        code = SEPARATORS[words.separator]
-        separator = None if code is None else code.decode()
-    elif ";" in plain:
-        separator = ";"
-    elif words.decimal == "comma" or (len(commas) > 1 and "." not in plain and '"' not in row):
-        separator = "\t" if "\t" in plain else None
-    else:
-        separator = "," if "," in plain else None
-    if words.decimal is not None or separator == ",":
-        quoted = separator == "," and _are_quoted_commas(row)
-        return Form(separator, comma=words.decimal == "comma" or quoted)
-    return Form(separator, comma="," in plain)
-
-
-def _are_quoted_commas(row: str) -> bool:
-    """Return True if cells in quotes have decimal commas."""
-    cells = next(csv.reader([row.strip()]), [])
-    return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
-
-
-def _numbers_in(line: str, form: Form) -> int:
-    """Return the number of cells of a row; 0 if it is no row."""
-    cells = form.cells(line)
-    return len(cells) if any(cells) and all(map(_is_value, filter(None, cells))) else 0
-
-
-def _is_value(cell: str) -> bool:
-    return bool(_NUMBER.fullmatch(cell)) or is_clock(cell)
+    return line.lstrip().startswith(_marks(words))
 
 
 def _is_broken_row(line: str, form: Form) -> bool:
     """Return True if half of the cells of a line are numbers, or it begins like a number."""
     cells = form.cells(line)
-    numbers = sum(map(_is_value, filter(None, cells)))
+    numbers = sum(map(is_value, filter(None, cells)))
     if numbers < len(cells) and _SIZES.fullmatch(line):
         return False
     if len(cells) == 1:
@@ -378,9 +370,9 @@ def _sizes_as_row(line: str, body: bytes, words: TextLayout) -> re.Match[str] | 
     row = next((decoded(other) for other in rows if other.strip()), "")
     if words.first_line == "sizes" and sizes:
         return sizes
-    if not sizes or words.first_line is not None or not _numbers_in(row, _form(row, words)):
+    if not sizes or words.first_line is not None or not numbers_in(row, form_of(row, words)):
         return None
-    fields, of_row = len(split_fields(line)), len(_form(row, words).cells(row))
+    fields, of_row = len(split_fields(line)), len(form_of(row, words).cells(row))
     if fields == of_row:
         return sizes if int(sizes["count"]) == sum(1 for other in rows if other.strip()) else None
     return sizes if sizes["step"] or of_row > 2 else None
@@ -469,7 +461,7 @@ def _is_names(
         return len(names) == count and bool(recognised) and (all(recognised) or wanted)
     if words.first_line == "names":
         return True
-    if all(_is_value(name) for name in names if name):
+    if all(is_value(name) for name in names if name):
         return False
     if names and names[0].endswith(":"):
         return False
@@ -501,9 +493,9 @@ def _read_titles(
         if not top.units and _are_units(cells, count) and count > 1:
             top.units = cells
             top.taken.append(f"units in line {k + 1}")
-        is_row = _numbers_in(line, form) == (form.width or count)
+        is_row = numbers_in(line, form) == (form.width or count)
         parts = re.split(r"[\s,;]+", line.strip())
-        if is_row or (len(parts) > 1 and all(map(_is_value, parts))):
+        if is_row or (all(map(is_value, parts)) and any(map(NUMBER.fullmatch, parts))):
             where = "with text between them and" if is_row else "which are no row of"
             message = f"numbers in {line.strip()[:40]!r}, {where} the table."
             raise InputError(path, f"{message} Leave lines out with --skip-lines NUMBER.", k + 1)
