@@ -299,7 +299,7 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
          r"column 3 may be 'EW_g' or 'NS_g'.*State its name"),
         ("Sample rate: 200\n" + SECONDS, G, r":1: .*'Sample rate: 200' in the comment, time st"),
         ("# Column 2: East-west velocity (m/s)\n" + rows(TIMES, NORTH, EAST), ReadOptions(
-            "g", column="2"), r":1: .*comment .* states 'Column 2: East-west velocity'"),
+            "g", column="2"), r":1: .*states 'Column 2: East-west velocity .*--skip-lines 1"),
         ("0.01\n" + rows(NORTH), G, r":1: .*a time step\? State --skip-lines 1, or --first-l"),
         ("time_s,,acc_g\n" + rows(TIMES, [""] * 30 + ["1"] + [""] * (COUNT - 31), NORTH), G,
          r":32: .*'1' in column 2, which is blank in other rows"),

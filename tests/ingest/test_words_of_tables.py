@@ -7,12 +7,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
-from tests.ingest.test_table_layout import COUNT, NORTH, STEP, read, rows
+from tests.ingest.test_table_layout import COUNT, EAST, NORTH, STEP, read, rows
 
 from rockframe.errors import InputError
 from rockframe.ingest import ReadOptions, TextLayout
 from rockframe.ingest.parsing.timing import clock_seconds
+from rockframe.units import GRAVITY
 
 
 def _of_day(seconds: float) -> str:
@@ -142,3 +144,50 @@ def test_no_part_of_a_number_is_proposed_as_a_step_and_no_other_unit(words: str)
     """The user states the step where its words have two readings."""
     with pytest.raises(InputError, match=r"time step unstated\. State it with --time-step-s, or"):
         read(f"# {words}\n{rows(NORTH)}", ReadOptions("g"))
+
+
+THREE = rows(STEP * np.arange(COUNT), NORTH, EAST)
+
+
+@pytest.mark.parametrize(
+    ("top", "other"),
+    [
+        ("# Column 2: acceleration\n# Column 3: velocity (m/s)\n", [3]),
+        ("# accelerogram of site A\n# Column 2: vel (cm/s)\n", [2]),
+        ("# 2nd column: displ. (cm)\n# third column: acceleration\n", [2]),
+        ("# Column 1: time, column 2: velocity, column 3: acc\n", [2]),
+        ("Column 2 = velocity\nColumn 3 = acceleration\n", [2]),
+        ("# Columns: time acceleration velocity\n", [3]),
+        ("# Columns: time velocity\n", [2, 3]),
+        ("# accelerogram of site A\n# Units: s, cm/s\n", [2, 3]),
+        ("# Column 5 of the velocity array, pier 3\n", []),
+        ("# Column 2: acceleration in the direction of the velocity pulse\n", []),
+    ],
+)
+@pytest.mark.parametrize("chosen", [2, 3])
+@pytest.mark.parametrize("skipped", [False, True])
+def test_a_column_that_a_comment_names_a_velocity_is_read_only_without_it(
+    top: str, other: list[int], chosen: int, skipped: bool
+) -> None:
+    count = top.count("\n")
+    options = ReadOptions("g", column=str(chosen))
+    if skipped:
+        options = replace(options, layout=TextLayout(skip_lines=count))
+    if chosen in other and not skipped:
+        with pytest.raises(InputError, match=r"which is no acceleration\. .*--skip-lines \d"):
+            read(top + THREE, options)
+    else:
+        [record] = read(top + THREE, options)
+        np.testing.assert_array_equal(record.acceleration, (NORTH, EAST)[chosen - 2] * GRAVITY)
+
+
+def test_columns_in_comments_are_numbered_as_in_the_file() -> None:
+    blank = rows(STEP * np.arange(COUNT), [""] * COUNT, NORTH, EAST)
+    for number in (2, 3, 4):
+        text = f"# Column {number}: velocity\n{blank}"
+        if number == 3:
+            with pytest.raises(InputError, match="states 'Column 3: velocity'"):
+                read(text, ReadOptions("g", column="3"))
+        else:
+            [record] = read(text, ReadOptions("g", column="3"))
+            np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)

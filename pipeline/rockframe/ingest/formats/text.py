@@ -36,6 +36,7 @@ from rockframe.ingest.parsing.columns import (
     unclear,
     units_in,
 )
+from rockframe.ingest.parsing.comments import other_quantity, stated_steps
 from rockframe.ingest.parsing.lines import (
     are_finite,
     bad_number,
@@ -53,7 +54,6 @@ from rockframe.ingest.parsing.timing import (
     even_time_step,
     in_seconds,
     other_time_units,
-    stated_steps,
 )
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
@@ -162,6 +162,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     table = split(path, data, options.layout, options.column)
     options = counted(path, table, options)
     numbers, columns, per_row, taken = _read_columns(path, table, options)
+    _require_accelerations(path, table, columns, options.layout.skip_lines)
     units = {k: columns.units_of.get(k, columns.units) for k in columns.accelerations}
     factors = {k: _factor(path, table, unit, options) for k, unit in units.items()}
     for unit, factor in dict(zip(units.values(), factors.values(), strict=True)).items():
@@ -474,6 +475,22 @@ def _require_sample(path: Path, table: Table, words: TextLayout) -> None:
         message = f"{decoded(first)!r} has fewer decimals than the numbers below: a time step?"
         do = f"State --skip-lines {table.first_line}, or --first-line numbers if it is a sample."
         raise InputError(path, f"{message} {do}", table.first_line)
+
+
+def _require_accelerations(path: Path, table: Table, columns: Columns, skipped: int) -> None:
+    """Reject columns that a comment or title names as another quantity.
+
+    Numbers of columns may count a column of row numbers, or not.
+    """
+    ahead = (0,) if table.index is None else (0, 1)
+    places = table.places or range(table.columns + len(ahead) - 1)
+    places_read = {k + number for k in columns.accelerations for number in ahead}
+    numbers = [number for number, place in enumerate(places, 1) if place in places_read]
+    for line, comment in enumerate(table.comments[skipped:], skipped + 1):
+        if words := other_quantity(comment, numbers, len(places)):
+            message = f"the text above the numbers states {words[:60]!r}, which is no acceleration."
+            do = f"Choose another column with --column, or state --skip-lines {line} if it is one."
+            raise InputError(path, f"{message} {do}", line)
 
 
 def _require_units(path: Path, table: Table, factor: float, taken: str) -> None:

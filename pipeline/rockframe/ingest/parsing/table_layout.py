@@ -78,8 +78,7 @@ _SCALED_BELOW: Final = re.compile(
 )
 _OTHER_BELOW: Final = re.compile(
     r"^\W*(?:(?:units?|time|s(?:ec)?)\W+){0,3}(?:vel(?:ocit(?:y|ies))?|displ?(?:acements?)?)\b"
-    r"(?:\s+(?:time\s+history|in|of)\b)?\W*(?:(?:cm|mm|m|in|ft)\b.*)?$"
-    r"|\bcol(?:umn)?\.?\s*#?\d+\s*[:=]?.*\b(?:velocity|displacement)\b",
+    r"(?:\s+(?:time\s+history|in|of)\b)?\W*(?:(?:cm|mm|m|in|ft)\b.*)?$",
     re.I,
 )
 _PAST: Final = re.compile(r"convert|origin|applied|divided|multiplied|correct", re.I)

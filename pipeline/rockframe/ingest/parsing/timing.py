@@ -33,54 +33,6 @@ _FEW: Final = 4
 _MOST_DECIMALS: Final = 20
 
 
-_UNIT: Final = (
-    r"(?P<unit>(?:m|[u\u00b5\u03bcn])s(?:ecs?)?|(?:milli|micro|nano)?sec(?:onds?|s)?|s)(?!\w)"
-)
-#: A number, also `0,01` and `1/200`; no part of a longer one, such as `1,000` or `3/400`.
-_STEP: Final = (
-    r"(?P<step>1\s?/\s?\d{1,5}(?:\.\d+)?|0,\d+|\d*\.?\d+(?:e[-+]?\d{1,2})?)"
-    r"(?!\d|[.,]\d|\s?/\s?[\d.])"
-)
-#: Words after a number that is no time step in seconds.
-_NO_STEP: Final = (
-    r"(?:%|(?:min(?:utes?)?|h|hrs?|hours?|days?|[cmk]?m|[km]?hz|of|samples?|points?|deg\w*)\b)"
-)
-#: Time steps in a comment or title: by a name of the step, or as the interval of even points.
-_STATED_STEPS: Final = (
-    re.compile(
-        r"\b(?:dt|\u0394t|delta[ _-]?t|(?:time|fixed|sampl(?:e|ing))[ _-]?(?:step|interval"
-        rf"|increment|period|spacing))\b\s*(?:[\[(]\s*{_UNIT.replace('unit', 'before')}\s*[\])])?"
-        rf"\s*(?:[:=]|\bis\b|\bof\b)?\s*{_STEP}(?:\s*{_UNIT}|(?!\w|\s*{_NO_STEP}))",
-        re.I,
-    ),
-    re.compile(rf"\b(?:spaced|intervals?|every)\s+(?:(?:at|of|by|is)\s+)?{_STEP}\s*{_UNIT}", re.I),
-)
-_RATE: Final = (
-    r"(?<!\d)(?<!\d[.,/])(?P<rate>\d{1,5}(?:\.\d{1,6})?)(?!\d|[.,]\d|\s?/\s?[\d.])"
-    r"(?!\s*(?:[kmg]hz|bits?|m?s(?:ec(?:onds?)?)?|min(?:utes?)?)\b)"
-)
-_STATED_RATES: Final = (
-    re.compile(
-        rf"\bsampl(?:e|ing)[ _]?(?:rate|freq\w*)\b[^\d\n]{{0,14}}{_RATE}(?=\s|$|[,;]|Hz)", re.I
-    ),
-    re.compile(rf"\bfs\s*[:=]\s*{_RATE}(?=\s*(?:Hz|$|[,;]))"),
-    re.compile(rf"\b{_RATE}\s*(?:sps|samples?\s*(?:per|/)\s*s(?:ec(?:ond)?)?)\b", re.I),
-    re.compile(
-        r"\b(?:points|samples|data|values|recorded|sampled|digiti[sz]ed)\s+at\s+"
-        rf"{_RATE}\s*Hz",
-        re.I,
-    ),
-)
-#: Beginnings of units of time, with their short names and sizes [s].
-_SIZES_OF_UNITS: Final = (
-    *((mark, "us", 1e-6) for mark in ("mic", "u", "\u00b5", "\u03bc")),
-    ("m", "ms", 1e-3),
-    ("n", "ns", 1e-9),
-    ("s", "s", 1.0),
-)
-#: Words of steps that the samples no longer have.
-_FORMER: Final = re.compile(r"\b(?:original|raw)\b|resampl|decimat|interpolat", re.I)
-
 #: A clock time, perhaps after a date and before a zone: `03:19:53.01`,
 #: `2019-07-06T03:19:53.01Z`, `06.07.2019 03:19:53 +09`.
 _CLOCK: Final = re.compile(
@@ -180,36 +132,6 @@ def _ordinal(text: str) -> int:
     parts = [int(part) for part in re.split("[-/.]", text)]
     year, month, day = parts[::-1] if "." in text else parts
     return datetime(year, month, day, tzinfo=UTC).toordinal()
-
-
-def stated_steps(text: str) -> list[tuple[str, float]]:
-    """Return the time steps that a comment or title states, in words and in seconds.
-
-    A step that is 0, or at a rate of 0, is 0.
-
-    Examples
-    --------
-    >>> stated_steps("# 60 points at 50 Hz, DT = 20 ms"), stated_steps("# filtered at 50 Hz")
-    ([('dt 20 ms', 0.02), ("'points at 50 Hz'", 0.02)], [])
-    >>> stated_steps("Sampling interval: 1/200 s"), stated_steps("Sampling rate: 1,000 Hz")
-    ([('dt 1/200 s', 0.005)], [])
-    """
-    if _FORMER.search(text):
-        return []
-    steps = []
-    for match in filter(None, (pattern.search(text) for pattern in _STATED_STEPS)):
-        unit = (match["unit"] or match.groupdict().get("before") or "s").lower()
-        unit, size = next(
-            (name, size) for mark, name, size in _SIZES_OF_UNITS if unit.startswith(mark)
-        )
-        numerator, _, divisor = match["step"].replace(",", ".").partition("/")
-        rate = float(divisor or 1.0)
-        step = float(numerator) / rate * size if rate > 0.0 else 0.0
-        steps.append((f"dt {match['step']} {unit}", step))
-    for match in filter(None, (pattern.search(text) for pattern in _STATED_RATES)):
-        rate = float(match["rate"])
-        steps.append((repr(match[0].strip()), 1.0 / rate if rate > 0.0 else 0.0))
-    return steps
 
 
 def decimals_of_second(name: str) -> int:
