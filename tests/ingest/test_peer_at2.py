@@ -54,6 +54,20 @@ def test_round_trip(
     assert np.array_equal(record.acceleration, [float(value) * 9.81 for value in values])
 
 
+@pytest.mark.parametrize("letter", ["D", "d"])
+@pytest.mark.parametrize("columns", [1, 5])
+def test_exponents_of_fortran_are_those_of_any_program(
+    at2: Callable[..., bytes], letter: str, columns: int
+) -> None:
+    values = [f"{value: .7E}" for value in np.sin(0.3 * np.arange(40.0))]
+    printed = [value.replace("E", letter) for value in values]
+    record = one(at2(printed, "NPTS= 40, DT= .01 SEC", columns=columns))
+    assert np.array_equal(record.acceleration, [float(value) * 9.81 for value in values])
+    printed[7] = printed[7].replace(letter, letter + "x")
+    with pytest.raises(InputError, match=r"Must be a finite number"):
+        one(at2(printed, "NPTS= 40, DT= .01 SEC", columns=columns))
+
+
 def test_trailing_blanks_and_no_last_line_end(at2: Callable[..., bytes]) -> None:
     assert one(at2() + b"                    ").acceleration.size == 3
 

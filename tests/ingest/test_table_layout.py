@@ -309,6 +309,11 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
         ("400 0.01 0.001\n" + rows(NORTH), G, r":1: .*3 columns in .*--skip-lines NUMBER\.$"),
         ("400 0.01 981\n" + rows(NORTH), G, r":1: .*3 columns in .*--skip-lines NUMBER\.$"),
         ("400 0.01 1000\n" + five_a_line(NORTH), G, r":1: .*3 values.*--skip-lines NUMBER\.$"),
+        ("El Centro\n" + SECONDS.replace(",", " "), G, r":1: .*'El,Centro'.*--skip-lines 1\.$"),
+        ("Northridge\n" + rows(NORTH), G, r":1: .*'Northridge'.*--column NAME.*--skip-lines 1\.$"),
+        ("A\nNorthridge 1994\n" + SECONDS.replace(",", " "), G,
+         r":2: .*'Northridge 1994' has words in place of numbers\. If it is a.*--skip-lines 2\.$"),
+        ("1994 Northridge\n" + SECONDS.replace(",", " "), G, r":1: .*--skip-lines 1\.$"),
         ("*CURVE\n9.81\n*DATA\n" + SECONDS, G, r":2: .*numbers in '9.81', which are no row of the "
          r"table\. Leave lines out with --skip-lines NUMBER"),
         ("1 0.01 9.81\n" + five_a_line(NORTH), G, r":1: .*3 values.*--skip-lines NUMBER\.$"),

@@ -23,6 +23,8 @@ _END_MARK: Final = b"\x1a"
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 #: Larger than any acceleration or time in any unit; products of smaller numbers are finite.
 _LARGEST: Final = 1e30
+#: Letter of an exponent of double precision in Fortran.
+_FORTRAN: Final = re.compile(rb"[Dd](?<=[\d.].)(?=[-+]?\d)")
 #: Least number of lines that show a fixed width, and number of lines that may deviate.
 _FIXED: Final = 20
 _ODD: Final = 2
@@ -227,7 +229,7 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
     Parameters
     ----------
     body : bytes
-        Text with LF line ends.
+        Text with LF line ends. Exponents may have the D of double precision in Fortran.
     first_line : int
         Line number of its first line in the file.
 
@@ -248,7 +250,10 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
     try:
         pieces = [_numbers(block) for block in blocks(body)]
     except ValueError:
-        raise _first_bad_number(path, body, first_line) from None
+        plain = _FORTRAN.sub(b"E", body)
+        if plain == body:
+            raise _first_bad_number(path, body, first_line) from None
+        return parse_numbers(path, plain, first_line)
     values = np.concatenate([np.empty(0), *pieces])
     # float() accepts underscores, as in Python literals; no archive writes them.
     if b"_" in body or not are_finite(values):

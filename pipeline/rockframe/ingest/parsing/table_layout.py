@@ -18,6 +18,7 @@ from rockframe.ingest.parsing.columns import (
     is_index,
     is_known,
     is_unit,
+    read_headers,
     split_fields,
     with_units,
 )
@@ -201,15 +202,14 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
     if place is None:
         raise InputError(path, "no rows of numbers.")
     start, form, count = place
+    _require_no_words(path, lines[start], start + 1, form, words)
     body = text.split(b"\n", start)[start]
     first_rows = [line for line in lines[start:] if line.strip()][:_FIRST_ROWS]
     sizes = _stated_sizes(path, lines, start, body, words)
     if sizes:
         start, body, first_rows = start + 1, body.partition(b"\n")[2], first_rows[1:]
-        below = _skip(body, words)
+        below = _skip(path, body, words)
         start, body = start + below[0], below[1]
-        if not body:
-            raise InputError(path, "no rows of numbers.")
         form = form_of(decoded(body.partition(b"\n")[0]), words)
         count = len(form.cells(decoded(body.partition(b"\n")[0])))
     separator, form = form.separator, recognised(form, first_rows, words.separator)
@@ -231,7 +231,30 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
         if more := sizes.groupdict().get("more"):
             top.taken.append(f"{more.strip()!r} after the sizes left out")
     _read_top(path, top, form, cells, words, chosen)
-    return _plain(path, top, form, cells, body, start, count)
+    table = _plain(path, top, form, cells, body, start, count)
+    _require_meant(path, table, words, chosen)
+    return table
+
+
+def _require_no_words(path: Path, line: str, number: int, form: Form, words: TextLayout) -> None:
+    """Reject a line above the rows that has words and numbers in as many cells."""
+    is_title = any(re.match(r"(?!nan|inf)[^\W\d]{2}", cell, re.I) for cell in form.cells(line))
+    if is_title and words.first_line is None:
+        message = f"{line.strip()[:40]!r} has words in place of numbers. If it is a title, leave"
+        raise InputError(path, f"{message} it out with --skip-lines {number}.", number)
+
+
+def _require_meant(path: Path, table: Table, words: TextLayout, chosen: str | None) -> None:
+    """Reject names none of which is understood; they may be the words of a title."""
+    is_stated = chosen or words.channels or words.values_per_line or words.first_line == "names"
+    if is_stated or not table.names or any(map(is_known, table.names)):
+        return
+    try:
+        read_headers(path, table.names, table.columns, table.names_line)
+    except InputError as error:
+        do = f"If line {table.names_line} is a title, leave it out with --skip-lines"
+        message = f"{error.reason} {do} {table.names_line}."
+        raise InputError(path, message, error.line) from None
 
 
 def _is_last_stated(
@@ -377,7 +400,7 @@ def _sizes_as_row(line: str, body: bytes, words: TextLayout) -> re.Match[str] | 
     return sizes if sizes["step"] or of_row > 2 else None
 
 
-def _skip(body: bytes, words: TextLayout) -> tuple[int, bytes]:
+def _skip(path: Path, body: bytes, words: TextLayout) -> tuple[int, bytes]:
     """Return the number of comments and blank lines at the beginning, and the rest."""
     count = 0
     while body:
@@ -385,6 +408,8 @@ def _skip(body: bytes, words: TextLayout) -> tuple[int, bytes]:
         if line.strip() and not _is_comment(decoded(line), words):
             break
         count, body = count + 1, rest
+    if not body:
+        raise InputError(path, "no rows of numbers.")
     return count, body
 
 
