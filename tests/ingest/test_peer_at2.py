@@ -66,6 +66,9 @@ def test_exponents_of_fortran_are_those_of_any_program(
     printed[7] = printed[7].replace(letter, letter + "x")
     with pytest.raises(InputError, match=r"Must be a finite number"):
         one(at2(printed, "NPTS= 40, DT= .01 SEC", columns=columns))
+    damaged = [*values[:7], printed[8], *values[8:]]
+    with pytest.raises(InputError, match=f"{letter}.*Must be a finite number"):
+        one(at2(damaged, "NPTS= 40, DT= .01 SEC", columns=columns))
 
 
 def test_trailing_blanks_and_no_last_line_end(at2: Callable[..., bytes]) -> None:

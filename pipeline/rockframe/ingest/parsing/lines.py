@@ -229,7 +229,7 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
     Parameters
     ----------
     body : bytes
-        Text with LF line ends. Exponents may have the D of double precision in Fortran.
+        Text with LF line ends. Its exponents may have the D of Fortran.
     first_line : int
         Line number of its first line in the file.
 
@@ -250,8 +250,8 @@ def parse_numbers(path: Path, body: bytes, first_line: int) -> Float:
     try:
         pieces = [_numbers(block) for block in blocks(body)]
     except ValueError:
-        plain = _FORTRAN.sub(b"E", body)
-        if plain == body:
+        plain, count = _FORTRAN.subn(b"E", body)
+        if not 2 * count > len(body.split()):  # a single D is a corrupted digit
             raise _first_bad_number(path, body, first_line) from None
         return parse_numbers(path, plain, first_line)
     values = np.concatenate([np.empty(0), *pieces])
