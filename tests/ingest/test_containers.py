@@ -319,3 +319,17 @@ def test_damaged_member_leaves_the_others() -> None:
 )
 def test_names_in_tables(name: str, shown: str) -> None:
     assert printable(name) == shown
+
+
+def test_a_sheet_of_libreoffice_in_a_folder_is_named_once(tmp_path: Path) -> None:
+    """It is a ZIP archive whose first member, stored as it is, names its kind."""
+    kind = ("mimetype", b"application/vnd.oasis.opendocument.spreadsheet")
+    data = zipped(kind, ("content.xml", b"<a/>"), how=zipfile.ZIP_STORED)
+    (tmp_path / "sheet.ods").write_bytes(data)
+    (tmp_path / "a.csv").write_bytes(TABLE)
+    records, rejections = sorted_out(collect([tmp_path], ReadOptions("g", 0.01)))
+    reason = "OpenDocument is not read. Save the sheet as .xlsx or CSV."
+    assert len(records) == 1
+    assert [(outcome.file, outcome.reason) for outcome in rejections] == [("sheet.ods", reason)]
+    [member] = contents(Path("a.zip"), zipped(("sheet.ods", data)))
+    assert member.refusal == reason

@@ -60,6 +60,27 @@ def test_unknown_format() -> None:
         read_bytes("README.md", b"# Records\nSix of them.\n")
 
 
+@pytest.mark.parametrize(
+    ("text", "line", "cell"),
+    [
+        (
+            "time,acc_g\n07/06/2019 03:19:53.01,0.1\n07/06/2019 03:19:53.02,0.2\n",
+            2,
+            "07/06/2019 03",
+        ),
+        ("time,acc_g\n03:19:53.01 PM,0.1\n03:19:53.02 PM,0.2\n", 2, "03:19:53.01 PM"),
+        ("time;acc_g\n03:19:53,01 JST;0,1\n", 2, "03:19:53.01 JST"),
+        ("station,latitude\nCLC,35.8\nTOW2,35.8\n", 2, "CLC"),
+        ("# Records\n\nSix of them.\n", 3, "Six"),
+    ],
+)
+def test_a_text_of_no_format_has_the_cell_that_is_no_number(
+    text: str, line: int, cell: str
+) -> None:
+    with pytest.raises(InputError, match=rf"unknown format, .*'{cell}.*' in line {line} is no num"):
+        read_bytes("a.csv", text.encode())
+
+
 def test_a_pickle_is_not_opened() -> None:
     with pytest.raises(InputError, match="unknown format: a pickle of Python"):
         read_bytes("evil.AT2", pickle.dumps({"NPTS": 3}))

@@ -191,3 +191,30 @@ def test_columns_in_comments_are_numbered_as_in_the_file() -> None:
         else:
             [record] = read(text, ReadOptions("g", column="3"))
             np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)
+
+
+@pytest.mark.parametrize("first", ["0.01000", "1e-2", "0.01", "1.0E-02"])
+def test_a_first_number_that_is_the_step_is_asked_for(first: str) -> None:
+    """A header of one number is a sample more; zero and other numbers are samples."""
+    text = f"{first}\n{rows(NORTH)}"
+    with pytest.raises(InputError, match=r":1: .*a time step\? State --skip-lines 1, or --first-l"):
+        read(text, ReadOptions("g", 0.01))
+    for words, count in ((TextLayout(skip_lines=1), 0), (TextLayout(first_line="numbers"), 1)):
+        [record] = read(text, ReadOptions("g", 0.01, layout=words))
+        assert record.acceleration.size == COUNT + count
+    [record] = read(f"0.01100\n{rows(NORTH)}", ReadOptions("g", 0.01))
+    assert record.acceleration.size == COUNT + 1
+
+
+@pytest.mark.parametrize("title", ["El Centro", "Northridge 1994", "A 12", "1994 Northridge"])
+def test_a_title_of_as_many_words_as_columns_names_the_way_out(title: str) -> None:
+    text = f"{title}\n{rows(STEP * np.arange(COUNT), NORTH, separator=' ')}"
+    with pytest.raises(InputError, match=r":1: .*If the line is a title, state --skip-lines 1\."):
+        read(text, ReadOptions("g"))
+    [record] = read(text, ReadOptions("g", layout=TextLayout(skip_lines=1)))
+    np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)
+
+
+def test_names_of_columns_are_not_taken_for_a_title() -> None:
+    with pytest.raises(InputError, match=r"'t,acc,count'\. .*NAME=AZIMUTH\.$"):
+        read("t,acc,count\n" + THREE, ReadOptions("g"))

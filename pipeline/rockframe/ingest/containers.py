@@ -269,6 +269,8 @@ ARCHIVE_HEAD: Final = 512
 
 _ZIP: Final = (b"PK\x03\x04", b"PK\x05\x06")
 _BZIP2: Final = re.compile(rb"BZh[1-9]1AY&SY")
+#: A ZIP archive that is a document of LibreOffice: its first member says so.
+_OPEN_DOCUMENT: Final = re.compile(rb"PK\x03\x04.{26}mimetypeapplication/vnd\.oasis", re.S)
 #: Archives that are recognised but not read, by their first bytes.
 _OTHER_ARCHIVES: Final = {
     b"\xfd7zXZ\0": "an archive of xz (.xz)",
@@ -369,7 +371,7 @@ def _expand(content: Content, depth: int, budget: _Budget) -> Iterator[Content]:
         return
     try:
         if other := _other_archive(head):
-            raise InputError(content.where, f"{other} is not read. Unpack it first.")
+            raise InputError(content.where, other)
         compressed = _is_compressed(head)
         inner = decompressed(content) if compressed else content
         if compressed:
@@ -453,8 +455,11 @@ def _is_tar(head: bytes) -> bool:
 
 
 def _other_archive(head: bytes) -> str:
-    """Return the name of an archive that is not read, or ""."""
-    return next((name for mark, name in _OTHER_ARCHIVES.items() if head.startswith(mark)), "")
+    """Return the reason why an archive is not read, with what to do, or ""."""
+    if _OPEN_DOCUMENT.match(head):
+        return "OpenDocument is not read. Save the sheet as .xlsx or CSV."
+    names = (name for mark, name in _OTHER_ARCHIVES.items() if head.startswith(mark))
+    return next((f"{name} is not read. Unpack it first." for name in names), "")
 
 
 def load(path: Path) -> bytes:

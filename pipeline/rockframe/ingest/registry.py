@@ -34,8 +34,16 @@ from rockframe.ingest.formats.csmip import v1 as csmip_v1
 from rockframe.ingest.formats.csmip import v2 as csmip_v2
 from rockframe.ingest.identify import with_trusted
 from rockframe.ingest.options import NO_OPTIONS, ReadOptions
-from rockframe.ingest.parsing.lines import decoded, head_lines, is_utf16, unify_line_ends
+from rockframe.ingest.parsing.columns import split_fields
+from rockframe.ingest.parsing.lines import (
+    decoded,
+    head_lines,
+    is_number,
+    is_utf16,
+    unify_line_ends,
+)
 from rockframe.ingest.parsing.obspy_reader import RECORDERS, UNMARKED
+from rockframe.ingest.parsing.timing import is_clock
 from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 
@@ -77,7 +85,6 @@ _OTHERS: Final = tuple(
         (rb"\APAR1", "parquet. Save the table as CSV"),
         (rb"\A(?:ARROW1|FEA1)", "Arrow or Feather. Save the table as CSV"),
         (rb"\ATDSm", "TDMS of LabVIEW. Export the record as text"),
-        (rb"\Aapplication/vnd\.oasis", "OpenDocument. Save the sheet as .xlsx or CSV"),
         (rb"\ARIFF.{4}WAVE", "sound. Save its samples as text, in units of acceleration"),
         (rb"\A\x00\x00\x27\x0a", "a shapefile. Must be a record"),
     )
@@ -262,10 +269,28 @@ def _only_one(claims: list[Format], head: bytes, source: str | Path) -> Format:
         )
     if words := _other_kind(head):
         raise InputError(source, f"unknown format: {words}.")
-    supported = (
-        "`rockframe formats` lists the supported ones. Save the samples of others as a table."
-    )
-    raise InputError(source, f"unknown format, begins {_beginning(head)}. {supported}")
+    supported = "`rockframe formats` lists the supported ones."
+    do = "Save the samples of others as a table."
+    if word := _first_word(head):
+        do = f"As a table of numbers, {word[1]!r} in line {word[0]} is no number and no clock time"
+        do += " such as 2019-07-06T03:19:53.01."
+    raise InputError(source, f"unknown format, begins {_beginning(head)}. {supported} {do}")
+
+
+def _first_word(head: bytes) -> tuple[int, str] | None:
+    """Return the line and the first cell below the first line that is no number and no clock time.
+
+    None if there is none, or if the file is no text. Lines of comments do not count, and a text of
+    one line has its own first cell.
+    """
+    lines = enumerate(head_lines(head), 1)
+    content = [(k, line) for k, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    for line, row in content[1:] or content:
+        cells = [cell.strip().strip('"') for cell in split_fields(row)]
+        for cell in filter(None, cells):
+            if not is_number(cell) and not is_clock(cell):
+                return (line, cell[:40]) if cell.isprintable() else None
+    return None
 
 
 def read_bytes(

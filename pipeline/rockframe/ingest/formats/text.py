@@ -82,6 +82,7 @@ _LONGEST_SERIES: Final = 12
 ALL_COLUMNS: Final = "all"
 #: Number of bytes in which the rows of a table are sought.
 _TABLE_HEAD: Final = 65_536
+_LEAVE_OUT: Final = " Leave lines above the rows out with --skip-lines NUMBER."
 #: Longest time step that a number above a column may be [s].
 _LONGEST_STEP: Final = 0.1
 #: Relative tolerance between two time steps, one of which is rounded.
@@ -171,7 +172,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     if not data[-1:].isspace():
         require_whole_end(path, table.body, table.first_line, per_row)
     _require_count(path, table, len(numbers))
-    _require_sample(path, table, options.layout)
+    _require_sample(path, table, options)
     step = _agreed_step(path, table, _time_step(path, table, columns.time, numbers, options))
     ids = record_ids(path, [*columns.accelerations.values()])
     words = [*filter(None, (*table.taken, taken))]
@@ -378,7 +379,7 @@ def _values(path: Path, table: Table) -> Float:
         if count > table.columns or (count < table.columns and not last):
             message = f"{count} values in a line. Must be {table.columns}, as in the first row."
             if line - table.first_line < _FIRST_ROWS:
-                message += " Leave lines above the rows out with --skip-lines NUMBER."
+                message += _LEAVE_OUT
             raise InputError(path, message, line=line)
         # A spreadsheet fills the last line with empty cells.
         filled = row.rstrip(separator + b" ") if last else row
@@ -433,11 +434,15 @@ def _first_bad_row(path: Path, table: Table, quantities: list[str]) -> InputErro
             count = f"{len(tokens)} column{'s' * (len(tokens) != 1)}"
             message = f"{count} in {shown!r}. Must be {table.columns}."
             if line == table.first_line:
-                message += " Leave lines above the rows out with --skip-lines NUMBER."
+                message += _LEAVE_OUT
             return InputError(path, message, line)
         for token, quantity in zip(tokens, quantities, strict=True):
             if not is_number(token):
-                return bad_number(path, token, line, quantity)
+                error = bad_number(path, token, line, quantity)
+                if line == table.first_line and re.match(rb"\s*[^\W\d]", token):
+                    do = f"If the line is a title, state --skip-lines {line}."
+                    return InputError(path, f"{error.reason} {do}", line)
+                return error
     raise AssertionError("every row is sound, yet they could not be read together")
 
 
@@ -455,9 +460,9 @@ def _require_count(path: Path, table: Table, rows: int) -> None:
         settle(path, message, {"samples": rows}, table.sizes_line)
 
 
-def _require_sample(path: Path, table: Table, words: TextLayout) -> None:
+def _require_sample(path: Path, table: Table, options: ReadOptions) -> None:
     """Reject a whole number above a column of decimals, such as a count or the number of a station,
-    and one of fewer decimals than all below it that may be a time step.
+    and one that may be a time step: of fewer decimals than all below it, or the step itself.
 
     Zero is a sample: it adds nothing to the motion.
     """
@@ -468,11 +473,16 @@ def _require_sample(path: Path, table: Table, words: TextLayout) -> None:
         message = f"{decoded(first)!r} is a whole number above decimals: a sample, or a header?"
         must = "Put # before a header."
         settle(path, message, {"samples": None}, table.first_line, must)
+    if options.layout.first_line == "numbers" or not is_number(first):
+        return
     printed = re.fullmatch(rb"0?\.(\d+)", first)
     forms = {len(row.partition(b".")[2]) if b"e" not in row.lower() else 0 for row in rows}
     is_shorter = printed and len(rows) > 1 and len(forms) == 1 and len(printed[1]) < min(forms)
-    if is_shorter and 0.0 < float(first) <= _LONGEST_STEP and words.first_line != "numbers":
-        message = f"{decoded(first)!r} has fewer decimals than the numbers below: a time step?"
+    value, step = float(first), options.time_step
+    is_step = step is not None and math.isclose(value, step, rel_tol=_SAME_STEP)
+    if is_step or (is_shorter and 0.0 < value <= _LONGEST_STEP):
+        reason = "is the time step stated" if is_step else "has fewer decimals than those below"
+        message = f"the first number {decoded(first)!r} {reason}: a time step?"
         do = f"State --skip-lines {table.first_line}, or --first-line numbers if it is a sample."
         raise InputError(path, f"{message} {do}", table.first_line)
 

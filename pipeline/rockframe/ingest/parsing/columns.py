@@ -281,8 +281,8 @@ def read_headers(
         return Columns(time, {place: column.component}, _units(path, [column], line))
     if not names:
         if columns > 2:
-            message = f"{columns} columns without names. {_MUST} {_CHOOSE}"
-            message += f" {COMMAS}" if columns == 4 else ""
+            commas = f" {COMMAS}" if columns == 4 else ""
+            message = f"{columns} columns without names. {_MUST} {_CHOOSE}{commas}"
             raise InputError(path, message, line=line)
         return Columns(0 if columns == 2 else None, {columns - 1: ""}, None)
     return _read_names(path, names, headers, line)
@@ -305,7 +305,9 @@ def _read_names(path: Path, names: list[str], columns: list[_Column], line: int)
         message = f"columns {shown!r}: {len(meant)} accelerations of the same direction or of none."
         raise InputError(path, f"{message} {_CHOOSE}", line=line)
     if not meant or len(times) > 1 or len(meant) + len(times) < len(names):
-        raise InputError(path, f"columns {shown!r}. {_MUST} {_CHOOSE}", line=line)
+        few = 2 * sum(map(is_known, names)) <= len(names)
+        title = f" If the line is a title, state --skip-lines {line}." if few else ""
+        raise InputError(path, f"columns {shown!r}. {_MUST} {_CHOOSE}{title}", line=line)
     for k in times:
         if columns[k].units not in _TIME_UNITS and not decimals_of_second(names[k]):
             raise InputError(path, f"time in units of {columns[k].units!r}. Must be seconds.", line)
@@ -366,17 +368,15 @@ def column_place(
 
 
 def _units(path: Path, columns: list[_Column], line: int) -> str | None:
-    units_of_columns = {column.units for column in columns}
-    for units in sorted(units_of_columns):
-        if len(units_of_columns) > 1 or (units and units not in _SPELLINGS):
-            allowed = ", ".join(ACCELERATION_UNITS)
-            message = f"acceleration units {units!r}. Must be one of: {allowed}."
-            if len(units_of_columns) > 1:
-                shown = ", ".join(sorted(units_of_columns))
-                message = f"accelerations in different units ({shown})."
-                message = f"{message} State the columns with --channels NAME=AZIMUTH."
-            raise InputError(path, message, line=line)
-    return _SPELLINGS.get(min(units_of_columns))
+    several = sorted({column.units for column in columns})
+    if len(several) > 1:
+        message = f"accelerations in different units ({', '.join(several)})."
+        raise InputError(path, f"{message} State the columns with --channels NAME=AZIMUTH.", line)
+    [units] = several
+    if units and units not in _SPELLINGS:
+        allowed = ", ".join(ACCELERATION_UNITS)
+        raise InputError(path, f"acceleration units {units!r}. Must be one of: {allowed}.", line)
+    return _SPELLINGS.get(units)
 
 
 @dataclass(frozen=True)
