@@ -338,6 +338,9 @@ def test_a_file_without_its_end_is_rejected(name: str) -> None:
         ("isesd", b"samples:             10", b"samples:             11", "11 samples stated"),
         ("isesd", b"0.180s", b"0.280s", "0.28 s stated, but 10 samples at 0.02 s"),
         ("isesd", b"0.020000s", b"0.010000s", "0.18 s stated, but 10 samples at 0.01 s"),
+        ("isesd", b"0.020000s", b"20ms", "period '20ms'. Must be a number of seconds"),
+        ("isesd", b"0.180s", b"180ms", "length '180ms'. Must be a number of seconds"),
+        ("isesd", b"m/s*s,", b"m/s,", "units 'm/s, m/s, m & s'. Must be m/s.s for accel"),
         ("isesd", b"m/s*s,", b"cm/s*s,", "units 'cm/s.s, m/s, m & s'. Must be m/s.s for accel"),
     ],
 )  # fmt: skip
@@ -383,7 +386,8 @@ def test_an_isesd_file_is_complete_with_its_accelerations() -> None:
     before, line, rest = data.partition(b"-> corrected velocity")
     [whole], [cut] = read("isesd", data), read("isesd", before)
     np.testing.assert_array_equal(cut.acceleration, whole.acceleration)
-    assert (whole.filter_low, whole.event, whole.uncorrected) == (0.5, "ISESD 990", False)
+    assert (whole.filter_low, whole.filter_high) == (0.5, 25.0)
+    assert (whole.event, whole.uncorrected) == ("ISESD 990", False)
     with pytest.raises(InputError, match="10 samples stated, 9 in the file"):
         read("isesd", before.rstrip()[:-13] + b"\r\n" + line + rest)
 
@@ -401,6 +405,30 @@ def test_other_files_of_isesd_are_named(section: bytes, message: str) -> None:
     data = SMALL["isesd"].data
     with pytest.raises(InputError, match=message):
         read("isesd", data.replace(b"-> corrected acceleration time histories", section))
+
+
+@pytest.mark.parametrize("units", [b"m/s2", b"m/s^2", b"m/s**2", b"m/s/s", b"M/S2", b"m/s.s"])
+def test_the_units_of_isesd_have_one_meaning_in_each_spelling(units: bytes) -> None:
+    data = SMALL["isesd"].data
+    [usual], [record] = read("isesd", data), read("isesd", data.replace(b"m/s*s,", units + b","))
+    np.testing.assert_array_equal(record.acceleration, usual.acceleration)
+
+
+def test_capitals_of_a_section_of_isesd_do_not_matter() -> None:
+    data = SMALL["isesd"].data
+    titled = data.replace(b"-> corrected acceleration", b"-> Corrected Acceleration")
+    [usual], [record] = read("isesd", data), read("isesd", titled)
+    np.testing.assert_array_equal(record.acceleration, usual.acceleration)
+
+
+def test_blanks_after_a_channel_header_of_bri_do_not_matter() -> None:
+    data = SMALL["bri"].data
+    padded = b"\r\n".join(
+        line + b"   " if b"-GL " in line else line for line in data.split(b"\r\n")
+    )
+    assert padded != data
+    for usual, record in zip(read("bri", data), read("bri", padded), strict=True):
+        np.testing.assert_array_equal(record.acceleration, usual.acceleration)
 
 
 def test_a_start_of_unknown_second_is_unknown() -> None:

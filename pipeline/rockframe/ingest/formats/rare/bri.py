@@ -31,7 +31,7 @@ _TOP: Final = re.compile(
 )
 _CHANNEL: Final = re.compile(
     r"(?P<label>\S.{9})(?P<peak>.{10})(?P<step>.{10})"
-    r"(?P<offset>.{10})(?P<coefficient>.{1,10})$"
+    r"(?P<offset>.{10})(?P<coefficient>.{1,10}) *$"
 )
 _EXAMPLE_TOP: Final = "1993/01/15 20:06:08   3 100 15700 KSR: Kushiro"
 _EXAMPLE: Final = "063-GL      -711.403      3675     0.013   3.00e-2"

@@ -20,8 +20,8 @@ from rockframe.ingest.identify import directed, record_ids
 from rockframe.ingest.options import ReadOptions, factor_to_si, settle_time_step
 from rockframe.ingest.parsing.lines import (
     KeyedHeader,
+    is_number,
     keyed_header,
-    parse_number,
     parse_numbers,
     plain_text,
     require_even_lines,
@@ -34,9 +34,12 @@ _SECTION: Final = "-> corrected acceleration"
 #: First line that is no key and value.
 _REFERENCE: Final = "reference:"
 #: Units of acceleration, before those of velocity, displacement and time.
-_UNITS: Final = re.compile(r"m/s[*.]s\b")
+_UNITS: Final = re.compile(r"m/s(?:[*./]s|\^?2|\*\*2)(?![\w/*^.])", re.I)
 _LOW: Final = re.compile(
     r"(?:low cut filter|bandpass-?filter) *\( *(?P<low>\d+\.?\d*) *(?:Hz|-)", re.I
+)
+_HIGH: Final = re.compile(
+    r"(?:high cut filter *\(|bandpass-?filter *\( *[\d.]+ *-) *(?P<high>\d+\.?\d*) *Hz", re.I
 )
 _TIME: Final = re.compile(r"(\d\d?)\. ?(\d\d?)\.(\d{4}) (\d\d):(\d\d):(\d\d(?:\.\d+)?) ?UTC")
 
@@ -71,6 +74,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
     require_even_lines(path, body, top + 2)
     step = _step(header, samples.size, options)
     lows = [float(match["low"]) for match in map(_LOW.search, words[size:]) if match]
+    highs = [float(match["high"]) for match in map(_HIGH.search, words[size:]) if match]
     return [
         Record(
             record_id=record_ids(path, [""])[0],
@@ -81,6 +85,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> list[Record]:
             station=header.required("station code"),
             start_time=_start_time(header.get("time of first sample")),
             filter_low=max(lows, default=math.nan),
+            filter_high=min(highs, default=math.nan),
         )
     ]
 
@@ -90,9 +95,9 @@ def _top(path: Path, lines: list[bytes], marks: list[int]) -> int:
     if not marks:
         raise InputError(path, f"no line that begins with {_SECTION!r}.")
     first = lines[marks[0]].decode("latin-1").strip()
-    if not first.startswith(_SECTION):
+    if not first.lower().startswith(_SECTION):
         quantity = first.removeprefix("->").strip()
-        if "acceleration" in quantity:
+        if "acceleration" in quantity.lower():
             message = f"{quantity!r}: the archive describes files of corrected acceleration only."
             raise InputError(path, f"{message} Save the samples as a table.", marks[0] + 1)
         message = f"is {quantity!r}, not corrected acceleration."
@@ -102,25 +107,31 @@ def _top(path: Path, lines: list[bytes], marks: list[int]) -> int:
 
 def _units(header: KeyedHeader) -> str:
     if not _UNITS.match(header.required("units")):
-        raise header.invalid("units", "m/s*s for acceleration")
+        raise header.invalid("units", "m/s*s for acceleration, or m/s2")
     return "m/s2"
 
 
 def _step(header: KeyedHeader, count: int, options: ReadOptions) -> float:
     """Return the time step [s], which record length and number of samples confirm."""
     path, line = header.path, header.lines.get("sampling period", 1)
-    printed = header.required("sampling period").removesuffix("s")
-    step = parse_number(path, printed, line, "sampling period")
+    header.required("sampling period")
+    step, length = _seconds(header, "sampling period"), header.get("record length")
     if not step > 0.0:
         raise header.invalid("sampling period", "positive")
-    length = header.get("record length").removesuffix("s")
     if length:
-        where = header.lines["record length"]
-        seconds = parse_number(path, length, where, "record length")
+        where, length = header.lines["record length"], length.removesuffix("s").rstrip()
+        seconds = _seconds(header, "record length")
         if abs((count - 1) * step - seconds) > 1.5 * step + Printed.of(length).unit:
             message = f"{seconds:g} s stated, but {count} samples at {step:g} s."
             settle(path, message, {"samples": count}, where)
     return settle_time_step(path, step, options, line)
+
+
+def _seconds(header: KeyedHeader, key: str) -> float:
+    number = header.get(key).removesuffix("s").rstrip()
+    if not is_number(number):
+        raise header.invalid(key, "a number of seconds, as in 0.01s")
+    return float(number)
 
 
 def _start_time(text: str) -> str:
