@@ -47,6 +47,8 @@ def test_lost_samples_of_a_clock_or_counter_are_no_even_times(
         ("time (ms) rel", "ms"),
         ("elapsed_ms_total", "ms"),
         ("timems", "timems"),
+        ("timemS", "timemS"),
+        ("tMs", "tMs"),
         ("time_min", "min"),
         ("Time [h]", "h"),
         ("Zeit [Std]", "Std"),
@@ -73,7 +75,8 @@ def test_times_in_other_units_are_no_seconds(name: str, units: str, layout: dict
 @pytest.mark.parametrize(
     ("name", "size"),
     [
-        ("timeMs", 3), ("t [ ms ]", 3), ("timeUS", 6), ("micros", 6), ("t (ns)", 9),
+        ("timeMs", 3), ("t [ ms ]", 3), ("time_mS", 3), ("Time (uSec)", 6),
+        ("timeUS", 6), ("micros", 6), ("t (ns)", 9),
         ("time_ns", 9), ("Zeit", 0), ("Zeit (Sek.)", 0), ("time rel [s]", 0), ("t_sec", 0),
     ],
 )  # fmt: skip
@@ -209,7 +212,7 @@ def test_a_first_number_that_is_the_step_is_asked_for(first: str) -> None:
 @pytest.mark.parametrize("title", ["El Centro", "Northridge 1994", "A 12", "1994 Northridge"])
 def test_a_title_of_as_many_words_as_columns_names_the_way_out(title: str) -> None:
     text = f"{title}\n{rows(STEP * np.arange(COUNT), NORTH, separator=' ')}"
-    with pytest.raises(InputError, match=r":1: .*If the line is a title, state --skip-lines 1\."):
+    with pytest.raises(InputError, match=r":1: .* a title, leave it out with --skip-lines 1\.$"):
         read(text, ReadOptions("g"))
     [record] = read(text, ReadOptions("g", layout=TextLayout(skip_lines=1)))
     np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)

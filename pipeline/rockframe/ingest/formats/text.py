@@ -440,7 +440,7 @@ def _first_bad_row(path: Path, table: Table, quantities: list[str]) -> InputErro
             if not is_number(token):
                 error = bad_number(path, token, line, quantity)
                 if line == table.first_line and re.match(rb"\s*[^\W\d]", token):
-                    do = f"If the line is a title, state --skip-lines {line}."
+                    do = f"If it is a title, leave it out with --skip-lines {line}."
                     return InputError(path, f"{error.reason} {do}", line)
                 return error
     raise AssertionError("every row is sound, yet they could not be read together")

@@ -152,8 +152,8 @@ def decimals_of_second(name: str) -> int:
 
 
 def _in_words(name: str) -> str:
-    """Return a name with a blank before each capital letter inside a word, as in `timeMs`."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
+    """Return a name with a blank before capital letters inside a word: `timeMs`, but not `mS`."""
+    return re.sub(r"(?<=[a-z]{2})(?=[A-Z])(?!(?<=[mun])S)", " ", name.strip())
 
 
 def other_time_units(name: str) -> str:
