@@ -305,7 +305,7 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
          r":32: .*'1' in column 2, which is blank in other rows"),
         ("0.01 400\n" + rows(NORTH), G, r":1: 2 columns in .*--skip-lines NUMBER\.$"),
         (rows(TIMES), G, r":1: .*the only column rises by even steps, as times do"),
-        ("A\n1 0 9.81 0 0\nB\n" + SECONDS, ReadOptions("g"), r":2: .*which are no row of the t"),
+        ("A\n1 0 9.81 0 0\nB\n" + SECONDS, ReadOptions("g"), r":2: .*above the table, which may"),
         ("400 0.01 0.001\n" + rows(NORTH), G, r":1: .*3 columns in .*--skip-lines NUMBER\.$"),
         ("400 0.01 981\n" + rows(NORTH), G, r":1: .*3 columns in .*--skip-lines NUMBER\.$"),
         ("400 0.01 1000\n" + five_a_line(NORTH), G, r":1: .*3 values.*--skip-lines NUMBER\.$"),
@@ -314,8 +314,8 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
         ("A\nNorthridge 1994\n" + SECONDS.replace(",", " "), G,
          r":2: .*'Northridge 1994' has words in place of numbers\. If it is a.*--skip-lines 2\.$"),
         ("1994 Northridge\n" + SECONDS.replace(",", " "), G, r":1: .*--skip-lines 1\.$"),
-        ("*CURVE\n9.81\n*DATA\n" + SECONDS, G, r":2: .*numbers in '9.81', which are no row of the "
-         r"table\. Leave lines out with --skip-lines NUMBER"),
+        ("*CURVE\n9.81\n*DATA\n" + SECONDS, G, r":2: .*numbers in '9.81' above the table, "
+         r"which may scale it\. Leave lines out with --skip-lines NUMBER"),
         ("1 0.01 9.81\n" + five_a_line(NORTH), G, r":1: .*3 values.*--skip-lines NUMBER\.$"),
         ("A, DT = 0.01 sec\n" + rows(NORTH), ReadOptions("g"), r":1: .*--time-step-s 0\.01\.$"),
         (rows(TIMES, NORTH) + "Velocity\n" + rows(TIMES, EAST), ReadOptions("g"),
@@ -355,7 +355,7 @@ def test_where_two_readings_are_possible_the_option_is_named(
         ("Geschwindigkeit cm/s", "cm/s"),
     ],
 )
-def test_a_scale_or_another_quantity_above_the_numbers_is_refused(top: str, word: str) -> None:
+def test_a_scale_or_another_quantity_above_the_numbers_is_rejected(top: str, word: str) -> None:
     with pytest.raises(InputError, match=rf":1: .* states '.*{re.escape(word)}.*--skip-lines 1"):
         read(f"{top}\n{SECONDS}", G)
     [record] = read(f"{top}\n{SECONDS}", replace(G, layout=TextLayout(skip_lines=1)))

@@ -84,7 +84,7 @@ def test_stated_count() -> None:
     [
         ("0.0,1\n0.1,2\n", ReadOptions(), "acceleration units unstated.*--units"),
         ("0,00,0,1\n0,01,0,2\n", BOTH, "4 columns without .* separate the columns with semicol"),
-        ("t,acc_g\n0,00,0,1\n0,01,0,2\n", BOTH, "4 columns under 2 .* with semicolons"),
+        ("t,acc_g\n0,00,0,1\n0,01,0,2\n", BOTH, "4 columns, but 2 .* with semicolons"),
         ("\ufeffZeit;Süd;Öst\n0;1;1\n1;2;2\n", BOTH, ":1: .*columns 'Zeit,Süd,Öst'. Must be"),
         ("time_s,acc\n0.0,1\n0.1,2\n", ReadOptions(), ":1: acceleration units unstated.*--units"),
         ("acc_g\n1\n2\n", ReadOptions(), "time step unstated.*--time-step"),

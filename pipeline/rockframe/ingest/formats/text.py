@@ -280,8 +280,8 @@ def _stated_series(path: Path, table: Table, words: TextLayout) -> tuple[Float, 
     """
     count, names = table.columns, table.names
     if words.values_per_line not in (None, count):
-        message = f"{count} values in a line. Must be {words.values_per_line}, as stated."
-        raise InputError(path, message, table.first_line)
+        message = f"{count} value{'s'[: count != 1]} in a line. Must be {words.values_per_line},"
+        raise InputError(path, f"{message} as stated.", table.first_line)
     meant = [name for name in names if len(name) > 1 and is_known(name)]
     if len(names) > 1 and (meant or all(map(is_known, names))):
         message = f"{','.join(names)!r} are names of columns, but one series is stated."
@@ -377,7 +377,10 @@ def _values(path: Path, table: Table) -> Float:
         count = len(row.split(table.separator))
         last = line == table.first_line + len(rows) - 1
         if count > table.columns or (count < table.columns and not last):
-            message = f"{count} values in a line. Must be {table.columns}, as in the first row."
+            message = (
+                f"{count} value{'s'[: count != 1]} in a line. Must be {table.columns}, as in the"
+            )
+            message += " first row."
             if line - table.first_line < _FIRST_ROWS:
                 message += _LEAVE_OUT
             raise InputError(path, message, line=line)

@@ -265,9 +265,9 @@ def read_headers(
     {1: 'NS', 2: 'EW'}
     """
     if names and len(names) != columns:
-        message = f"{columns} columns under {len(names)} names ({','.join(names)})."
-        message += f" {COMMAS}" if columns == 2 * len(names) else ""
-        raise InputError(path, message, line=line)
+        message = f"{columns} column{'s'[: columns > 1]}, but {len(names)} in the line of names"
+        hint = f" {COMMAS}" if columns == 2 * len(names) else ""
+        raise InputError(path, f"{message} ({','.join(names)}).{hint}", line=line)
     headers = _columns(names)
     if chosen is not None:
         place = column_place(path, names, columns, line, chosen, index)

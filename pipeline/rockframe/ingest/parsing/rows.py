@@ -331,7 +331,7 @@ def are_lines_of_pairs(cells: Sequence[Sequence[str]]) -> bool:
 def without_line_numbers(
     path: Path, body: bytes, first_line: int, count: int, is_stated: bool
 ) -> tuple[bytes, int, str]:
-    r"""Return rows without the number of the line at their end, their columns, and words for it.
+    r"""Return rows without the numbers of lines at their end, the count of columns, and a note.
 
     Lines are numbered if the last column counts from 0 or 1, and all others have decimal points. A
     last row with fewer values has its number, too.

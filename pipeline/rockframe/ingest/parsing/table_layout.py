@@ -18,7 +18,6 @@ from rockframe.ingest.parsing.columns import (
     is_index,
     is_known,
     is_unit,
-    read_headers,
     split_fields,
     with_units,
 )
@@ -231,9 +230,7 @@ def split(path: Path, data: bytes, words: TextLayout, chosen: str | None) -> Tab
         if more := sizes.groupdict().get("more"):
             top.taken.append(f"{more.strip()!r} after the sizes left out")
     _read_top(path, top, form, cells, words, chosen)
-    table = _plain(path, top, form, cells, body, start, count)
-    _require_meant(path, table, words, chosen)
-    return table
+    return _plain(path, top, form, cells, body, start, count)
 
 
 def _require_no_words(path: Path, line: str, number: int, form: Form, words: TextLayout) -> None:
@@ -242,19 +239,6 @@ def _require_no_words(path: Path, line: str, number: int, form: Form, words: Tex
     if is_title and words.first_line is None:
         message = f"{line.strip()[:40]!r} has words in place of numbers. If it is a title, leave"
         raise InputError(path, f"{message} it out with --skip-lines {number}.", number)
-
-
-def _require_meant(path: Path, table: Table, words: TextLayout, chosen: str | None) -> None:
-    """Reject names none of which is understood; they may be the words of a title."""
-    is_stated = chosen or words.channels or words.values_per_line or words.first_line == "names"
-    if is_stated or not table.names or any(map(is_known, table.names)):
-        return
-    try:
-        read_headers(path, table.names, table.columns, table.names_line)
-    except InputError as error:
-        do = f"If line {table.names_line} is a title, leave it out with --skip-lines"
-        message = f"{error.reason} {do} {table.names_line}."
-        raise InputError(path, message, error.line) from None
 
 
 def _is_last_stated(
@@ -505,7 +489,7 @@ def _are_units(cells: list[str], count: int) -> bool:
 def _read_titles(
     path: Path, top: _Top, content: list[int], words: TextLayout, count: int, form: Form
 ) -> None:
-    """Note the title lines; refuse those without which the numbers cannot be understood."""
+    """Note the title lines; reject those without which the numbers cannot be understood."""
     units = {int(note.rpartition(" ")[2]) - 1 for note in top.taken if "units in" in note}
     others = [k for k in content if k not in units | {top.names_line - 1, top.sizes_line - 1}]
     comments = [k for k in others if _is_comment(top.lines[k], words)]
@@ -520,8 +504,9 @@ def _read_titles(
         is_row = numbers_in(line, form) == (form.width or count)
         parts = re.split(r"[\s,;]+", line.strip())
         if is_row or (all(map(is_value, parts)) and any(map(NUMBER.fullmatch, parts))):
-            where = "with text between them and" if is_row else "which are no row of"
-            message = f"numbers in {line.strip()[:40]!r}, {where} the table."
+            message = f"numbers in {line.strip()[:40]!r} above the table, which may scale it."
+            if is_row:
+                message = f"numbers in {line.strip()[:40]!r}, with text between them and the table."
             raise InputError(path, f"{message} Leave lines out with --skip-lines NUMBER.", k + 1)
     _require_understood(path, top, titles, comments)
     if titles:
