@@ -329,6 +329,9 @@ def test_what_was_recognised_is_noted(layout: str) -> None:
          r":1: .*first line 'A site, 400, 0\.01'\. Must be the number of"),
         ("1 400 0.01 7\n" + five_a_line(NORTH), ReadOptions("g", layout=TextLayout(
             first_line="sizes")), r":1: .*first line '1 400 0\.01 7'\. Must be"),
+        (rows(CLOCKS, NORTH), replace(G, column="1"), r":1: .*column 1 has clock times\. Must"),
+        (rows(NUMBERS, CLOCKS, NORTH), replace(G, layout=TextLayout(channels=("2=NS",))),
+         r":1: .*column 2 has clock times"),
         ("t,acc_g\n" + SECONDS, ReadOptions(factor=2.0), r"factor 2 m/s2 given, but .* 'g'"),
     ],
 )  # fmt: skip

@@ -305,7 +305,9 @@ def _read_names(path: Path, names: list[str], columns: list[_Column], line: int)
         message = f"columns {shown!r}: {len(meant)} accelerations of the same direction or of none."
         raise InputError(path, f"{message} {_CHOOSE}", line=line)
     if not meant or len(times) > 1 or len(meant) + len(times) < len(names):
-        raise InputError(path, f"columns {shown!r}. {_MUST} {_CHOOSE}", line=line)
+        few = 2 * sum(map(is_known, names)) <= len(names)
+        title = f" If it is a title, leave it out with --skip-lines {line}." if few else ""
+        raise InputError(path, f"columns {shown!r}. {_MUST} {_CHOOSE}{title}", line=line)
     for k in times:
         if columns[k].units not in _TIME_UNITS and not decimals_of_second(names[k]):
             raise InputError(path, f"time in units of {columns[k].units!r}. Must be seconds.", line)

@@ -117,6 +117,8 @@ class Table:
     places : tuple of int
         Place of each column of the file, with the numbers of rows, where some are blank (-1) or
         have dates beside clock times; empty elsewhere.
+    clocks : tuple of int
+        Places of the columns of clock times, counted with the numbers of rows.
     """
 
     comments: list[str]
@@ -131,6 +133,7 @@ class Table:
     taken: tuple[str, ...] = ()
     index: str | None = None
     places: tuple[int, ...] = ()
+    clocks: tuple[int, ...] = ()
 
     @property
     def rows(self) -> list[bytes]:
@@ -264,7 +267,7 @@ def counted(path: Path, table: Table, options: ReadOptions) -> ReadOptions:
     Raises
     ------
     InputError
-        If there is no such column, or it is blank.
+        If there is no such column, it is blank, or a stated acceleration is a clock time.
 
     Examples
     --------
@@ -272,25 +275,29 @@ def counted(path: Path, table: Table, options: ReadOptions) -> ReadOptions:
     >>> counted(Path("a.csv"), table, ReadOptions(column="3")).column
     '2'
     """
-    if not table.places:
-        return options
     names = [name.partition("[")[0].strip() for name in table.names]
+    line = table.names_line or table.first_line
+    places = dict(enumerate(table.places, 1))
 
-    def place(column: str) -> str:
+    def place(column: str, *, is_time: bool = False) -> str:
         wanted = column.strip()
         if wanted in names or not re.fullmatch(r"\d{1,4}", wanted, re.A):
             return column
-        places = dict(enumerate(table.places, 1))
-        if places.get(int(wanted), -1) < 0:
+        own = places.get(int(wanted), -1) if places else int(wanted) - 1
+        if places and own < 0:
             allowed = ", ".join(str(number) for number, k in places.items() if k >= 0)
             message = f"no column {wanted} with values. Must be one of: {allowed}."
-            raise InputError(path, message, table.names_line or table.first_line)
-        return str(places[int(wanted)] + 1)
+            raise InputError(path, message, line)
+        if own in table.clocks and not is_time and not names:
+            message = f"column {wanted} has clock times. Must be accelerations."
+            raise InputError(path, message, line)
+        return str(own + 1) if places else column
 
     pairs = [channel.rpartition("=") for channel in options.layout.channels]
     channels = tuple(f"{place(column)}={component}" for column, _, component in pairs)
     times = options.layout.time_column
-    layout = replace(options.layout, channels=channels, time_column=times and place(times))
+    times = times and place(times, is_time=True)
+    layout = replace(options.layout, channels=channels, time_column=times)
     return replace(options, column=options.column and place(options.column), layout=layout)
 
 
@@ -576,4 +583,5 @@ def _plain(
         taken=tuple(taken),
         index=index,
         places=form.places(count),
+        clocks=tuple(clocks),
     )
