@@ -116,6 +116,13 @@ def test_times_of_a_clock_have_no_tolerance_of_single_precision() -> None:
     assert even_time_step(PATH, np.array(printed, float), lambda: tokens, 2) > 0.0
 
 
+def test_whole_numbers_have_no_tolerance_of_single_precision() -> None:
+    """Single precision would allow 119 at 1e9; a counter is exact."""
+    with pytest.raises(InputError, match="even steps"):
+        step_of([f"{1_000_000_000 + 5000 * k + 50 * (k % 3)}" for k in range(400)])
+    assert step_of([f"{1_000_000_000 + 5000 * k + k % 2}" for k in range(400)]) == 5000.0
+
+
 @pytest.mark.parametrize("late", [1, -1])
 def test_times_one_printed_unit_late(late: int) -> None:
     """The bounds of the step are then at the step itself, but for round-off."""

@@ -41,6 +41,13 @@ def test_lost_samples_of_a_clock_or_counter_are_no_even_times(
     assert record.time_step == pytest.approx(0.005, rel=1e-9)
 
 
+def test_a_counter_of_microseconds_has_no_tolerance_of_single_precision() -> None:
+    """After an hour, single precision would allow 0.0004 s in steps of 0.005 s."""
+    times = [f"{3_600_000_000 + 5000 * k + 100 * (k % 3)}" for k in range(COUNT)]
+    with pytest.raises(InputError, match="even steps"):
+        read(f"time_us,acc_g\n{rows(times, NORTH)}", ReadOptions())
+
+
 @pytest.mark.parametrize(
     ("name", "units"),
     [
@@ -194,6 +201,20 @@ def test_columns_in_comments_are_numbered_as_in_the_file() -> None:
         else:
             [record] = read(text, ReadOptions("g", column="3"))
             np.testing.assert_array_equal(record.acceleration, NORTH * GRAVITY)
+
+
+@pytest.mark.parametrize(("number", "counts"), [(1, False), (2, True), (3, True), (4, False)])
+def test_a_column_of_row_numbers_may_be_counted_in_comments_or_not(
+    number: int, counts: bool
+) -> None:
+    numbers = [str(k) for k in range(COUNT)]
+    table = rows(numbers, STEP * np.arange(COUNT), NORTH, EAST)
+    text = f"# Column {number}: velocity\n,time_s,acc_g,other\n{table}"
+    if counts:
+        with pytest.raises(InputError, match="velocity', which is no acc"):
+            read(text, ReadOptions(column="acc_g"))
+    else:
+        assert read(text, ReadOptions(column="acc_g"))[0].acceleration.size == COUNT
 
 
 @pytest.mark.parametrize("first", ["0.01000", "1e-2", "0.01", "1.0E-02"])

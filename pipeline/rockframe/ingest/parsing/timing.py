@@ -380,7 +380,7 @@ def _shortest_decimal(low: float, high: float) -> tuple[int, float]:
     middle = 0.5 * (low + high)
     for decimals in range(_MOST_DECIMALS):
         step = round(middle, decimals)
-        if low <= step <= high and step > 0.0:
+        if low <= step <= high:
             return decimals, step
     return _MOST_DECIMALS, middle
 
