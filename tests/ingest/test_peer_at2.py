@@ -61,7 +61,8 @@ def test_exponents_of_fortran_are_those_of_any_program(
 ) -> None:
     values = [f"{value: .7E}" for value in np.sin(0.3 * np.arange(40.0))]
     printed = [value.replace("E", letter) for value in values]
-    record = one(at2(printed, "NPTS= 40, DT= .01 SEC", columns=columns))
+    record = one(at2(printed, f"NPTS= 40, DT= 0.1000{letter}-01 SEC", columns=columns))
+    assert record.time_step == 0.01
     assert np.array_equal(record.acceleration, [float(value) * 9.81 for value in values])
     printed[7] = printed[7].replace(letter, letter + "x")
     with pytest.raises(InputError, match=r"Must be a finite number"):

@@ -276,7 +276,8 @@ def _count_and_step(path: Path, line: str, number: int) -> tuple[int, float]:
         raise InputError(path, f"NPTS {count!r}. Must be a whole number of 2 or more.", line=number)
     if unit not in {"", "S", "SEC", "SECS", "SECOND", "SECONDS"}:
         raise InputError(path, f"DT in units of {unit!r}. Must be seconds.", line=number)
-    seconds = float(step) if is_number(step) else math.nan
+    plain = re.sub(r"(?<=[\d.])[dD](?=[-+]?\d)", "e", step)  # as Fortran prints it
+    seconds = float(plain) if is_number(plain) else math.nan
     if not seconds > 0.0:
         raise InputError(path, f"time step {step!r} s. Must be a positive number.", line=number)
     return int(count), seconds
