@@ -484,7 +484,11 @@ def _require_sample(path: Path, table: Table, options: ReadOptions) -> None:
     value, step = float(first), options.time_step
     is_step = step is not None and math.isclose(value, step, rel_tol=_SAME_STEP)
     if is_step or (is_shorter and 0.0 < value <= _LONGEST_STEP):
-        reason = "is the time step stated" if is_step else "has fewer decimals than those below"
+        reason = (
+            f"equals the time step of {step:g} s"
+            if is_step
+            else "has fewer decimals than those below"
+        )
         message = f"the first number {decoded(first)!r} {reason}: a time step?"
         do = f"State --skip-lines {table.first_line}, or --first-line numbers if it is a sample."
         raise InputError(path, f"{message} {do}", table.first_line)
