@@ -177,6 +177,19 @@ def test_shards_are_the_chunks_of_dask(records: Path, wholes: dict[str, Path]) -
         assert float(mean) == pytest.approx(float(whole["u"].mean()))
 
 
+def test_an_index_without_histories_is_one_of_dask_too(records: Path) -> None:
+    pytest.importorskip("dask")
+    folder = records.with_name("no-histories")
+    parts = [folder / f"{k}.nc" for k in (1, 2)]
+    words = ("--histories", "none", *options("respond", records))
+    for k, part in enumerate(parts, 1):
+        assert run("respond", records, *words, "--batch", f"{k}/2", "--output", part) == 0
+    index_stage(parts, folder / "response.nc")
+    with xr.open_dataset(folder / "response.nc", engine="rockframe", chunks={}) as lazy:
+        assert lazy.chunks["record"] == (3, 3)
+        assert np.isfinite(lazy["peak_u"].max().compute())
+
+
 def test_values_that_were_not_read_can_be_sent_to_another_process(wholes: dict[str, Path]) -> None:
     with opened_as_one(wholes["respond"]) as whole:
         sent = pickle.loads(pickle.dumps(whole["u"]))  # noqa: S301
@@ -368,6 +381,19 @@ def test_what_no_batch_could_do_is_said(records: Path) -> None:
         assert best_pulses(part) == {}
     with pytest.raises(InputError, match="no batch contains a record: Invalid range of periods"):
         index_stage(parts, records.with_name("none.nc"))
+
+
+def test_a_batch_of_rejected_records_has_an_empty_table(
+    records: Path, wholes: dict[str, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The two records of the second batch have no vertical."""
+    words = ("--vertical", "--batch", "2/3", *options("respond", records))
+    part = records.with_name("no-vertical.nc")
+    assert run("respond", records, *words, "--output", part) == 1
+    assert "no vertical" in capsys.readouterr().err
+    table = part.with_suffix(".csv")
+    assert table_stage(records, wholes["pulse"], part, table) == 0
+    assert table.read_bytes() == b""
 
 
 def test_batches_of_other_options_are_refused(records: Path) -> None:

@@ -184,8 +184,17 @@ def test_a_margin_that_was_searched_less_far_is_not_dropped() -> None:
     assert severity(beyond) < severity(found)  # it may overturn at half the scale
 
 
-def test_a_full_disk_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(**_: Any) -> Any:
+def test_without_rows_there_is_no_summary() -> None:
+    assert Summary().rows() == []
+
+
+@pytest.mark.parametrize("begun", [False, True])
+def test_a_full_disk_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begun: bool) -> None:
+    """Before the file is made, and when the first numbers, fewer than a buffer, are written."""
+
+    def full(*, buffering: int, **_: Any) -> Any:
+        if begun and Path("/dev/full").exists():
+            return Path("/dev/full").open("r+b", buffering=buffering)
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(kept, "TemporaryFile", full)

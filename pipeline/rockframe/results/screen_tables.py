@@ -264,12 +264,20 @@ def overall_rows(screening: xr.Dataset) -> Rows:
         for column, variable in quantity.band_columns.items()
     )
     pooled = rows_along(at_reference, "structure", columns_of(*shares, *peaks))
-    summary = Summary(Path(gettempdir()))
+    summary = Summary(_temporary_folder())
     summary.include(screen_columns(screening))
     rows = summary.rows(left_out=left_out_reasons(screening.attrs))
     rows = with_directions(rows, screening.attrs)
     for row, over_members in zip(rows, pooled, strict=True):
         yield row | over_members
+
+
+def _temporary_folder() -> Path | None:
+    """Return the folder of the system for temporary files; None if it has none."""
+    try:
+        return Path(gettempdir())
+    except FileNotFoundError:
+        return None
 
 
 def margin_note(screening: xr.Dataset, overall: Iterable[Mapping[str, Any]]) -> str:

@@ -257,9 +257,9 @@ class OpenShards:
         return np.array([*accumulate(sizes)], dtype=np.int64)
 
     def chunks(self, dimension: str) -> dict[str, tuple[int, ...]]:
-        """Return the sizes along ``record`` or ``obs`` of the shards that have any."""
+        """Return the sizes along ``record`` or ``obs`` of the shards that have any, or one 0."""
         sizes = np.diff(self.ends(dimension), prepend=0).tolist()
-        return {dimension: tuple(size for size in sizes if size)}
+        return {dimension: tuple(size for size in sizes if size) or (0,)}
 
     @cached_property
     def first(self) -> int:

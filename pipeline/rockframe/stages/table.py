@@ -111,8 +111,8 @@ def _in_csv(block: TableBlock) -> tuple[bytes, bytes, int, Summary]:
     summary, stream = Summary(), io.StringIO(newline="")
     count = write_table(stream, summary.passed(map(with_paper_facts, block.rows())))
     summary.keep()  # here, not by the process that joins them
-    header, _, lines = stream.getvalue().encode().partition(b"\n")
-    return header + b"\n", lines, count, summary
+    header, line_end, lines = stream.getvalue().encode().partition(b"\n")  # without rows, nothing
+    return header + line_end, lines, count, summary
 
 
 def shipped_table_stage(

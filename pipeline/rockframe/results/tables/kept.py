@@ -117,7 +117,8 @@ class KeptNumbers:
     def _write(self, folder: Path) -> None:
         """Move the numbers in memory to the file; neighbours of the same structures together."""
         if self._file is None:
-            self._file = TemporaryFile(dir=folder)  # noqa: SIM115 - as long as this object
+            # without a buffer, a full disk is noticed here; it is open as long as this object
+            self._file = TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115
             finalize(self, self._file.close)
         in_memory = self._groups[self._in_file :]
         del self._groups[self._in_file :]
@@ -126,7 +127,9 @@ class KeptNumbers:
             numbers = np.concatenate([np.asarray(group.numbers) for group in some], axis=2)
             names = tuple(name for group in some for name in group.records)
             start = self._file.seek(0, 2)
-            self._file.write(np.ascontiguousarray(numbers).data)
+            rest = np.ascontiguousarray(numbers).data.cast("B")
+            while rest:
+                rest = rest[self._file.write(rest) :]
             self._groups.append(replace(some[0], records=names, numbers=start))
         self._in_file, self._size = len(self._groups), 0
 

@@ -280,7 +280,9 @@ _Counted: TypeAlias = "tuple[_OverRecords, _OfStructures]"
 
 
 def _alike(each: Sequence[_Counted]) -> bool:
-    """Return True if structures respond to the same records."""
+    """Return True if several structures respond to the same records."""
+    if len(each) < 2:
+        return False
     groups = {(id(of_all), of_all.numbers.groups_of(entry.structure)) for entry, of_all in each}
     if len(groups) == 1 or len({entry.count for entry, _ in each}) > 1:
         return len(groups) == 1
