@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import netCDF4
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -103,8 +104,23 @@ def test_a_large_screening_has_the_values_and_tables_of_a_small_one(
     for name, values in expected.variables.items():
         assert_array_equal(whole[name].values, values.values, err_msg=str(name))
         assert whole[name].attrs == values.attrs
-    on_demand = read_screening(tmp_path / "large" / "screen.nc", every_scale=False)
-    assert repr(screening_content(on_demand)) == page
+    path = tmp_path / "large" / "screen.nc"
+    with netCDF4.Dataset(path, "a") as file:  # HDF5 refuses this while the process reads the file
+        rows, columns = file["demand_rank"].chunking()
+        # a block of motions that are not neighbours unpacks what else is in their chunks
+        assert columns == len(file.dimensions["structure"])
+        assert rows == file["verdict"].chunking()[0]
+    with read_screening(path, every_scale=False) as on_demand:
+        one_structure = on_demand.isel(structure=0)
+        assert repr(screening_content(on_demand)) == page
+        with pytest.raises(OSError, match="HDF error"):
+            netCDF4.Dataset(path, "a")
+    netCDF4.Dataset(path, "a").close()
+    del on_demand, one_structure
+    one_structure = read_screening(path, every_scale=False).isel(structure=0)
+    assert_array_equal(one_structure["demand_rank"], whole["demand_rank"].isel(structure=0))
+    del one_structure
+    netCDF4.Dataset(path, "a").close()
 
 
 @pytest.mark.usefixtures("small_memory")

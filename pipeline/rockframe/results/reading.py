@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final
+from weakref import finalize
 
 import netCDF4
 import numpy as np
@@ -92,8 +93,11 @@ def indexed(dataset: xr.Dataset) -> xr.Dataset:
 class _Lazy(xr.backends.BackendArray):
     """A variable of an open file, read on demand."""
 
-    def __init__(self, stored: Stored, file: tuple[Path, str]) -> None:
+    def __init__(
+        self, stored: Stored, file: tuple[Path, str], holder: _OpenFile | None = None
+    ) -> None:
         self._stored, self.shape, self.dtype, self._file = stored, stored.shape, stored.dtype, file
+        self._holder = holder  # the file is open as long as this object
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how another process, such as a worker of Dask, opens the variable."""
@@ -114,22 +118,32 @@ class _Lazy(xr.backends.BackendArray):
         return np.array(self._stored.values[key], dtype=self.dtype)
 
 
-def _reopened(path: Path, kind: str, name: str) -> _Lazy:
-    """Return a variable of a file that another process opened."""
-    _, variables = _kept_open(path, kind, path.stat().st_mtime_ns)
-    return _Lazy(variables[name], (path, kind))
+class _OpenFile:
+    """The variables of a file, which is closed with this object, or by ``close``."""
+
+    def __init__(self, path: Path, kind: str) -> None:
+        stack = ExitStack()
+        _, stored = stack.enter_context(opened_file(path, kind, held=_shared))
+        self.variables = {variable.declared.name: variable for variable in stored}
+        self.close = finalize(self, stack.close)
 
 
 @lru_cache(maxsize=8)
-def _kept_open(path: Path, kind: str, _changed: int) -> tuple[ExitStack, Mapping[str, Stored]]:
-    """Return the variables of a file, and what holds it open in this process, until it changes."""
-    holder = ExitStack()
-    _, stored = holder.enter_context(opened_file(path, kind, held=_shared))
-    return holder, {variable.declared.name: variable for variable in stored}
+def _open_in_worker(path: Path, kind: str, _changed: int) -> _OpenFile:
+    """Return a file that a worker of Dask holds open for its next tasks, until it changes."""
+    return _OpenFile(path, kind)
 
 
-def on_demand(path: Path, kind: str, name: str) -> xr.Variable:
-    """Return a variable of a file, of which each part is read when it is needed, and not kept.
+def _reopened(path: Path, kind: str, name: str) -> _Lazy:
+    """Return a variable of a file that another process opened."""
+    holder = _open_in_worker(path, kind, path.stat().st_mtime_ns)
+    return _Lazy(holder.variables[name], (path, kind), holder)
+
+
+def on_demand(
+    path: Path, kind: str, names: Iterable[str]
+) -> tuple[dict[str, xr.Variable], Callable[[], Any]]:
+    """Return variables of a file, of which each part is read when it is needed, and not kept.
 
     Parameters
     ----------
@@ -137,20 +151,36 @@ def on_demand(path: Path, kind: str, name: str) -> xr.Variable:
         The file.
     kind : str
         Its kind.
-    name : str
-        The variable.
+    names : iterable of str
+        The variables.
+
+    Returns
+    -------
+    dict of str to Variable, callable
+        The variables, and what closes the file; it is also closed when none of them remains.
 
     Raises
     ------
     InputError
         If the file is missing, corrupted, or of another kind.
     """
-    _, variables = _kept_open(path.absolute(), kind, path.stat().st_mtime_ns)
-    stored = variables[name]
-    if not all(hasattr(indexing, name) for name in _INTERNALS):
-        return xr.Variable(stored.dims, stored.values, stored.attrs, fastpath=True)
-    lazy = indexing.LazilyIndexedArray(_Lazy(stored, (path.absolute(), kind)))
-    return xr.Variable(stored.dims, lazy, stored.attrs, fastpath=True)
+    path = path.absolute()
+    holder = _OpenFile(path, kind)
+    variables = {}
+    for name in names:
+        stored = holder.variables[name]
+        data: Any = stored.values if not _has_internals() else _lazy(stored, (path, kind), holder)
+        variables[name] = xr.Variable(stored.dims, data, stored.attrs, fastpath=True)
+    return variables, holder.close
+
+
+def _has_internals() -> bool:
+    """Return False if this xarray has no arrays that are read on demand."""
+    return all(hasattr(indexing, name) for name in _INTERNALS)
+
+
+def _lazy(stored: Stored, file: tuple[Path, str], holder: _OpenFile | None = None) -> Any:
+    return indexing.LazilyIndexedArray(_Lazy(stored, file, holder))
 
 
 def _variable(stored: Stored, file: tuple[Path, str]) -> xr.Variable:
@@ -162,10 +192,9 @@ def _variable(stored: Stored, file: tuple[Path, str]) -> xr.Variable:
 
 def _lazily(stored: Stored, file: tuple[Path, str]) -> Any:
     """Return an array that is read on demand, or the values if this xarray has no such arrays."""
-    if not all(hasattr(indexing, name) for name in _INTERNALS):
+    if not _has_internals():
         return stored.values
-    lazy = indexing.LazilyIndexedArray(_Lazy(stored, file))
-    return indexing.MemoryCachedArray(lazy)  # type: ignore[no-untyped-call]
+    return indexing.MemoryCachedArray(_lazy(stored, file))  # type: ignore[no-untyped-call]
 
 
 def _dataset(

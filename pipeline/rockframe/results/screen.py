@@ -12,7 +12,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from tempfile import TemporaryFile
+from typing import IO, TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -214,27 +215,56 @@ def _filling(
 
 
 class _PartsInFile:
-    """Writes parts of variables along motions and structures into a partial file."""
+    """Writes parts of variables along motions and structures into a partial file.
+
+    The file has all structures of some motions in a chunk: so it is read. Parts of some structures
+    are in a temporary file until that of the last ones is there.
+    """
 
     def __init__(self, partial: Path) -> None:
         self._partial = partial
+        self._columns: dict[str, IO[bytes]] = {}
         self.names: set[str] = set()
 
     def __call__(self, name: str, where: tuple[slice, slice], values: NDArray[Any]) -> None:
-        """Write values at some motions or recordings and structures."""
-        declared = SCREEN_NC[name]
+        """Write values at some motions or recordings and structures, in their order."""
         with as_os_error(), open_netcdf(self._partial, "a") as file:
+            structures = len(file.dimensions["structure"])
             if name not in self.names:
-                dimension = declared.dims[0]
-                if dimension not in file.dimensions:  # recordings, all of which are in each part
-                    file.createDimension(dimension, len(values))
-                rows, columns = values.shape
-                chunk = max(1, min(rows, CHUNK // columns)), columns
-                create_variable(file, name, declared.holding(np.empty((0, 0))), chunk, chunks=2)
-                self.names.add(name)
-            variable = file[name]
-            variable.set_auto_maskandscale(False)
-            variable[where] = values
+                self._create(file, name, len(values), structures)
+            if values.shape[1] == structures:
+                self._put(file[name], where[0].start or 0, values)
+                return
+            if name not in self._columns:
+                self._columns[name] = TemporaryFile(dir=self._partial.parent)  # noqa: SIM115
+            self._columns[name].write(np.ascontiguousarray(values.T).data)
+            if where[1].stop == structures:
+                self._put_columns(file[name], values.dtype)
+
+    def _put_columns(self, variable: Any, dtype: np.dtype[Any]) -> None:
+        """Write the parts of all structures, some motions at a time."""
+        motions, structures = variable.shape
+        together, size = max(1, _FEW_PAIRS // structures), dtype.itemsize
+        with self._columns.pop(variable.name) as columns:
+            for start in range(0, motions, together):
+                rows = np.empty((min(together, motions - start), structures), dtype)
+                for k in range(structures):
+                    columns.seek((k * motions + start) * size)
+                    rows[:, k] = np.frombuffer(columns.read(len(rows) * size), dtype)
+                self._put(variable, start, rows)
+
+    def _create(self, file: Any, name: str, rows: int, structures: int) -> None:
+        declared = SCREEN_NC[name]
+        dimension = declared.dims[0]
+        if dimension not in file.dimensions:  # recordings, all of which are in each part
+            file.createDimension(dimension, rows)
+        chunk = max(1, min(rows, CHUNK // structures)), structures
+        create_variable(file, name, declared.holding(np.empty((0, 0))), chunk, chunks=2)
+        self.names.add(name)
+
+    def _put(self, variable: Any, start: int, rows: NDArray[Any]) -> None:
+        variable.set_auto_maskandscale(False)
+        variable[start : start + len(rows)] = rows
 
 
 def _append_histories(partial: Path, kept: Iterable[KeptHistory]) -> dict[str, list[int]]:
@@ -260,7 +290,7 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     every_scale : bool
         Read verdicts, peaks, and shares of an ensemble at every scale; False reads the reference
         scale only, to save memory, and values along many motions and structures when they are
-        needed.
+        needed, from the file: it is open until the dataset is closed or not used any more.
 
     Returns
     -------
@@ -284,16 +314,20 @@ def read_screening(path: str | Path, *, every_scale: bool = True) -> xr.Dataset:
     with opened(Path(path), SCREEN) as dataset:
         without_histories = dataset.drop_dims("obs", errors="ignore")
         if not every_scale:
-            many = _of_many_pairs(without_histories)
-            further = {name: on_demand(Path(path), SCREEN, name) for name in many}
-            without_histories = without_histories.drop_vars(many).load().assign(further)
+            many, close = _of_many_pairs(without_histories), None
+            without_histories = without_histories.drop_vars(many).load()
+            if many:
+                further, close = on_demand(Path(path), SCREEN, many)
+                without_histories = without_histories.assign(further)
             scale = float(without_histories["reference_scale"])
             at = int(np.flatnonzero(without_histories["scale"].values == scale)[0])
             some = [name for name in (*_NOMINAL, *_OF_MEMBERS) if name in without_histories]
             without_histories = without_histories.assign(
                 {name: without_histories[name].isel(scale=at, drop=True) for name in some}
             )
-            return without_histories.set_coords("record_id")
+            at_reference = without_histories.set_coords("record_id")
+            at_reference.set_close(close)
+            return at_reference
         return without_histories.load().set_coords("record_id")
 
 
