@@ -257,6 +257,15 @@ def test_numbers_of_columns_count_blank_ones_and_dates(text: str, numbers: str) 
         read(text, ReadOptions("g", column=blank))
 
 
+def test_columns_that_must_be_chosen_have_their_numbers_in_the_file() -> None:
+    """The second column is blank: its number would mean another column than the message."""
+    blank = [""] * COUNT
+    with pytest.raises(InputError, match=r"--column NUMBER, of 1, 3 and 4,"):
+        read(rows(NORTH, blank, -NORTH, NORTH[::-1]), G)
+    with pytest.raises(InputError, match=r"columns 1 and 3 rise like times"):
+        read(rows(TIMES, blank, 2.0 * np.array(TIMES, float), NORTH), ReadOptions("g", column="4"))
+
+
 def test_a_row_without_its_blank_cell_is_rejected() -> None:
     with pytest.raises(InputError, match=r":6: .*'.*' in column 2, which is blank in other"):
         read(BLANK.replace("0.05000,,", "0.05000,"), ReadOptions("g", column="3"))

@@ -32,8 +32,6 @@ from rockframe.ingest.parsing.columns import (
     is_series,
     read_headers,
     split_fields,
-    time_column,
-    unclear,
     units_in,
 )
 from rockframe.ingest.parsing.comments import other_quantity, stated_steps
@@ -55,6 +53,7 @@ from rockframe.ingest.parsing.timing import (
     in_seconds,
     other_time_units,
 )
+from rockframe.ingest.parsing.unnamed import time_column, unclear
 from rockframe.record import Record
 from rockframe.units import acceleration_factor
 
@@ -247,9 +246,9 @@ def _read_columns(
         raise InputError(path, f"{message} series. Leave out --column.", line)
     if words.time_column is not None:
         return numbers, replace(columns, time=_stated_time(path, table, None, words)), count, ""
-    time = time_column(path, numbers, [place], options.time_step, line)
+    time = time_column(path, numbers, [place], options.time_step, line, table.numbers)
     if count == 2 and time is None and chosen is None and len(numbers) > 1:
-        raise unclear(path, numbers.ravel(), 2, line, commas=table.separator == b",")
+        raise unclear(path, numbers.ravel(), table.numbers, line, commas=table.separator == b",")
     return numbers, replace(columns, time=time), count, ""
 
 
@@ -309,7 +308,9 @@ def _stated_channels(path: Path, table: Table, options: ReadOptions) -> tuple[Fl
         numbers = _parse(path, table, columns)
         time = _stated_time(path, table, None, words)
         if words.time_column is None:
-            time = time_column(path, numbers, [*accelerations], options.time_step, line)
+            time = time_column(
+                path, numbers, [*accelerations], options.time_step, line, table.numbers
+            )
     else:
         each = {
             place: read_headers(path, table.names, table.columns, line, str(place + 1))
@@ -336,7 +337,8 @@ def _named_time(
     if columns.time is not None or words.time_column is not None:
         return _stated_time(path, table, columns.time, words)
     others = [k for k, name in enumerate(table.names) if is_known(name)]
-    time = time_column(path, numbers, [*columns.accelerations, *others], options.time_step, line)
+    no_times = [*columns.accelerations, *others]
+    time = time_column(path, numbers, no_times, options.time_step, line, table.numbers)
     if time is not None and options.time_step is None:
         message = (
             f"time step unstated. Column {table.names[time]!r} rises like times: state it with"
@@ -366,7 +368,7 @@ def _many_columns(path: Path, table: Table) -> tuple[Float, Columns, int, str]:
         return values.reshape(-1, 2), Columns(0, {1: ""}, None), 2, taken
     if count <= _LONGEST_SERIES and is_series(values, count):
         return values.reshape(-1, 1), Columns(None, {0: ""}, None), 1, f"{count} values a line"
-    raise unclear(path, values, count, table.first_line)
+    raise unclear(path, values, table.numbers, table.first_line)
 
 
 def _values(path: Path, table: Table) -> Float:

@@ -7,7 +7,7 @@ channels at one time, or several values of one series.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -449,8 +449,6 @@ _EVEN: Final = 1.45
 #: The step to the value below, over that to the values beside it (all records but one: 0.9 or more;
 #: channels: less).
 _DIP: Final = 0.9
-#: Largest relative difference of a stated time step from that of a column of times.
-_SAME_STEP: Final = 1e-3
 
 
 def rises(values: Float) -> bool:
@@ -462,17 +460,6 @@ def rises(values: Float) -> bool:
     (True, False)
     """
     return bool(values.size > 1 and (np.diff(values) > 0.0).mean() >= _RISING)
-
-
-def _never_falls(values: Float) -> bool:
-    """Return True if numbers rise without ever falling, as times with too few decimals do.
-
-    Examples
-    --------
-    >>> _never_falls(np.array([0.0, 0.0, 0.1])), _never_falls(np.array([0.1, 0.1]))
-    (True, False)
-    """
-    return bool((np.diff(values) >= 0.0).all() and values[-1] > values[0])
 
 
 def are_pairs(values: Float, columns: int) -> bool:
@@ -532,69 +519,3 @@ def is_series(values: Float, columns: int) -> bool:
 
 def _mean_square_step(values: Float, distance: int) -> float:
     return float(np.square(values[distance:] - values[:-distance]).mean())
-
-
-def time_column(
-    path: Path, table: Float, chosen: Collection[int], given: float | None, line: int
-) -> int | None:
-    """Return the index of the column of times beside chosen columns; None if there is none.
-
-    Parameters
-    ----------
-    table : array, shape (rows, columns)
-        All numbers.
-    chosen : collection of int
-        Indices of the columns that hold no times, such as the accelerations.
-    given : float, optional
-        Time step that the user states [s]. It decides between several columns that rise, such as
-        numbers of rows and times.
-    line : int
-        Line number of the first row.
-
-    Raises
-    ------
-    InputError
-        If several columns rise, differ, and the time step does not decide between them.
-
-    Examples
-    --------
-    >>> table = np.array([[0.1, 0.3], [-0.2, 0.1], [0.2, -0.4]])
-    >>> time_column(Path("a.txt"), table, [1], 0.01, 1) is None
-    True
-    """
-    rising = [k for k in range(table.shape[1]) if k not in chosen and rises(table[:, k])]
-    times = list({table[:, k].tobytes(): k for k in reversed(rising)}.values())[::-1]
-    if given is not None and len(times) > 1:
-        steps = {k: float(np.median(np.diff(table[:, k]))) for k in times}
-        times = [k for k in times if abs(steps[k] - given) <= _SAME_STEP * given]
-    if len(times) > 1 or (rising and not times):
-        numbers = " and ".join(str(k + 1) for k in times or rising)
-        message = f"columns {numbers} rise like times."
-        do = "State one of them with --time-column, or its time step with --time-step-s."
-        raise InputError(path, f"{message} {do}", line)
-    return times[0] if times else None
-
-
-def unclear(
-    path: Path, values: Float, columns: int, line: int, *, commas: bool = False
-) -> InputError:
-    """Return the error for columns without names whose meaning the user must state.
-
-    The parameters are those of `are_pairs`, the line number of the first row, and whether commas
-    separate the columns.
-
-    Examples
-    --------
-    >>> raise unclear(Path("a.txt"), np.array([0.1, 0.2, -0.3, -0.4]), 2, 1)
-    Traceback (most recent call last):
-    rockframe.errors.InputError: a.txt:1: 2 columns without names, which may be channels. Choose ...
-    """
-    table = values[: values.size // columns * columns].reshape(-1, columns)
-    rising = [k + 1 for k, column in enumerate(table.T) if rises(column) or _never_falls(column)]
-    reason = f"of which column {rising[0]} rises like times" if rising else "which may be channels"
-    do = f"Choose one with --column NUMBER, of 1 to {columns}"
-    also = "" if rising else ", or read them as one series, line by line, with --column all"
-    hint = f" {COMMAS}" if columns == 4 else ""
-    if commas and columns == 2:
-        hint = " If the comma is a decimal comma, state --decimal comma."
-    return InputError(path, f"{columns} columns without names, {reason}. {do}{also}.{hint}", line)

@@ -140,6 +140,13 @@ class Table:
         """Rows as they are read."""
         return self.body.split(b"\n")
 
+    @property
+    def numbers(self) -> list[int]:
+        """Number in the file of each column of the rows."""
+        in_file = {place: number for number, place in reversed([*enumerate(self.places, 1)])}
+        first = 0 if self.index is None else 1  # numbers of rows count, too
+        return [in_file.get(k, k + 1) for k in range(first, first + self.columns)]
+
 
 @dataclass
 class _Top:
