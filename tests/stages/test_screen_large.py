@@ -18,6 +18,7 @@ from rockframe.report.page import screening_content
 from rockframe.results.screen import read_screening
 from rockframe.stages.screen import Screening, screen_stage
 from rockframe.stages.screening.outcomes import AllOutcomes
+from rockframe.stages.screening.statistics import _shared
 
 RESTRAINED = """
 [[structure]]
@@ -152,3 +153,12 @@ def test_outcomes_return_as_they_were_filled(
         assert_allclose([*outcomes.kept.values()], kept[:, :, some], rtol=0.0)
         assert_allclose(outcomes.demands["peak_u"], demands[:, some], rtol=0.0)
     assert seen == [0, 1, 2]
+
+
+def test_structures_that_alternate_keep_the_places_of_motions_once() -> None:
+    """A round column counts motions in both directions, a frame beside it those in one plane."""
+    different: dict[bytes, Any] = {}
+    parts = [[np.arange(3), np.arange(4)], [np.arange(3)], [np.arange(4), np.arange(3)]]
+    counting = [places for part in parts for places in _shared(part, different)]
+    assert [places.tolist() for places in counting] == [p.tolist() for part in parts for p in part]
+    assert len({id(places) for places in counting}) == 2

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from itertools import chain, islice, repeat
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,12 +38,7 @@ from rockframe.structures.screening import (
     responses_of,
 )
 
-if TYPE_CHECKING:
-    pass
-
 Float = NDArray[np.float64]
-
-
 Arrays = dict[str, NDArray[Any]]
 #: For each structure and limit state, the shares of members that reach it, for the motions that
 #: count and the scales; None if the structure has no such quantity.

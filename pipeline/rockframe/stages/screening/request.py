@@ -182,5 +182,5 @@ def _require_alike(
 
 
 def _as_json(structure: Structure) -> dict[str, Any]:
-    """Return what a structure is, as JSON values."""
+    """Return the kind and the parameters of a structure, as JSON values."""
     return {"kind": structure.kind, **asdict(structure)}  # type: ignore[call-overload]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from typing import Any, Final, Self
 
 import numpy as np
@@ -96,11 +97,12 @@ def statistics(
     """
     facts, request = _MotionFacts.of(run.motions), run.request
     parts, counting = list[dict[str, Any]](), list[NDArray[np.intp]]()
+    different: dict[bytes, NDArray[np.intp]] = {}
     pooled: Reached = []
     ranks = RelativeRanks()
     for some, part in run.parts():
         values, reached = _of_structures(part, facts, hazard)
-        counting += _shared(part.counting(), counting)
+        counting += _shared(part.counting(), different)
         ranks.add(values["demand_rank"])
         if request.options.pooled:
             pooled += reached
@@ -172,15 +174,10 @@ def _of_structures(
 
 
 def _shared(
-    arrays: Sequence[NDArray[np.intp]], before: Sequence[NDArray[np.intp]]
+    arrays: Sequence[NDArray[np.intp]], different: dict[bytes, NDArray[np.intp]]
 ) -> list[NDArray[np.intp]]:
-    """Return arrays of places, and in place of one that equals the last before it that one."""
-    shared: list[NDArray[np.intp]] = []
-    last = before[-1] if before else None
-    for array in arrays:
-        last = last if last is not None and np.array_equal(array, last) else array
-        shared.append(last)
-    return shared
+    """Return arrays of places; all that are equal are the first such array, by its hash."""
+    return [different.setdefault(sha256(array.data).digest(), array) for array in arrays]
 
 
 def _written(values: Mapping[str, Any], some: slice, write: WritePart) -> dict[str, Any]:
@@ -196,7 +193,7 @@ def _written(values: Mapping[str, Any], some: slice, write: WritePart) -> dict[s
 
 
 def _joined(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the values of all structures; what does not vary with them is that of the first."""
+    """Return the values of all structures; those that do not depend on them, of the first part."""
     values = dict(parts[0])
     if len(parts) > 1:
         for name in values:
