@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -109,6 +110,34 @@ def test_a_worker_of_another_version_is_refused(address: str) -> None:
 def test_error_of_the_user_comes_as_it_is(address: str) -> None:
     with pytest.raises(InputError, match="no-such-file: cannot be read"):
         list(map_tasks(sha256_of, [Path("no-such-file")], engine=DaskScheduler(address)))
+
+
+def test_only_the_traceback_of_a_lost_connection_is_dropped(
+    address: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As long as a map lasts, whichever other one ends before."""
+    logger = logging.getLogger("distributed.client")
+
+    def logs(error: Exception) -> bool:
+        caplog.clear()
+        try:
+            try:
+                raise error
+            except OSError as lost:  # Dask ends its tasks because of it
+                raise RuntimeError from lost
+        except (RuntimeError, ValueError):
+            logger.exception("")
+        return bool(caplog.records)
+
+    first, second = (map_tasks(eval, ["1"], engine=DaskScheduler(address)) for _ in range(2))
+    assert (next(first), next(second)) == (1, 1)
+    assert list(first) == []
+    assert not logs(ConnectionRefusedError())
+    assert not logs(distributed.comm.CommClosedError())
+    assert logs(ValueError())
+    assert logs(FileNotFoundError())
+    assert list(second) == []
+    assert logs(ConnectionRefusedError())
 
 
 def test_scheduler_without_workers() -> None:

@@ -160,15 +160,23 @@ def _timed(function: Callable[[Any], Any], group: Sequence[Any]) -> tuple[float,
 def _silent_client() -> Generator[None, None, None]:
     """Drop the traceback that Dask's client logs of a lost connection: an `EngineError` says it."""
     logger = logging.getLogger("distributed.client")
-    logger.addFilter(_without_traceback)
+    of_this_map = partial(_is_not_of_a_lost_connection)  # another map adds and removes its own
+    logger.addFilter(of_this_map)
     try:
         yield
     finally:
-        logger.removeFilter(_without_traceback)
+        logger.removeFilter(of_this_map)
 
 
-def _without_traceback(record: logging.LogRecord) -> bool:
-    return record.exc_info is None
+def _is_not_of_a_lost_connection(record: logging.LogRecord) -> bool:
+    from distributed.comm import CommClosedError
+
+    error = record.exc_info[1] if record.exc_info else None
+    while error is not None:
+        if isinstance(error, CommClosedError | ConnectionError):
+            return False
+        error = error.__cause__ or error.__context__
+    return True
 
 
 def _connected(address: str) -> Client:
