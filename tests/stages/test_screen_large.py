@@ -142,7 +142,7 @@ def test_outcomes_return_as_they_were_filled(
         place, outcomes = every.of_motion(motion)
         outcomes.verdicts[place] = verdicts[motion]
         outcomes.reached[:, place] = reached[:, motion]
-        for values, of_name in zip(kept, outcomes.kept.values(), strict=True):
+        for values, of_name in zip(kept, outcomes.peaks.values(), strict=True):
             of_name[place] = values[motion]
         outcomes.demands["peak_u"][place] = demands[motion]
     seen: list[int] = []
@@ -150,7 +150,7 @@ def test_outcomes_return_as_they_were_filled(
         seen += range(shape[1])[some]
         assert_array_equal(outcomes.verdicts, verdicts[:, some])
         assert_array_equal(outcomes.reached, reached[:, :, some])
-        assert_allclose([*outcomes.kept.values()], kept[:, :, some], rtol=0.0)
+        assert_allclose([*outcomes.peaks.values()], kept[:, :, some], rtol=0.0)
         assert_allclose(outcomes.demands["peak_u"], demands[:, some], rtol=0.0)
     assert seen == [0, 1, 2]
 

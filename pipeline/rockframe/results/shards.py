@@ -242,8 +242,8 @@ class OpenShards:
     def __init__(self, path: Path, kind: str, attrs: Mapping[str, Any], held: Holder) -> None:
         self._path, self._kind, self._attrs, self._held = path, kind, attrs, held
         self._open: OrderedDict[int, tuple[ExitStack, dict[str, Stored], int]] = OrderedDict()
-        self._kept: OrderedDict[int, dict[str, NDArray[Any]]] = OrderedDict()
-        self._kept_size = 0
+        self._small: OrderedDict[int, dict[str, NDArray[Any]]] = OrderedDict()
+        self._small_size = 0
         self.all = _required_shards(path, kind, attrs)
         self.lock = RLock()
 
@@ -319,17 +319,17 @@ class OpenShards:
 
     def _keep_small(self, number: int, variables: Mapping[str, Stored]) -> None:
         """Keep the small variables of a shard that is closed, so that it is not opened for each."""
-        if number not in self._kept:
+        if number not in self._small:
             small = {name: v.values for name, v in variables.items() if read_whole(v)}
-            self._kept[number] = small
-            self._kept_size += sum(values.nbytes for values in small.values())
-        while self._kept_size > _MOST_OPEN:
-            _, small = self._kept.popitem(last=False)
-            self._kept_size -= sum(values.nbytes for values in small.values())
+            self._small[number] = small
+            self._small_size += sum(values.nbytes for values in small.values())
+        while self._small_size > _MOST_OPEN:
+            _, small = self._small.popitem(last=False)
+            self._small_size -= sum(values.nbytes for values in small.values())
 
-    def kept(self, number: int, name: str) -> NDArray[Any] | None:
+    def small_values(self, number: int, name: str) -> NDArray[Any] | None:
         """Return all values of a variable of a shard, if they were kept when it was closed."""
-        return self._kept.get(number, {}).get(name)
+        return self._small.get(number, {}).get(name)
 
     def close(self) -> None:
         """Close all shards."""
@@ -388,9 +388,9 @@ class Joined(Stored):
 
     def _of_shard(self, number: int, key: tuple[Any, ...], together: int = 1) -> NDArray[Any]:
         with self._shards.lock:
-            wanted, kept = key[self._axis], self._shards.kept(number, self.declared.name)
-            if kept is not None:
-                return np.asarray(kept[key])
+            wanted, small = key[self._axis], self._shards.small_values(number, self.declared.name)
+            if small is not None:
+                return np.asarray(small[key])
             stored = self._shards.variables(number, together)[self.declared.name]
             if not isinstance(wanted, np.ndarray) or wanted.size < 2:
                 return stored.read(key)

@@ -117,13 +117,13 @@ class ScreeningRun:
     @property
     def ratio(self) -> Float:
         """Median of |theta| / alpha at the scale nearest to 1, shape (motions, structures)."""
-        median: Float = quantiles(self.outcomes.kept["peak_rotation_ratio"])[..., 1]
+        median: Float = quantiles(self.outcomes.peaks["peak_rotation_ratio"])[..., 1]
         return median
 
     @property
     def demand(self) -> Float:
         """The median that ranks motions: of |theta| / alpha or, without a rotation, of |u| [m]."""
-        drift = quantiles(self.outcomes.kept["peak_u"])[..., 1]
+        drift = quantiles(self.outcomes.peaks["peak_u"])[..., 1]
         return np.where(np.isnan(self.ratio), drift, self.ratio)
 
     def has(self, structure: Structure, quantity: str, motion: int) -> bool:
@@ -218,8 +218,8 @@ class ScreeningRun:
         place, outcomes = self._every.of_motion(i)
         for limit, reached in zip(self.limits, outcomes.reached, strict=True):
             reached[place] = limit.reached(arrays, fell)
-        for name, kept in outcomes.kept.items():
-            kept[place] = _standing(arrays, name)[:, self.request.reference, None]
+        for name, peaks in outcomes.peaks.items():
+            peaks[place] = _standing(arrays, name)[:, self.request.reference, None]
         for name, demands in outcomes.demands.items():
             has = [k for k, structure in enumerate(structures) if self.has(structure, name, i)]
             demands[place] = np.nan
@@ -231,8 +231,8 @@ class ScreeningRun:
         place, outcomes = self._every.of_motion(i)
         for limit, reached in zip(self.limits, outcomes.reached, strict=True):
             reached[place, k] = limit.reached(arrays, fell).sum(axis=0)
-        for name, kept in outcomes.kept.items():
-            kept[place, k] = _standing(arrays, name)[:, self.request.reference]
+        for name, peaks in outcomes.peaks.items():
+            peaks[place, k] = _standing(arrays, name)[:, self.request.reference]
         for name, demands in outcomes.demands.items():
             has = self.has(self.request.structures[k], name, i)
             demands[place, k] = _standing(arrays, name).T if has else np.nan

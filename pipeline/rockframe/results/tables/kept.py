@@ -37,7 +37,7 @@ class _Group:
 
 
 class KeptNumbers:
-    """Numbers of structures under records, of which those of one structure are read at a time.
+    """Numbers of structures under records; those of one structure are read at a time.
 
     Parameters
     ----------

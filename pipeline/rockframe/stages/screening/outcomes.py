@@ -15,7 +15,7 @@ from rockframe.results.tables.kept import KeptNumbers
 Float = NDArray[np.float64]
 
 #: Peaks of which the values of all members at the reference scale are kept.
-KEPT: Final = ("peak_rotation_ratio", "peak_u")
+OF_MEMBERS: Final = ("peak_rotation_ratio", "peak_u")
 #: Number of numbers of a large screening that are in memory together.
 _TOGETHER: Final = 2**21
 
@@ -30,7 +30,7 @@ class Outcomes:
         Those of the stated structures.
     reached : array, shape (limits, motions, structures, scales)
         Numbers of members that reach a limit state.
-    kept : mapping of str to array, shape (motions, structures, members)
+    peaks : mapping of str to array, shape (motions, structures, members)
         The largest |theta| / alpha and |u| of each member at the scale nearest to 1, infinite for
         members that overturn. Without an ensemble, the stated structure is the only member.
     demands : mapping of str to array, shape (motions, structures, scales, members)
@@ -39,7 +39,7 @@ class Outcomes:
 
     verdicts: NDArray[np.int8]
     reached: NDArray[np.uint16]
-    kept: Mapping[str, Float]
+    peaks: Mapping[str, Float]
     demands: Mapping[str, Float]
 
     @classmethod
@@ -50,7 +50,7 @@ class Outcomes:
         return cls(
             np.empty(shape, dtype=np.int8),
             np.empty((limits, *shape), dtype=np.uint16),
-            {name: np.empty((*shape[:2], members)) for name in KEPT},
+            {name: np.empty((*shape[:2], members)) for name in OF_MEMBERS},
             {name: np.full((*shape, members), np.nan) for name in demands},
         )
 
@@ -60,7 +60,7 @@ class Outcomes:
         parts: list[NDArray[Any]] = [
             self.verdicts[first].transpose(1, 2, 0),
             *self.reached[:, first].transpose(0, 2, 3, 1),
-            *(values[first].transpose(1, 2, 0) for values in self.kept.values()),
+            *(values[first].transpose(1, 2, 0) for values in self.peaks.values()),
             *(
                 of_scale
                 for values in self.demands.values()
@@ -73,7 +73,7 @@ class Outcomes:
         """Return the outcomes of some structures, whose `numbers` these are, (series, motions)."""
         rest = np.stack(numbers).transpose(2, 0, 1)
         limits, _, _, scales = self.reached.shape
-        members = next(iter(self.kept.values())).shape[2]
+        members = next(iter(self.peaks.values())).shape[2]
 
         def taken(count: int) -> Float:
             nonlocal rest
@@ -82,11 +82,11 @@ class Outcomes:
 
         verdicts = taken(scales).astype(np.int8)
         reached = np.stack([taken(scales).astype(np.uint16) for _ in range(limits)])
-        kept = {name: taken(members) for name in self.kept}
+        peaks = {name: taken(members) for name in self.peaks}
         demands = {
             name: np.stack([taken(members) for _ in range(scales)], axis=2) for name in self.demands
         }
-        return Outcomes(verdicts, reached, kept, demands)
+        return Outcomes(verdicts, reached, peaks, demands)
 
 
 class AllOutcomes:
@@ -120,7 +120,7 @@ class AllOutcomes:
         folder: Path,
     ) -> None:
         motions, structures, scales = shape
-        series = scales * (1 + limits + len(demands) * members) + len(KEPT) * members
+        series = scales * (1 + limits + len(demands) * members) + len(OF_MEMBERS) * members
         self.is_large = motions * structures * series > _TOGETHER
         together = max(1, _TOGETHER // (4 * structures * series)) if self.is_large else motions
         self._outcomes = Outcomes.empty((together, *shape[1:]), limits, members, demands)

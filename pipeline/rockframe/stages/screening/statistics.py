@@ -237,7 +237,7 @@ def _demand_values(
     bands, overall = [_UNKNOWN] * len(counting), [_UNKNOWN] * len(counting)
     ranks = np.full(run.demand.shape, np.nan)
     for some, places in _alike(counting):
-        rotations = [run.outcomes.kept["peak_rotation_ratio"][some, k] for k in places]
+        rotations = [run.outcomes.peaks["peak_rotation_ratio"][some, k] for k in places]
         distributions = _distributions(rotations, clusters[some], seed)
         for k, peaks, band in zip(places, rotations, distributions, strict=True):
             bands[k] = _UNKNOWN if np.isnan(peaks).any() else band
@@ -266,7 +266,7 @@ def _demand_values(
             f"overall_{name}_band": np.array(
                 [quantiles(peaks[some, k].ravel()) for k, some in enumerate(counting)]
             )
-            for name, peaks in run.outcomes.kept.items()
+            for name, peaks in run.outcomes.peaks.items()
         },
     }
 
