@@ -6,6 +6,8 @@ import json
 import pickle
 import shutil
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -139,6 +141,22 @@ def test_few_shards_are_open_while_an_index_is_read_from_end_to_end(records: Pat
         assert most == max(2, together)
     shards.close()
     assert len(shards) == 0
+
+
+def test_a_shard_stays_open_for_each_thread_that_reads(records: Path) -> None:
+    """Each thread of Dask reads its own shard, one variable after the other."""
+    index, _ = in_batches("pulse", records, 7)
+    with open_netcdf(index) as file:
+        attrs = {name: file.getncattr(name) for name in file.ncattrs()}
+    shards = OpenShards(index, "pulses", attrs, alone)
+    with ExitStack() as stack:
+        threads = [stack.enter_context(ThreadPoolExecutor(1)) for _ in range(3)]
+        first, second = (
+            [thread.submit(shards.variables, k).result() for k, thread in enumerate(threads)]
+            for _ in range(2)
+        )
+    assert all(before is after for before, after in zip(first, second, strict=True))
+    shards.close()
 
 
 def test_a_shard_is_not_opened_again_for_each_small_variable(

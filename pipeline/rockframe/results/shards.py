@@ -12,7 +12,7 @@ from dataclasses import astuple, dataclass, replace
 from functools import cached_property, partial
 from itertools import accumulate
 from pathlib import Path
-from threading import RLock
+from threading import RLock, get_ident
 from typing import Any, Final
 
 import numpy as np
@@ -244,6 +244,7 @@ class OpenShards:
         self._open: OrderedDict[int, tuple[ExitStack, dict[str, Stored], int]] = OrderedDict()
         self._small: OrderedDict[int, dict[str, NDArray[Any]]] = OrderedDict()
         self._small_size = 0
+        self._threads: set[int] = set()  # that read
         self.all = _required_shards(path, kind, attrs)
         self.lock = RLock()
 
@@ -283,7 +284,8 @@ class OpenShards:
         number : int
             Number of the shard.
         together : int
-            Number of shards that are read together, and stay open for the next variable.
+            Number of shards that are read together, and stay open for the next variable. At least
+            one stays open for each thread that reads.
 
         Raises
         ------
@@ -307,7 +309,9 @@ class OpenShards:
                 size = _OPEN_FILE + sum(v.bytes for v in stored if "obs" not in v.dims)
                 self._open[number] = stack.pop_all(), variables, size
         self._open.move_to_end(number)
-        while len(self._open) > 2 and (len(self._open) > together or self._are_large()):
+        self._threads.add(get_ident())
+        most = max(2, together, len(self._threads))
+        while len(self._open) > most or (len(self._open) > 2 and self._are_large()):
             first, (opened, variables, _) = self._open.popitem(last=False)
             if together > len(self._open):  # the next variable is read from this shard, too
                 self._keep_small(first, variables)
