@@ -75,8 +75,8 @@ def test_task_that_kills_its_workers_is_named(address: str) -> None:
         list(map_tasks(eval, [DIES], engine=DaskScheduler(address)))
 
 
-def test_a_slow_worker_costs_its_own_tasks(address: str, tmp_path: Path) -> None:
-    """The other worker computes meanwhile, and results keep their order."""
+def test_beside_a_slow_worker_the_other_one_computes(address: str, tmp_path: Path) -> None:
+    """Results keep their order. How the scheduler divides the tasks is not certain."""
     marker = str(tmp_path / "slow")
     me = "__import__('distributed').get_worker().address"
     begin = f"open({marker!r}, 'x').write({me}) and __import__('time').sleep(0.5)"
@@ -86,7 +86,7 @@ def test_a_slow_worker_costs_its_own_tasks(address: str, tmp_path: Path) -> None
     done = list(map_tasks(eval, tasks, engine=DaskScheduler(address)))
     assert [number for _, number, _ in done] == list(range(17))
     workers = [worker for _, _, worker in done]
-    assert workers.count(workers[0]) < len(tasks) - workers.count(workers[0])
+    assert len(set(workers)) == 2
 
 
 def test_a_worker_of_another_version_is_refused(address: str) -> None:
