@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import time
 from collections.abc import Callable
@@ -65,6 +66,26 @@ def kernel(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimpleNamespace:
     return stand_in
 
 
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
+    """Return the processes that are started, in their order."""
+    processes: list[subprocess.Popen[bytes]] = []
+    start = subprocess.Popen
+
+    def noted(*words: Any, **options: Any) -> subprocess.Popen[bytes]:
+        processes.append(start(*words, **options))
+        return processes[-1]
+
+    monkeypatch.setattr(subprocess, "Popen", noted)
+    return processes
+
+
+def wait_until_one_ended(started: list[subprocess.Popen[bytes]]) -> None:
+    ends = time.monotonic() + 60.0
+    while not (started and started[0].poll() is not None) and time.monotonic() < ends:
+        time.sleep(0.01)
+
+
 @pytest.mark.usefixtures("kernel")
 def test_the_first_run_compiles_in_another_process(tmp_path: Path) -> None:
     ends = time.monotonic() + 60.0
@@ -75,39 +96,36 @@ def test_the_first_run_compiles_in_another_process(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("kernel")
-def test_the_process_that_compiled_ends_before_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_process_that_compiled_ends_before_the_command(
+    started: list[subprocess.Popen[bytes]],
+) -> None:
     """It holds 300 MB, which the process that draws needs."""
-    started: list[subprocess.Popen[bytes]] = []
-    start = subprocess.Popen
-
-    def noted(*words: Any, **options: Any) -> subprocess.Popen[bytes]:
-        started.append(start(*words, **options))
-        return started[-1]
-
-    monkeypatch.setattr(subprocess, "Popen", noted)
-    ends = time.monotonic() + 60.0
     with shipped._helped():  # noqa: SLF001
-        while not (started and started[0].poll() is not None) and time.monotonic() < ends:
-            time.sleep(0.01)
+        wait_until_one_ended(started)
         assert [process.poll() for process in started] != [None]
     assert len(started) == 1
 
 
 @pytest.mark.usefixtures("kernel")
-def test_a_process_that_dies_does_not_end_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_dies_does_not_end_the_command(
+    monkeypatch: pytest.MonkeyPatch, started: list[subprocess.Popen[bytes]]
+) -> None:
     monkeypatch.setattr(shipped, "_compile_kernel", os.abort)
     with shipped._helped():  # noqa: SLF001
-        pass
+        wait_until_one_ended(started)
+    assert started[0].returncode == -signal.SIGABRT
 
 
 @pytest.mark.parametrize(("cached", "cores"), [(True, 2), (False, 1)])
 def test_no_process_is_started_for_a_cached_kernel_or_on_one_core(
-    kernel: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, cached: bool, cores: int
+    kernel: SimpleNamespace,
+    started: list[subprocess.Popen[bytes]],
+    monkeypatch: pytest.MonkeyPatch,
+    cached: bool,
+    cores: int,
 ) -> None:
     kernel.cached = lambda: cached
     monkeypatch.setattr(engine, "cores", lambda: cores)
-    started: list[object] = []
-    monkeypatch.setattr(subprocess, "Popen", lambda *words, **_: started.append(words))
     with shipped._helped():  # noqa: SLF001
         pass
     assert not started

@@ -18,7 +18,7 @@ import pytest
 from rockframe.cli.console import show_summary
 from rockframe.cli.stages.respond import show_responses
 from rockframe.errors import InputError
-from rockframe.results.tables import kept
+from rockframe.results.tables import number_store
 from rockframe.results.tables.outcomes import severity
 from rockframe.results.tables.rows import response_columns, spread_verdict
 from rockframe.results.tables.summary import (
@@ -197,8 +197,8 @@ def test_a_full_disk_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, be
             return Path("/dev/full").open("r+b", buffering=buffering)
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(kept, "TemporaryFile", full)
-    monkeypatch.setattr(kept, "_IN_MEMORY", 100)
+    monkeypatch.setattr(number_store, "TemporaryFile", full)
+    monkeypatch.setattr(number_store, "_IN_MEMORY", 100)
     summary = Summary(tmp_path)
     deque(summary.passed(nominal(f"r{k}") for k in range(10)), maxlen=0)
     said = rf"^{re.escape(str(tmp_path))}: a temporary file in it cannot be written: No space left"
@@ -218,8 +218,8 @@ def test_rows_of_motions_and_their_columns_have_the_same_summary(
         files.append(TemporaryFile(**where))  # noqa: SIM115
         return files[-1]
 
-    monkeypatch.setattr(kept, "TemporaryFile", temporary_file)
-    monkeypatch.setattr(kept, "_IN_MEMORY", 5000)
+    monkeypatch.setattr(number_store, "TemporaryFile", temporary_file)
+    monkeypatch.setattr(number_store, "_IN_MEMORY", 5000)
     for members, margins in ((False, False), (False, True), (True, True)):
         rows: list[dict[str, Any]] = []
         for k in range(150):

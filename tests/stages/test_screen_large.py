@@ -41,7 +41,7 @@ def small_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing but the outcomes of one structure, and of one motion, fits into memory."""
     monkeypatch.setattr("rockframe.stages.screening.outcomes._TOGETHER", 4)
     monkeypatch.setattr("rockframe.stages.screening.statistics._SHARES", 300)
-    monkeypatch.setattr("rockframe.results.tables.kept._IN_MEMORY", 200)
+    monkeypatch.setattr("rockframe.results.tables.number_store._IN_MEMORY", 200)
     monkeypatch.setattr("rockframe.results.screen._FEW_PAIRS", 0)
     monkeypatch.setattr("rockframe.results.screen_tables._TOGETHER", 5)
 

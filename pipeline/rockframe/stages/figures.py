@@ -52,7 +52,7 @@ from rockframe.stages.table import table_rows_of
 
 #: File in the folder of figures that lists them.
 _INDEX: Final = "figures.csv"
-#: Time that one process draws alone [s]. Workers need two seconds and 190 MB each to start.
+#: Time that one process draws alone [s]. Workers need a second and 100 MB each to start.
 _ALONE: Final = 6.0
 #: Files from which the figure of a record is drawn.
 _OF_RECORDS: Final = ("records", "pulses", "response")

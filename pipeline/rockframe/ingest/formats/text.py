@@ -279,7 +279,7 @@ def _stated_series(path: Path, table: Table, words: TextLayout) -> tuple[Float, 
     """
     count, names = table.columns, table.names
     if words.values_per_line not in (None, count):
-        message = f"{count} value{'s'[: count != 1]} in a line. Must be {words.values_per_line},"
+        message = f"{count} value{'s' * (count != 1)} in a line. Must be {words.values_per_line},"
         raise InputError(path, f"{message} as stated.", table.first_line)
     meant = [name for name in names if len(name) > 1 and is_known(name)]
     if len(names) > 1 and (meant or all(map(is_known, names))):
@@ -379,10 +379,8 @@ def _values(path: Path, table: Table) -> Float:
         count = len(row.split(table.separator))
         last = line == table.first_line + len(rows) - 1
         if count > table.columns or (count < table.columns and not last):
-            message = (
-                f"{count} value{'s'[: count != 1]} in a line. Must be {table.columns}, as in the"
-            )
-            message += " first row."
+            message = f"{count} value{'s' * (count != 1)} in a line."
+            message += f" Must be {table.columns}, as in the first row."
             if line - table.first_line < _FIRST_ROWS:
                 message += _LEAVE_OUT
             raise InputError(path, message, line=line)
@@ -522,7 +520,7 @@ def _require_units(path: Path, table: Table, factor: float, taken: str) -> None:
 
 def _agreed_step(path: Path, table: Table, step: float) -> float:
     """Return the time step [s] of the samples, or of a comment that the user trusts."""
-    steps = [(line, f"{words} in the comment", step) for line, words, step in _steps_above(table)]
+    steps = [(line, f"{words} in the comment", there) for line, words, there in _steps_above(table)]
     if printed := table.sizes and table.sizes["step"]:
         steps.append((table.sizes_line, f"dt {printed} s in the header", float(printed)))
     for line, words, step_there in steps:
@@ -544,11 +542,11 @@ def _time_step(
     if step is None and table.sizes and table.sizes["step"]:
         step = float(table.sizes["step"])
     if step is None or not step > 0.0:
-        steps = [(line, words, step) for line, words, step in _steps_above(table) if step > 0.0]
-        if len({stated for _, _, stated in steps}) == 1:
-            line, words, stated = steps[0]
+        steps = [above for above in _steps_above(table) if above[2] > 0.0]
+        if len({printed for _, _, printed in steps}) == 1:
+            line, words, printed = steps[0]
             message = f"time step unstated. The text above the numbers has {words}"
-            raise InputError(path, f"{message}: --time-step-s {stated:.10g}.", line)
+            raise InputError(path, f"{message}: --time-step-s {printed:.10g}.", line)
         message = "time step unstated. State it with --time-step-s, or add a column of times"
         raise InputError(path, f"{message} before the acceleration.")
     return step

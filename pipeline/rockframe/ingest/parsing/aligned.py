@@ -12,8 +12,8 @@ from rockframe.ingest.parsing import Float
 _ZERO: Final = np.uint8(ord("0"))
 _LINE_END: Final = np.uint8(ord("\n"))
 #: Whole numbers up to here, and these powers of ten, are exact in double precision.
-_LARGEST: Final = 1e15
-_POWERS: Final = np.array([float(f"1e{power}") for power in range(23)])
+EXACT: Final = 1e15
+POWERS: Final = np.array([float(f"1e{power}") for power in range(23)])
 #: Most characters of an exponent without its letter and sign.
 _EXPONENT: Final = 3
 #: Numbers that are read together: larger arrays are allocated by the system, which costs more time.
@@ -118,9 +118,9 @@ def _read_block(fields: NDArray[np.uint8], point: int, end: int, values: Float) 
         return False
     power -= end - 1 - point if point >= 0 else 0
     lowest, highest = int(power.min()), int(power.max())
-    if values.max() >= _LARGEST or max(-lowest, highest) >= _POWERS.size:
+    if values.max() >= EXACT or max(-lowest, highest) >= POWERS.size:
         return False
-    scale = _POWERS[np.abs(power)]
+    scale = POWERS[np.abs(power)]
     if highest <= 0:
         values /= scale
     else:

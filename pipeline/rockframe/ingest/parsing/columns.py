@@ -265,7 +265,7 @@ def read_headers(
     {1: 'NS', 2: 'EW'}
     """
     if names and len(names) != columns:
-        message = f"{columns} column{'s'[: columns > 1]}, but {len(names)} in the line of names"
+        message = f"{columns} column{'s' * (columns > 1)}, but {len(names)} in the line of names"
         hint = f" {COMMAS}" if columns == 2 * len(names) else ""
         raise InputError(path, f"{message} ({','.join(names)}).{hint}", line=line)
     headers = _columns(names)

@@ -64,12 +64,32 @@ _NUMBER: Final = (
 _COLUMN: Final = re.compile(rf"{_NUMBER}(?P<holds>.*)", re.I)
 _NEXT: Final = re.compile(rf"(?={re.sub('[?]P<[a-z]+>', '?:', _NUMBER)})", re.I)
 _COLUMNS: Final = re.compile(r"^\W*col(?:umn)?s\s*[:=](?P<holds>.+)$", re.I)
-_NO_ACCELERATION: Final = re.compile(
-    r"\b(?:vel(?:ocit(?:y|ies))?|displ?(?:acements?)?)\b"
-    r"|\b(?:cm|mm|m|in|ft)/s(?:ec)?(?!\s?[/^*\d\u00b2]|\w)|[\[(](?:cm|mm|m|in|ft)[\])]",
+_VELOCITY: Final = r"vel(?:ocit(?:y|ies))?|displ?(?:acements?)?"
+_ITS_UNITS: Final = (
+    r"\b(?:cm|mm|m|in|ft)/s(?:ec)?(?!\s?[/^*\d\u00b2]|\w)|[\[(](?:cm|mm|m|in|ft)[\])]"
+)
+_NO_ACCELERATION: Final = re.compile(rf"\b(?:{_VELOCITY})\b|{_ITS_UNITS}", re.I)
+_ACCELERATION: Final = re.compile(r"\bacc", re.I)
+#: Words of a title without which the numbers below it cannot be understood.
+_POWER: Final = r"[x\u00d7*]\s?1(?:0(?:\s?(?:\^|\*\*)\s?|(?=[-+]))|(?:\.0*)?e)[-+]?\d"
+_SCALE_IN_TITLE: Final = re.compile(
+    r"\b(scal(?:e|ing)|calibration|conversion|factors?|sensitivity|gain|counts?|lsb|volts?"
+    rf"|multipl(?:y|ier))\b|\bsf\W{{0,3}}\d|{_POWER}",
     re.I,
 )
-_ACCELERATION: Final = re.compile(r"\bacc", re.I)
+_OTHER_IN_TITLE: Final = re.compile(rf"\b(?:{_VELOCITY}|spectr(?:um|a|al))\b|{_ITS_UNITS}", re.I)
+#: Words for accelerations whose spectrum fits another one.
+_MATCHED: Final = re.compile(r"\bmatched to (?:\w+ ){0,3}spectr(?:um|a)\b", re.I)
+#: The same in comments, which more often describe how the numbers came about.
+_SCALE_IN_COMMENT: Final = re.compile(
+    rf"\b(scal(?:e|ing)|factors?|multipl(?:y|ier))\b|\bsf\s?[:=]\s?\d|{_POWER}", re.I
+)
+_OTHER_IN_COMMENT: Final = re.compile(
+    rf"^\W*(?:(?:units?|time|s(?:ec)?)\W+){{0,3}}(?:{_VELOCITY})\b"
+    r"(?:\s+(?:time\s+history|in|of)\b)?\W*(?:(?:cm|mm|m|in|ft)\b.*)?$",
+    re.I,
+)
+_PAST: Final = re.compile(r"convert|origin|applied|divided|multiplied|correct", re.I)
 #: Units of a velocity or a displacement, perhaps after that of time.
 _UNITS: Final = re.compile(
     r"^\W*units?\b\s*(?:[:=]|\bin\b|\bare\b|\bis\b)?\s*(?:s(?:ec)?\W+)?"
@@ -144,5 +164,37 @@ def other_quantity(comment: str, columns: Collection[int], width: int) -> str:
     return comment.strip() if _is_other(listed["holds"]) else ""
 
 
+def names_acceleration(text: str) -> bool:
+    """Return True if a text has a word that begins with `acc`."""
+    return bool(_ACCELERATION.search(text))
+
+
+def word_of_scale(line: str, is_title: bool) -> str:
+    """Return the word of a title or comment that states a scale of the numbers, or "".
+
+    Examples
+    --------
+    >>> word_of_scale("# scale 0.5", False), word_of_scale("# scaled; scale 0.5 applied", False)
+    ('scale', '')
+    """
+    match = (_SCALE_IN_TITLE if is_title else _SCALE_IN_COMMENT).search(line)
+    if not match or not re.search(r"\d", line) or (not is_title and _PAST.search(line)):
+        return ""
+    return match[0].strip()
+
+
+def word_of_other(line: str, is_title: bool) -> str:
+    """Return the word of a title or comment that states another quantity, of all columns, or "".
+
+    Examples
+    --------
+    >>> word_of_other("Velocity of the table", True), word_of_other("matched to a spectrum", True)
+    ('Velocity', '')
+    """
+    pattern = _OTHER_IN_TITLE if is_title else _OTHER_IN_COMMENT
+    match = pattern.search(_MATCHED.sub("", line))
+    return match[0].strip() if match else ""
+
+
 def _is_other(words: str) -> bool:
-    return bool(_NO_ACCELERATION.search(words)) and not _ACCELERATION.search(words)
+    return bool(_NO_ACCELERATION.search(words)) and not names_acceleration(words)

@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 
 from rockframe.compiled import compiled, inlined
 from rockframe.ingest.parsing import Float
+from rockframe.ingest.parsing.aligned import EXACT, POWERS
 
 #: Number of bytes of tables from which importing numba takes less time than it saves, and those
 #: that this process has read.
 _MANY: Final = 1 << 25
 _READ: Final = [0]
-#: Whole numbers below this, and these powers of ten, are exact in double precision.
-_EXACT: Final = 1e15
-_POWERS: Final = np.array([float(f"1e{power}") for power in range(23)])
 
 _TAB: Final = 9
 _LINE_END: Final = 10
@@ -66,7 +64,7 @@ def scanned_table(text: bytes, columns: int, separator: bytes | None) -> Float |
     characters = np.frombuffer(text, dtype=np.uint8)
     values = np.empty((text.count(b"\n"), columns))
     between = _BLANK if separator in (None, b" ") else separator[0]
-    rows = scan(characters, between, _POWERS, values)
+    rows = scan(characters, between, POWERS, values)
     return values if rows == len(values) else None
 
 
@@ -141,7 +139,7 @@ def _number(text: NDArray[np.uint8], at: int, powers: Float) -> tuple[int, float
     if digits > 0 and at < size and (text[at] | 32) == _LETTER:
         at, exponent = _exponent(text, at + 1)
         power += exponent
-    if at < 0 or digits == 0 or whole >= _EXACT or abs(power) >= powers.size:
+    if at < 0 or digits == 0 or whole >= EXACT or abs(power) >= powers.size:
         return -1, 0.0
     value = whole / powers[-power] if power < 0 else whole * powers[power]
     return at, -value if negative else value

@@ -21,6 +21,11 @@ from rockframe.ingest.parsing.columns import (
     split_fields,
     with_units,
 )
+from rockframe.ingest.parsing.comments import (
+    names_acceleration,
+    word_of_other,
+    word_of_scale,
+)
 from rockframe.ingest.parsing.lines import decoded, is_utf16, plain_text, unify_line_ends
 from rockframe.ingest.parsing.rows import (
     NUMBER,
@@ -58,31 +63,6 @@ _SIZES: Final = re.compile(
 _SIZES_AND_MORE: Final = re.compile(
     rf"{_SIZES.pattern}(?P<more>(?:\s+(?!10+\b|98\d\d?\b|38[56]\b)\d+){{1,3}})\s*", re.I
 )
-#: Words of a title without which the numbers below it cannot be understood.
-_POWER: Final = r"[x\u00d7*]\s?1(?:0(?:\s?(?:\^|\*\*)\s?|(?=[-+]))|(?:\.0*)?e)[-+]?\d"
-_SCALED: Final = re.compile(
-    r"\b(scal(?:e|ing)|calibration|conversion|factors?|sensitivity|gain|counts?|lsb|volts?"
-    rf"|multipl(?:y|ier))\b|\bsf\W{{0,3}}\d|{_POWER}",
-    re.I,
-)
-_OTHER: Final = re.compile(
-    r"\b(vel(?:ocit(?:y|ies))?|displ?(?:acements?)?|spectr(?:um|a|al))\b"
-    r"|\b(?:cm|mm|m|in|ft)/s(?:ec)?(?!\s?[/^*\d\u00b2]|\w)|[\[(](?:cm|mm|m|in|ft)[\])]",
-    re.I,
-)
-#: Words for accelerations whose spectrum fits another one.
-_MATCHED: Final = re.compile(r"\bmatched to (?:\w+ ){0,3}spectr(?:um|a)\b", re.I)
-#: The same in comments, which more often describe how the numbers came about.
-_SCALED_BELOW: Final = re.compile(
-    rf"\b(scal(?:e|ing)|factors?|multipl(?:y|ier))\b|\bsf\s?[:=]\s?\d|{_POWER}", re.I
-)
-_OTHER_BELOW: Final = re.compile(
-    r"^\W*(?:(?:units?|time|s(?:ec)?)\W+){0,3}(?:vel(?:ocit(?:y|ies))?|displ?(?:acements?)?)\b"
-    r"(?:\s+(?:time\s+history|in|of)\b)?\W*(?:(?:cm|mm|m|in|ft)\b.*)?$",
-    re.I,
-)
-_PAST: Final = re.compile(r"convert|origin|applied|divided|multiplied|correct", re.I)
-_ACCELERATION: Final = re.compile(r"\bacc", re.I)
 _UNITS_OF_COLUMNS: Final = re.compile(r"[^:=]*\bunits?\s*[:=]\s*(.+)", re.I)
 
 
@@ -530,15 +510,11 @@ def _read_titles(
 def _require_understood(path: Path, top: _Top, titles: list[int], comments: list[int]) -> None:
     """Reject titles and comments that state a scale of the numbers, or another quantity."""
     above = [top.lines[k] for k in (*titles, *comments)]
-    named = any(_ACCELERATION.search(line) for line in (*above, *top.names))
+    named = any(map(names_acceleration, (*above, *top.names)))
     for k in sorted((*titles, *comments)):
         line, is_title = top.lines[k], k in titles
-        scale = (_SCALED if is_title else _SCALED_BELOW).search(line)
-        other = (_OTHER if is_title else _OTHER_BELOW).search(_MATCHED.sub("", line))
-        if not re.search(r"\d", line) or (not is_title and _PAST.search(line)):
-            scale = None
-        if scale or (other and not named):
-            word, kind = (scale or other or line)[0].strip(), "title" if is_title else "comment"
+        if word := word_of_scale(line, is_title) or (not named and word_of_other(line, is_title)):
+            kind = "title" if is_title else "comment"
             message = f"the {kind} {line.strip()[:60]!r} states {word!r}, which is not understood."
             last = max(titles) if is_title else k
             do = f"If the numbers below are accelerations, state --skip-lines {last + 1}"

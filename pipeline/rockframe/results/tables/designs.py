@@ -11,7 +11,7 @@ import numpy as np
 
 from rockframe.cells import DASH, Cells, Column, in_digits, number
 from rockframe.quantities import QUANTITIES, Quantity
-from rockframe.results.tables.kept import mean_shares_of, over_records
+from rockframe.results.tables.number_store import mean_shares_of, over_records
 from rockframe.results.tables.rows import Row, band_words, share_words
 
 

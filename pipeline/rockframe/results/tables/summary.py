@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from rockframe.cells import Cells, Column, in_digits, number, rows_of_columns
 from rockframe.quantities import IN_MATRICES, QUANTITIES, Quantity
-from rockframe.results.tables.kept import KeptNumbers, mean_shares_of, over_records
 from rockframe.results.tables.notes import MOST_NAMED, left_out_words
+from rockframe.results.tables.number_store import NumberStore, mean_shares_of, over_records
 from rockframe.results.tables.outcomes import (
     OF_OUTCOMES,
     SEARCHED,
@@ -153,7 +153,7 @@ class _OfStructures:
 
     def __init__(self, folder: Path | None) -> None:
         self.each: dict[str, _OverRecords] = {}
-        self.numbers = KeptNumbers(_SERIES, folder)
+        self.numbers = NumberStore(_SERIES, folder)
 
     def of(self, row: Cells) -> _OverRecords:
         """Return the responses of the structure of a row."""

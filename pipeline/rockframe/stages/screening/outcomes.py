@@ -10,7 +10,7 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.results.tables.kept import KeptNumbers
+from rockframe.results.tables.number_store import NumberStore
 
 Float = NDArray[np.float64]
 
@@ -127,7 +127,7 @@ class AllOutcomes:
         self._shape, self._together, self._first = shape, together, 0
         self._names = [f"{number}" for number in range(structures)]
         self._width = max(1, _TOGETHER // (motions * series))
-        self._numbers = KeptNumbers(series, folder)
+        self._numbers = NumberStore(series, folder)
 
     def of_motion(self, motion: int) -> tuple[int, Outcomes]:
         """Return the arrays to fill with the outcomes of a motion, and its place in them."""

@@ -36,7 +36,7 @@ class _Group:
     numbers: Float | int
 
 
-class KeptNumbers:
+class NumberStore:
     """Numbers of structures under records; those of one structure are read at a time.
 
     Parameters
@@ -49,10 +49,10 @@ class KeptNumbers:
 
     Examples
     --------
-    >>> kept = KeptNumbers(1)
-    >>> kept.add(["bent", "pier"], ["a", "b"], np.array([[[0.1, 0.2]], [[0.3, 0.4]]]))
-    >>> kept.add(["pier"], ["c"], np.array([[[0.5]]]))
-    >>> kept.of("pier").tolist(), kept.records_of("pier")
+    >>> store = NumberStore(1)
+    >>> store.add(["bent", "pier"], ["a", "b"], np.array([[[0.1, 0.2]], [[0.3, 0.4]]]))
+    >>> store.add(["pier"], ["c"], np.array([[[0.5]]]))
+    >>> store.of("pier").tolist(), store.records_of("pier")
     ([[0.3, 0.4, 0.5]], ['a', 'b', 'c'])
     """
 
@@ -90,7 +90,7 @@ class KeptNumbers:
                 wrong = f"a temporary file in it cannot be written: {error.strerror}"
                 raise InputError(self._folder, f"{wrong}. Must have room for it.") from None
 
-    def join(self, other: KeptNumbers) -> None:
+    def join(self, other: NumberStore) -> None:
         """Keep the numbers that another object has in memory, after those of this one."""
         for group in other._groups:
             self.add(group.structures, group.records, np.asarray(group.numbers))
