@@ -92,7 +92,7 @@ def tops(
     highest : array, shape (rows, periods or more, numbers or more, kinds)
         Filled with the largest squares.
     """
-    (power, bits), (rows, first, least, count), item = work, place, 0
+    (power, bits), (rows, first_period, first_number, count), item = work, place, 0
     last = power.size - 2
     for i in range(rows.size):
         for j in range(factors.shape[1] * count):
@@ -111,14 +111,14 @@ def tops(
                     heights = power if kinds[n] == 2 else row
                     square = max(square, _largest_between(heights, top, last, times[1], kinds[n]))
                 square *= factors[0, period]
-                highest[rows[i], first + period, least + number, n] = square
+                highest[rows[i], first_period + period, first_number + number, n] = square
                 best[rows[i], n] = max(best[rows[i], n], square * factors[1, period])
             item += 1
 
 
 @inlined
 def _largest_of(numbers: NDArray[np.int32], last: int) -> int:
-    """Return the place of the largest number, but those after the last."""
+    """Return the place of the largest of the numbers up to the place `last`."""
     most, place = numbers[0], 0
     for k in range(last + 1):
         if numbers[k] > most:

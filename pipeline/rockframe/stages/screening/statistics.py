@@ -176,7 +176,7 @@ def _of_structures(
 def _shared(
     arrays: Sequence[NDArray[np.intp]], different: dict[bytes, NDArray[np.intp]]
 ) -> list[NDArray[np.intp]]:
-    """Return arrays of places; all that are equal are the first such array, by its hash."""
+    """Return arrays of places, of which equal ones are one array; `different` has each, by hash."""
     return [different.setdefault(sha256(array.data).digest(), array) for array in arrays]
 
 
@@ -193,7 +193,7 @@ def _written(values: Mapping[str, Any], some: slice, write: WritePart) -> dict[s
 
 
 def _joined(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the values of all structures; those that do not depend on them, of the first part."""
+    """Return the values of all structures, from parts with some structures each."""
     values = dict(parts[0])
     if len(parts) > 1:
         for name in values:
