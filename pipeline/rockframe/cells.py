@@ -292,7 +292,8 @@ def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
         if semicolons:
             row = [with_point(cell, ";") for cell in row]
         if row:
-            yield reader.line_num, [original(cell) for cell in row]
+            quoted = "'" in "".join(row)
+            yield reader.line_num, [original(cell) for cell in row] if quoted else row
 
 
 def table_lines(path: Path) -> list[tuple[int, list[str]]]:
@@ -417,13 +418,6 @@ class Column:
             return "" if value is None else str(value)
         mark = self.mark[1] if self.mark and row.get(self.mark[0]) else ""
         return in_digits(self.factor * number(value), self.form) + mark
-
-    def order(self, row: Cells) -> str:
-        """Return the key that sorts a column of numbers; unknown values come below all others."""
-        if self.rule and self.cell(row).startswith(">"):
-            return "Infinity"
-        value = number(row[self.key])
-        return str(value) if math.isfinite(value) else "-Infinity"
 
 
 def in_digits(value: float, form: str) -> str:

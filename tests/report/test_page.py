@@ -9,6 +9,7 @@ import re
 import shutil
 import zlib
 from dataclasses import replace
+from html import escape, unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -24,10 +25,12 @@ from rockframe.cli.main import main
 from rockframe.errors import InputError
 from rockframe.provenance import is_whole_page, read_manifest, sealed_page, sha256_of
 from rockframe.provenance import sealed as sealed_json
-from rockframe.report.page import choose, encode, render, shown
+from rockframe.report.page import choose, encode, render
+from rockframe.report.results import ResultTable, shown
 from rockframe.results.run import read_histories, read_run
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.rows import that_count
+from rockframe.rocking import SpreadVerdict, Verdict
 from rockframe.stages.report import report_stage
 
 from .conftest import EVENT, FILE, REJECTED, STATION
@@ -254,8 +257,21 @@ def test_a_critical_scale_is_shown_where_the_table_has_one(
     critical: str, cell: str, order: str
 ) -> None:
     row = {"record": "A", "verdict": "stands", "critical_scale": critical, "largest_scale": "10.0"}
-    (column,) = (column for column in shown([row]) if column.head == "Critical scale")
-    assert (column.cell(row), column.order(row)) == (cell, order)
+    columns = shown([row], verdicts := [SpreadVerdict(Verdict.STANDS)])
+    (column,) = (column for column in columns if column.head == "Critical scale")
+    html = ResultTable([row], verdicts, [""], [column], []).html({})
+    assert f'data-order="{order}">{escape(cell)}</td>' in html
+
+
+def test_the_cells_of_the_table_of_results_are_those_of_its_columns(bundled_run: Path) -> None:
+    """They are made column by column, equal numbers once."""
+    run = read_run(bundled_run)
+    table = ResultTable.of(run)
+    html = table.html({3: 0})
+    assert re.findall(r'data-history="(\d+)"', html.splitlines()[3]) == ["0"]
+    cells = re.findall(r'<td class="(?!strips)[^>]*>(.*?)</td>', html)
+    texts = [unescape(re.sub("<[^>]*>", "", cell)) for cell in cells]
+    assert texts == [column.cell(row) or "–" for row in run.rows for column in table.columns]
 
 
 def test_the_vendored_script_is_what_its_readme_says() -> None:

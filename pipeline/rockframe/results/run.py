@@ -6,7 +6,7 @@ import heapq
 import io
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
@@ -62,6 +62,8 @@ class Run:
     rows : tuple of mapping of str to str
         Rows of that table, one for each record and structure; or only the rows that `rank` puts
         first.
+    verdicts : tuple of SpreadVerdict
+        The verdict of each of these rows.
     entries : tuple of mapping of str to str
         Rows of ``records.csv``: each record and each file without a record, with the checks.
     records, structures, pairs : mapping to tuple of LabelledValue
@@ -85,10 +87,11 @@ class Run:
     manifest_sha256: str
     counts: Mapping[tuple[str, str], int]
     rows: tuple[Mapping[str, str], ...]
+    verdicts: tuple[SpreadVerdict, ...]
     entries: tuple[Mapping[str, str], ...]
     records: Mapping[str, LabelledValues]
     structures: Mapping[str, LabelledValues]
-    pairs: Mapping[Pair, LabelledValues]
+    pairs: LabelledValuesOf[Pair]
     strips: Mapping[Pair, Strip] = field(default_factory=dict)
     spreads: Mapping[Pair, Mapping[str, Any]] = field(default_factory=dict)
     summary: tuple[Mapping[str, str], ...] = ()
@@ -130,7 +133,8 @@ def read_run(folder: Path, *, most: int | None = None, record: str | None = None
     rockframe.errors.InputError: no-such-folder: no such folder. Must be the folder of a run.
     """
     manifest = read_manifest(folder)
-    counts, rows = _rows_that_are_kept(folder, most) if record is None else (Counter(), ())
+    kept = _rows_that_are_kept(folder, most) if record is None else (Counter(), (), ())
+    rows = kept[1]
     names = {row["record_id"] for row in rows}
     names |= {name for row in rows for name in row.get("components", "").split()}
     left_out = left_out_reasons(attributes_of(folder / "response.nc", RESPONSE))
@@ -150,8 +154,7 @@ def read_run(folder: Path, *, most: int | None = None, record: str | None = None
             folder,
             manifest,
             sha256_of(folder / MANIFEST),
-            counts,
-            rows,
+            *kept,
             entries,
             LabelledValuesOf(records, pulses, keys=["record_id"]),
             LabelledValuesOf(with_parameters(response), keys=["structure"]),
@@ -280,18 +283,24 @@ def rank(row: Mapping[str, str]) -> tuple[int, float]:
 
 def _rows_that_are_kept(
     folder: Path, most: int | None
-) -> tuple[Counter[tuple[str, str]], tuple[dict[str, str], ...]]:
-    """Return the number of verdicts of each structure by kind, and all rows of the table, or those
-    that `rank` puts first, in the order of the table.
+) -> tuple[Counter[tuple[str, str]], tuple[dict[str, str], ...], tuple[SpreadVerdict, ...]]:
+    """Return the number of verdicts of each structure by kind; all rows of the table, or those that
+    `rank` puts first, in the order of the table; and the verdict of each of them.
     """
     table = folder / "table.csv"
     with opened_arrays(folder / "response.nc", RESPONSE, empty=True) as response:
         pairs = response.sizes.get("record", 0) * response.sizes.get("structure", 0)
         if most is None or pairs <= most:
-            counts: Counter[tuple[str, str]] = Counter()
-            return counts, tuple(_counted(table, counts))
+            rows = tuple(_checked(_rows(table), table))
+            verdicts = tuple(_verdict(row, table) for row in rows)
+            kinds = zip(rows, verdicts, strict=True)
+            counts: Counter[tuple[str, str]] = Counter(
+                (row["structure"], verdict.kind) for row, verdict in kinds
+            )
+            return counts, rows, verdicts
         counts, places = _ranked(response, most)
-    return counts, tuple(_lines_at(table, places, pairs))
+    rows = tuple(_checked(_lines_at(table, places, pairs), table))
+    return counts, rows, tuple(_verdict(row, table) for row in rows)
 
 
 #: Variables that the number of verdicts by kind and the rank of a pair follow from.
@@ -372,19 +381,22 @@ def _lines_at(path: Path, places: NDArray[np.int64], pairs: int) -> Iterator[dic
     yield from rows_in(io.StringIO("".join([head, *chosen]), newline=""), path)
 
 
-def _counted(path: Path, counts: Counter[tuple[str, str]]) -> Iterator[dict[str, str]]:
-    """Yield the rows of the table, and count the verdicts of each structure by kind."""
-    for place, row in enumerate(_rows(path)):
+def _checked(rows: Iterable[dict[str, str]], path: Path) -> Iterator[dict[str, str]]:
+    """Yield the rows of the table, and require its columns."""
+    for place, row in enumerate(rows):
         missing = [name for name in _NEEDED if name not in row] if place == 0 else []
         if missing:
             must_be = "Use a file that this version of `rockframe table1` wrote."
             raise InputError(path, f"without column {missing[0]!r}. {must_be}")
-        try:
-            counts[row["structure"], spread_verdict(row).kind] += 1
-        except (KeyError, ValueError) as error:
-            must_be = "Restore the file as `rockframe table1` wrote it."
-            raise InputError(path, f"invalid verdict or margin {error}. {must_be}") from None
         yield row
+
+
+def _verdict(row: Mapping[str, str], path: Path) -> SpreadVerdict:
+    try:
+        return spread_verdict(row)
+    except (KeyError, ValueError) as error:
+        must_be = "Restore the file as `rockframe table1` wrote it."
+        raise InputError(path, f"invalid verdict or margin {error}. {must_be}") from None
 
 
 def _rows(path: Path) -> Iterator[dict[str, str]]:

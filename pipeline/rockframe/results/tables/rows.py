@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -81,12 +81,12 @@ def verdict_words(row: Cells, _key: str = "") -> str:
 
 def peak_words(row: Cells) -> str:
     """Return words for a peak acceleration that suggests wrong units; empty otherwise."""
-    return implausible_peak(GRAVITY * number(row.get("pga_g")), _usual_limits())
+    return _implausible(number(row.get("pga_g")))
 
 
-@cache
-def _usual_limits() -> PassportLimits:
-    return PassportLimits()
+@lru_cache(maxsize=1024)  # all structures of a record have its peak
+def _implausible(peak_g: float) -> str:
+    return implausible_peak(GRAVITY * peak_g, PassportLimits())
 
 
 def standing(row: Cells, key: str) -> float | str:
@@ -553,10 +553,15 @@ class LabelledValuesOf(Mapping[Key, LabelledValues]):
         for place, (positions, columns) in enumerate(self._parts):
             rows = [of.get(name) for of, name in zip(positions, names, strict=True)]
             if None not in rows:
-                values += [column(rows) for column in columns]
+                values += [column(rows) for column in columns.values()]
             elif place == 0:
                 raise KeyError(key)
         return tuple(values)
+
+    def value(self, key: Sequence[str], name: str) -> float | str:
+        """Return a value of the first dataset for the name, or the pair of names, in a key."""
+        positions, columns = self._parts[0]
+        return columns[name]([of[part] for of, part in zip(positions, key, strict=True)]).value
 
     def __iter__(self) -> Iterator[Any]:
         """Yield the names, or the pairs of names."""
@@ -568,14 +573,16 @@ class LabelledValuesOf(Mapping[Key, LabelledValues]):
         return sum(1 for _ in self)
 
 
-def _columns_along(dataset: Dataset, keys: Sequence[str]) -> list[Callable[..., LabelledValue]]:
+def _columns_along(dataset: Dataset, keys: Sequence[str]) -> dict[str, partial[LabelledValue]]:
     """Return a function from a position to the value, for each variable on the keys' dimensions."""
     dims = tuple(dim for key in keys for dim in dataset[key].dims)
-    return [
-        partial(_labelled, str(name), variable, variable.values, flag_words(variable.attrs))
+    return {
+        str(name): partial(
+            _labelled, str(name), variable, variable.values, flag_words(variable.attrs)
+        )
         for name, variable in dataset.variables.items()
         if variable.dims == dims and name not in keys
-    ]
+    }
 
 
 def _labelled(
