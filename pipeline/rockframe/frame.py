@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields, replace
 from numbers import Real
-from typing import ClassVar, Final, Self, cast
+from typing import Any, ClassVar, Final, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -485,7 +485,9 @@ class RockingFrame:
             self,
             height=height,
             width=width,
-            inertia_ratio=self._resized_inertia(taller, wider),
+            inertia_ratio=self.inertia_ratio
+            if taller == wider
+            else self.resized_inertia(taller, wider),
             top_width=top and top * width / self.width,
             centre_of_gravity=centre and centre * height / self.height,
             column_mass=mass and mass * taller * wider * deeper,
@@ -493,8 +495,9 @@ class RockingFrame:
             dissipater=bars and replace(bars, lever_arm=bars.lever_arm * wider),
         )
 
-    def _resized_inertia(self, taller: float, wider: float) -> float:
-        """Return the inertia ratio of columns of the same section, higher and wider by factors.
+    def resized_inertia(self, taller: Any, wider: Any) -> Any:
+        """Return the inertia ratio of columns of the same section, higher and wider by factors, or
+        by arrays of them.
 
         The part of the inertia that the height gives grows with its square, the rest with that of
         the width. Edges that crushed change neither.
@@ -502,7 +505,7 @@ class RockingFrame:
         whole = self.before_crushing or self
         section = whole.column_section
         rectangular = self.prismatic and self.inertia_ratio == RECTANGULAR
-        if section is None or taller == wider or rectangular:
+        if section is None or rectangular:
             return self.inertia_ratio
         along = height_variance(section, whole.top_contact_width / whole.width) * self.height**2
         across = (self.inertia_ratio - 1.0) * self.size**2 - along

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import binomtest
@@ -34,8 +36,9 @@ from rockframe.rocking import (
 )
 from rockframe.rocking.assessments import share_interval
 from rockframe.rocking.margins.ensemble import quantiles
-from rockframe.rocking.margins.members import draws, members
+from rockframe.rocking.margins.members import draws, members, surely_rock
 from rockframe.rocking.verdict import ModelEnd
+from rockframe.structures.contract import require_possible
 from rockframe.units import GRAVITY
 
 BENT = RockingFrame(height=9.6, width=1.6, mass_ratio=4.0, name="bent")
@@ -287,6 +290,39 @@ def test_impossible_members_name_the_spread_and_the_value() -> None:
     respond(BENT, falling)  # the motion itself is possible
     with pytest.raises(ParameterError, match=r"spread amplitude 0\.1 .*1\.\d+ times the motion"):
         member_peaks([falling], [BENT], Ensemble(amplitude=0.1))
+
+
+#: Frames near a limit: of slenderness, of the size, of the moment of tendons, and of the inertia.
+NEAR_LIMITS = [
+    RockingFrame(height=3.0, width=4.0, name="stocky"),
+    RockingFrame(height=0.003, width=0.0011, name="short"),
+    dataclasses.replace(RESTRAINED, column_mass=20.0, name="light"),
+    RockingFrame(height=9.6, width=1.6, inertia_ratio=1.02, section="circular", name="pendulum"),
+]
+
+
+SPREADS = st.sampled_from([0.0, 0.02, 0.1, 0.2, 0.5, 0.9])
+
+
+@settings(max_examples=20)
+@given(height=SPREADS, width=SPREADS, loss=st.floats(1.0, 10.0))
+def test_all_members_of_frames_that_surely_rock_can_be_made(
+    height: float, width: float, loss: float
+) -> None:
+    """The check of all members together accepts no frame that has an impossible member."""
+    ensemble = Ensemble(members=16, height=height, width=width, impact_loss=loss)
+    for frame in [*FRAMES, *NEAR_LIMITS]:
+        if surely_rock(ensemble, frame):
+            members(ensemble, frame)
+
+
+def test_usual_frames_surely_rock_and_others_are_refused() -> None:
+    """Usual frames are accepted without making their members. Near a limit these are made."""
+    assert all(surely_rock(Ensemble(), frame) for frame in FRAMES)
+    require_possible(NEAR_LIMITS, Ensemble())
+    for frame in NEAR_LIMITS:
+        with pytest.raises(ParameterError, match=f"the ensemble of frame '{frame.name}': member"):
+            require_possible([frame], Ensemble(height=0.5, width=0.5))
 
 
 @pytest.mark.parametrize("count", [1, 15])

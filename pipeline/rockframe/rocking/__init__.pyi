@@ -43,6 +43,7 @@ from .margins.members import members as members
 from .margins.members import rank_correlations as rank_correlations
 from .margins.members import require_motion as require_motion
 from .margins.members import spreads_of as spreads_of
+from .margins.members import surely_rock as surely_rock
 from .margins.members import turned_degrees as turned_degrees
 from .margins.robust import robust_margins as robust_margins
 from .nominal import NominalResponses as NominalResponses

@@ -36,6 +36,7 @@ from rockframe.rocking import (
     respond,
     respond_many,
     respond_scenarios,
+    surely_rock,
     ties_of,
     with_contact,
     with_envelope,
@@ -85,7 +86,7 @@ class RockingKind:
     def require_possible(self, structure: RockingFrame, ensemble: Ensemble | None) -> None:
         """Require a frame, and members of its ensemble, that the kernel can compute."""
         ties_of(structure)
-        if ensemble is not None and ensemble.members:
+        if ensemble is not None and ensemble.members and not surely_rock(ensemble, structure):
             members(ensemble, structure)
 
     def members(self, structure: RockingFrame, ensemble: Ensemble) -> Sequence[RockingFrame]:

@@ -86,6 +86,51 @@ def members(ensemble: Ensemble, frame: RockingFrame) -> tuple[RockingFrame, ...]
     return tuple(structures)
 
 
+#: Limits within those of every `RockingFrame`: of lengths [m], inertia ratios, velocity ratios of
+#: impacts, masses [kg], and moments of ties over that of gravity [1].
+_LENGTHS: Final = (0.002, 500.0)
+_INERTIA_RATIOS: Final = (1.0 + 1e-6, 99.0)
+_RESTITUTIONS: Final = (1e-6, 1.0 - 1e-6)
+_MASSES: Final = (1e-99, 1e99)
+_MOMENTS: Final = (-1.0, 1e3)
+
+
+def surely_rock(ensemble: Ensemble, frame: RockingFrame) -> bool:
+    """Return True if `members` can certainly make each member; near a limit False.
+
+    All members are checked together, without making them, in a thirtieth of the time.
+
+    Examples
+    --------
+    >>> stocky = RockingFrame(height=3.0, width=2.9)
+    >>> [surely_rock(Ensemble(width=spread), stocky) for spread in (0.01, 0.9)]
+    [True, False]
+    """
+    taller, wider, loss = draws(ensemble)[:, :3].T
+    height, width = taller * frame.height, wider * frame.width
+    across = wider * 0.5 * (frame.width + frame.top_contact_width)
+    inertia_ratio = frame.resized_inertia(taller, wider)
+    column = inertia_ratio * ((taller * frame.centre_height) ** 2 + 0.25 * width**2)
+    inertia = column + frame.mass_ratio * (across**2 + height**2)
+    lost = (0.5 * width**2 + 2.0 * frame.mass_ratio * across**2) / inertia  # eq (43)
+    kept = frame.restitution_factor * (1.0 - lost)
+    sizes = (height, width, wider * frame.top_contact_width, taller * frame.centre_height)
+    # moments of ties grow with less than the eighth power of a factor
+    most = float(max(taller.max(), wider.max(), 1.0 / taller.min(), 1.0 / wider.min())) ** 8
+    parts = [part for tie in ties_of(frame) for part in tie[:3] if math.isfinite(part)]
+    mass = 1.0 if frame.column_mass is None else frame.column_mass
+    return all(
+        low < np.min(values) and np.max(values) < high
+        for (low, high), values in (
+            (_LENGTHS, sizes),
+            (_INERTIA_RATIOS, inertia_ratio),
+            (_RESTITUTIONS, (kept, np.maximum(kept, 0.0) ** loss)),
+            (_MASSES, (mass / most, mass * most)),
+            (_MOMENTS, [0.0, *(most * part for part in parts)]),
+        )
+    )
+
+
 def _member(frame: RockingFrame, height: float, width: float, loss: float) -> RockingFrame:
     """Return a frame of another size, of which an impact counts as `loss` impacts.
 
