@@ -13,9 +13,10 @@ from typing import Any, Final
 import pytest
 from tests.runs.small import FEW, contents, make_study, run
 
-from rockframe.engines.engine import Resources
+from rockframe.engines.engine import Engine, OneProcess, ProcessPool, Resources
 from rockframe.options import STAGES
 from rockframe.options.pulse import PulseOptions
+from rockframe.runs.performing import _parallel_work, perform, unreported
 from rockframe.runs.plan import make_plan, waves
 from rockframe.runs.run import run_plan
 from rockframe.stages.pulse import pulse_stage
@@ -81,6 +82,27 @@ def test_an_executor_of_python_gets_every_step(
         run_plan(plan, tmp_path / "there", engine=executor)
     assert [work.step for work in tasks] == list(chain.from_iterable(waves(plan.steps)))
     assert contents(tmp_path / "there") == contents(tmp_path / "here")
+
+
+def test_of_a_large_run_others_perform_what_needs_memory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its process loads no kernels and opens no shards. Small runs, and runs that have one process,
+    perform all steps themselves.
+    """
+    text = FEW.replace("records = 9", "records = 1")
+    plan = make_plan(read_study(make_study(tmp_path, 2, text)), tmp_path / "run")
+
+    def outside(engine: Engine) -> list[str]:
+        groups = _parallel_work(plan, plan.steps, tmp_path / "run", engine, unreported)
+        return [work.step.name for works, how, _ in groups if how is not perform for work in works]
+
+    assert outside(ProcessPool(2)) == []
+    monkeypatch.setattr("rockframe.runs.performing._MANY_FILES", 2)
+    assert outside(OneProcess()) == []
+    batches = {f"{stage}-{k:03d}" for stage in ("pulse", "respond") for k in (1, 2)}
+    assert {*batches, "table", "report"} <= {*outside(ProcessPool(2))}
+    assert {"ingest", "manifest", "verify"}.isdisjoint(outside(ProcessPool(2)))
 
 
 def test_an_engine_elsewhere_gets_tasks_of_every_stage(home: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.engines.choice import choose_engine
-from rockframe.engines.engine import Engine, map_tasks, resources_of, serve
+from rockframe.engines.engine import Engine, Resources, map_tasks, resources_of, serve
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import raise_if_interrupted
 from rockframe.options import STAGES, Stage, loaded
@@ -129,6 +130,14 @@ def perform_apart(work: Work) -> int:
     return status
 
 
+def perform_outside(run: int, work: Work) -> int:
+    """Perform a step in this process, or in a separate one if this is the process of the run.
+
+    What a step has loaded or allocated, such as kernels, a process keeps until it ends.
+    """
+    return perform_apart(work) if os.getpid() == run else perform(work)
+
+
 def perform_all(
     plan: Plan,
     todo: Sequence[Step],
@@ -187,6 +196,7 @@ def _parallel_work(
     the function.
     """
     here, resources = choose_engine(1), resources_of(engine)
+    outside = partial(perform_outside, os.getpid()) if _is_large(plan, resources) else perform
     for wave in waves(plan.steps):
         works = [
             Work(step, folder, resources.workers, plan.origins[step.name])
@@ -198,9 +208,26 @@ def _parallel_work(
             continue
         batches = [work for work in works if resources.local and not work.step.workers]
         if len(batches) > 1:  # one step needs no worker
-            yield batches, perform, engine
+            yield batches, outside, engine
             works = [work for work in works if work.step.workers]
-        yield from (([replace(work, given=engine, report=report)], perform, here) for work in works)
+        for work in works:
+            if outside is not perform and work.step.stage in _OUTSIDE:
+                yield [replace(work, given=engine)], outside, here
+            else:
+                yield [replace(work, given=engine, report=report)], perform, here
+
+
+#: Number of files that a run in batches reads from which it is large.
+_MANY_FILES: Final = 400
+#: Steps of a large run, besides batches, that its own process does not perform.
+_OUTSIDE: Final = frozenset(["table", "report"])
+
+
+def _is_large(plan: Plan, resources: Resources) -> bool:
+    """Return True if other processes of this machine perform steps, so that a run needs 300 MB."""
+    batches = max(step.batch[1] for step in plan.steps)
+    several = resources.local and resources.workers != 1
+    return several and batches > 1 and len(plan.inputs) >= _MANY_FILES
 
 
 def do(work: Work) -> Any:
