@@ -13,13 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockframe.cells import (
+    block_lines,
     decimal,
     harmless,
     original,
     plain,
     read_rows,
     rows_of_columns,
-    write_blocks,
     write_rows,
     write_table,
 )
@@ -185,9 +185,8 @@ def test_tables_of_columns_are_the_bytes_of_tables_of_rows() -> None:
     }
     blocks = [columns, {name: values[::-1] for name, values in columns.items()}]
     blocks += [{**columns, "many": [k / 7.0 for k in range(8 * n, 8 * n + 8)]} for n in range(600)]
-    in_rows, in_columns = io.StringIO(), io.StringIO()
-    count = write_blocks(in_columns, blocks)
-    assert write_table(in_rows, rows_of_columns(blocks)) == count == 8 * len(blocks)
-    assert in_columns.getvalue() == in_rows.getvalue()
-    assert write_blocks(empty := io.StringIO(), [{"a": []}]) == 0
-    assert not empty.getvalue()
+    in_rows, in_columns = io.StringIO(), [*block_lines(blocks)]
+    assert write_table(in_rows, rows_of_columns(blocks)) == 8 * len(blocks)
+    assert "".join(in_columns) == in_rows.getvalue()
+    assert len(in_columns) == 1 + len(blocks)
+    assert [*block_lines([{"a": []}])] == []

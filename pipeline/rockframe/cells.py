@@ -7,6 +7,7 @@ tables, figures and pages.
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -184,40 +185,34 @@ def write_table(stream: TextIO, rows: Iterable[Mapping[str, object]]) -> int:
     return count
 
 
-def write_blocks(stream: TextIO, blocks: Iterable[Mapping[str, Sequence[object]]]) -> int:
-    r"""Write tables with the same columns below each other as `write_table` does.
+def block_lines(blocks: Iterable[Mapping[str, Sequence[object]]]) -> Iterator[str]:
+    r"""Yield the header of tables with the same columns, and the lines of each, as CSV.
 
     Parameters
     ----------
-    stream : file
-        File open for writing.
     blocks : iterable of mapping of str to sequence
-        The values of each column.
+        The values of each column. Without rows, nothing is yielded.
 
     Examples
     --------
-    >>> import io
-    >>> stream = io.StringIO()
-    >>> write_blocks(stream, 2 * [{"event": ["@home", ""], "magnitude": [-0.1, math.nan]}])
-    4
-    >>> stream.getvalue()
-    "event,magnitude\n'@home,-0.1\n,\n'@home,-0.1\n,\n"
+    >>> list(block_lines(2 * [{"event": ["@home", ""], "magnitude": [-0.1, math.nan]}]))
+    ['event,magnitude\n', "'@home,-0.1\n,\n", "'@home,-0.1\n,\n"]
     """
-    count = 0
     texts: dict[str, _Texts] = {}
     for block in blocks:
-        rows = len(next(iter(block.values())))
-        if rows and not texts:
-            _writer(stream)(block)
+        if not texts:
+            if not next(iter(block.values())):
+                continue
+            header = io.StringIO()
+            _writer(header)(block)
+            yield header.getvalue()
             texts = {name: _Texts() for name in block}
         columns = [_column_cells(block[name], kept) for name, kept in texts.items()]
         # rows of texts need half of the time of csv.writer, whose lines these are
         lines = [*map(",".join, zip(*columns, strict=True))]
         if len(columns) == 1:
             lines = [line or '""' for line in lines]
-        stream.write("\n".join([*lines, ""]))
-        count += rows
-    return count
+        yield "\n".join([*lines, ""])
 
 
 def rows_of_columns(blocks: Iterable[Mapping[str, Sequence[Any]]]) -> Iterator[dict[str, Any]]:

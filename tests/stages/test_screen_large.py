@@ -8,16 +8,18 @@ from typing import Any
 import netCDF4
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 from tests.screening import STRUCTURES, site, stored, structures, three
 
 from rockframe.engines.engine import OneProcess
+from rockframe.frame import RockingFrame
 from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.record import Record
 from rockframe.report.page import screening_content
 from rockframe.results.screen import read_screening
 from rockframe.stages.screen import Screening, screen_stage
-from rockframe.stages.screening.outcomes import AllOutcomes
+from rockframe.stages.screening.outcomes import OF_MEMBERS, AllOutcomes
+from rockframe.stages.screening.request import ScreeningRequest
 from rockframe.stages.screening.statistics import _shared
 
 RESTRAINED = """
@@ -131,27 +133,41 @@ def test_outcomes_return_as_they_were_filled(
 ) -> None:
     monkeypatch.setattr("rockframe.stages.screening.outcomes._TOGETHER", together)
     random = np.random.default_rng(4)
-    shape, members = (21, 3, 2), 4
-    every = AllOutcomes(shape, 2, members, ["peak_u"], tmp_path)
+    options = ScreenOptions(
+        scales=(0.5, 1.0),
+        scenario_members=4,
+        limit_peak_u_m=(0.1,),
+        hazard=Path("hazard.csv"),
+        return_period_years=(475.0,),
+    )
+    frames = [RockingFrame(height=h, width=1.0, name=f"h{h}") for h in (6.0, 7.0, 8.0)]
+    request = ScreeningRequest.of(options, (*frames,))
+    shape, members = (21, 3, 2), request.members
+    every = AllOutcomes(request, shape[0], tmp_path)
     assert every.is_large
-    verdicts = random.integers(4, size=shape)
-    reached = random.integers(members + 1, size=(2, *shape))
-    kept = random.uniform(size=(2, *shape[:2], members))
-    demands = random.uniform(size=(*shape, members))
+    values = {
+        "verdict": random.integers(4, size=shape),
+        "reached": random.integers(members + 1, size=(*shape, 2)),
+        **{f"members_{n}": random.uniform(size=(*shape[:2], members)) for n in OF_MEMBERS},
+        **{
+            f"members_{n}_at_scales": random.uniform(size=(*shape, members))
+            for n in request.demands
+        },
+    }
     for motion in range(shape[0]):
-        place, outcomes = every.of_motion(motion)
-        outcomes.verdicts[place] = verdicts[motion]
-        outcomes.reached[:, place] = reached[:, motion]
-        for values, of_name in zip(kept, outcomes.peaks.values(), strict=True):
-            of_name[place] = values[motion]
-        outcomes.demands["peak_u"][place] = demands[motion]
+        every.add({name: array[motion] for name, array in values.items()})
+    in_both = np.zeros(shape[0], dtype=bool)
     seen: list[int] = []
-    for some, outcomes in every.parts():
+    for some, part in every.parts(in_both):
+        outcomes = part.outcomes
         seen += range(shape[1])[some]
-        assert_array_equal(outcomes.verdicts, verdicts[:, some])
-        assert_array_equal(outcomes.reached, reached[:, :, some])
-        assert_allclose([*outcomes.peaks.values()], kept[:, :, some], rtol=0.0)
-        assert_allclose(outcomes.demands["peak_u"], demands[:, some], rtol=0.0)
+        assert part.request.structures == tuple(frames[some])
+        assert_array_equal(outcomes.verdicts, values["verdict"][:, some])
+        assert_array_equal(np.moveaxis(outcomes.reached, 0, -1), values["reached"][:, some])
+        for name in OF_MEMBERS:
+            assert_array_equal(outcomes.peaks[name], values[f"members_{name}"][:, some])
+        for name in request.demands:
+            assert_array_equal(outcomes.demands[name], values[f"members_{name}_at_scales"][:, some])
     assert seen == [0, 1, 2]
 
 

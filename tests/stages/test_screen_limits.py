@@ -33,7 +33,7 @@ from rockframe.signals.measures import (
 )
 from rockframe.signals.processing import integrate
 from rockframe.stages.screen import screen_stage
-from rockframe.stages.screen_batches import ScreeningRun
+from rockframe.stages.screening.outcomes import ScreenedStructures
 from rockframe.structures.screening import quantities_of
 from rockframe.units import GRAVITY
 
@@ -342,15 +342,13 @@ def test_structures_share_the_memory_of_their_shares() -> None:
     """An archive of many structures holds the shares of each limit once."""
     arrays = [np.zeros((3, 2, 4)), np.ones((3, 2, 4))]
     frames = [RockingFrame(height=9.6, width=1.6), RockingFrame(height=6.0, width=0.8)]
-    request = SimpleNamespace(structures=frames)
     limits = [OVERTURNING, LimitState("peak_u", 0.2)]
     run = SimpleNamespace(
-        limits=limits,
-        request=request,
+        request=SimpleNamespace(structures=frames, limits=limits),
         shares=lambda n: arrays[n].copy(),
         has=lambda *_: True,
     )
-    first, second = ScreeningRun.reached_by_each(cast("Any", run), [np.arange(3)] * 2)
+    first, second = ScreenedStructures.reached_by_each(cast("Any", run), [np.arange(3)] * 2)
     for one, other, array in zip(first, second, arrays, strict=True):
         assert one is not None
         assert other is not None

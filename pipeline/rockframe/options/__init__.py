@@ -47,6 +47,9 @@ class Stage:
         True if the stage runs only if the study has its table.
     batches : bool
         True if the stage can compute a batch of the records.
+    of_all_records : tuple of str
+        Options of results that need all records. The function computes these from the files of the
+        batches, its ``shards``; without any, an index of the files is all that is needed.
     engine : bool
         True if the stage computes in several processes.
     progress : bool
@@ -70,6 +73,7 @@ class Stage:
     foreseen: str = ""
     requested: bool = True
     batches: bool = False
+    of_all_records: tuple[str, ...] = ()
     engine: bool = True
     progress: bool = True
     memory: int = 4000
@@ -147,6 +151,8 @@ _DECLARED: Final = (
         figures="stages.screen.screening_figures",
         command="stages.screen",
         summary="screen structures by many records at many scales",
+        batches=True,
+        of_all_records=("histories", "fragility_curve", "pooled", "seed", "design"),
     ),
     Stage(
         name="spectrum",

@@ -105,17 +105,13 @@ NO_COMPONENTS: Final = Components()
 
 
 def component_values(components: Sequence[Components]) -> dict[str, list[str]]:
-    """Return the variables of the components of motions, if some are in both directions.
+    """Return the variables of the components of motions.
 
     Examples
     --------
     >>> component_values([NO_COMPONENTS, Components(("a", "b"))])["components"]
     ['', 'a b']
-    >>> component_values([NO_COMPONENTS])
-    {}
     """
-    if not any(each.records for each in components):
-        return {}
     return {
         "components": [" ".join(each.records) for each in components],
         "components_remark": [each.remark for each in components],

@@ -1,33 +1,45 @@
-"""screen.nc, and the finished batches from which the same command can resume."""
+"""screen.nc: the file of a screening, of a batch of it, or of all batches."""
 
 from __future__ import annotations
 
 import json
 import math
-import re
-import shutil
-import zipfile
-import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Container,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import IO, TYPE_CHECKING, Any, Final, TypeVar
+from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.engines.engine import Engine, map_tasks
-from rockframe.errors import InputError, ParameterError
-from rockframe.provenance import key_of, whole_file
+from rockframe.errors import ParameterError
+from rockframe.interruption import raise_if_interrupted
 from rockframe.quantities import OF_SCENARIO, QUANTITIES
-from rockframe.results.schema import SCREEN
-from rockframe.results.schema.arrays import positions
+from rockframe.results.schema import SCREEN, Variable
+from rockframe.results.schema.arrays import Arrays, positions
 from rockframe.results.schema.response import SCREEN_NC
-from rockframe.results.stored import CHUNK, open_netcdf
+from rockframe.results.shards import BatchFiles
+from rockframe.results.stored import (
+    CHUNK,
+    SHARDS,
+    WITHOUT_RECORDS,
+    Stored,
+    open_netcdf,
+    opened_one,
+)
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import (
+    Origin,
     as_os_error,
     create_variable,
     growing,
@@ -54,6 +66,9 @@ WritePart = Callable[[str, tuple[slice, slice], NDArray[Any]], None]
 #: Number of pairs of motion and structure of which values at one scale are in memory together.
 _FEW_PAIRS: Final = 2**19
 
+#: The values of variables, and the units of those that allow two units.
+Described: TypeAlias = tuple[Mapping[str, Any], Mapping[str, str]]
+
 _SERIES: Final = ("time", "theta", "u", "v")
 _INDICES: Final = ("history_record", "history_structure", "history_scale")
 _PEAKS: Final = tuple(quantity.name for quantity in OF_SCENARIO)
@@ -62,46 +77,50 @@ _NOMINAL: Final = ("verdict", *_PEAKS)
 _OF_MEMBERS: Final = tuple(
     variable.name for variable in SCREEN_NC.variables if variable.group == "members"
 )
+#: Variables of a batch that choose the scenarios whose histories are kept.
+_OF_OUTCOMES: Final = ("verdict", "peak_rotation_ratio")
 
 
 def write_screening(
     scenarios: Iterable[Scenario],
     sizes: Mapping[str, int],
-    reference: int,
-    describe: Callable[[WritePart], tuple[Mapping[str, Any], Mapping[str, str]]],
+    describe: Callable[[WritePart], Described],
     path: Path,
     *,
-    input_sha256: Mapping[str, str],
-    parameters: Mapping[str, Any],
-    left_out: Mapping[str, str],
-    filtered: Collection[str] = (),
+    reference: int,
+    batch: str = "",
     histories: Iterable[KeptHistory] | None = None,
-) -> xr.Dataset:
+    filtered: Collection[str] = (),
+    **origin: Unpack[Origin],
+) -> xr.Dataset | None:
     """Write the output of the screen stage, complete or not at all; one motion is in memory at a
-    time. Return what `read_screening` reads of it, at the reference scale only.
+    time. Return what `read_screening` reads of it, at the reference scale only; nothing of a batch.
 
     The same inputs give the same bytes.
 
     Parameters
     ----------
-    scenarios : iterable of mapping of str to array, shape (structures, scales)
-        The result of `quantities_of` for each motion, and the shares and bands of an ensemble.
+    scenarios : iterable of mapping of str to array
+        The variables of the scenarios of each motion, without their first dimension.
     sizes : mapping of str to int
-        Numbers of motions, structures and scales: ``record``, ``structure`` and ``scale``; with an
-        ensemble also of limits and quantiles: ``limit_state`` and ``quantile``.
-    reference : int
-        Position of the reference scale.
+        Sizes of the dimensions: ``record``, ``structure``, ``scale``, ``limit_state`` and
+        ``member``; with an ensemble also ``quantile``.
     describe : callable
         Called after the last motion with a function that writes parts of variables into the file;
         returns the values of the other variables, and the units of variables that allow two units.
     path : Path
         The file to write; an older file is replaced.
-    input_sha256, parameters, left_out : mapping
-        As in `Origin`.
-    filtered : collection of str
-        Names in `left_out` that the user's filters reject; the others could not be screened.
+    reference : int
+        Position of the reference scale.
+    batch : str
+        The batch of the records, ``2/3``; empty for all records. Its file has the outcomes of all
+        members, of which the results of all records are made.
     histories : iterable of KeptHistory, optional
         Histories of single scenarios, read after the last motion.
+    filtered : collection of str
+        Names in `left_out` that the user's filters reject; the others could not be screened.
+    **origin
+        Keywords of `Origin`.
 
     Raises
     ------
@@ -111,39 +130,156 @@ def write_screening(
     source = iter(scenarios)
     # Validate everything before creating a folder or a file.
     first = tuple(islice(source, 1))
-    filled = _NOMINAL + (_OF_MEMBERS if "quantile" in sizes else ())
-    few = sizes["record"] * sizes["structure"] <= _FEW_PAIRS
+    filled = [
+        variable.name
+        for variable in SCREEN_NC.variables
+        if first and variable.name in first[0] and (batch or not _is_of_batch(variable))
+    ]
+    few = not batch and sizes["record"] * sizes["structure"] <= _FEW_PAIRS
     at_reference: dict[str, list[NDArray[Any]]] = {name: [] for name in filled if few}
+    attrs = {"filtered": json.dumps(sorted(filtered))} | ({"batch": batch} if batch else {})
     with named(path) as partial:
+        if not first:
+            put(Arrays({}, attrs | {"title": WITHOUT_RECORDS}), partial, SCREEN, **origin)
+            return None
         with _filling(partial, filled, sizes) as fill:
             for row, scenario in enumerate(chain(first, source)):
                 fill(row, scenario)
                 for name, rows in at_reference.items():
                     rows.append(scenario[name][:, reference])
-        kept = {} if histories is None else _append_histories(partial, histories)
         write = _PartsInFile(partial)
-        values, units = describe(write)
-        dataset = SCREEN_NC.dataset({**values, **kept}, **units).assign_attrs(
-            filtered=json.dumps(sorted(filtered))
-        )
-        put(
-            dataset,
-            partial,
-            SCREEN,
-            input_sha256=input_sha256,
-            parameters=parameters,
-            left_out=left_out,
-            mode="a",
-        )
+        dataset = _completed(partial, write, describe, histories, attrs, origin)
+    if batch:
+        return None
     if not few or write.names:
         return read_screening(path, every_scale=False)
     constants = {
         name: SCREEN_NC[name].holding(np.array(rows)[:, :, None]).isel(scale=0).variable()
         for name, rows in at_reference.items()
     }
-    attributes = {"rockframe_kind": SCREEN, "parameters": json.dumps(dict(parameters))}
-    attributes["left_out"] = json.dumps(dict(left_out), sort_keys=True)
+    attributes = {"rockframe_kind": SCREEN, "parameters": json.dumps(dict(origin["parameters"]))}
+    attributes["left_out"] = json.dumps(dict(origin["left_out"] or {}), sort_keys=True)
     return dataset.assign(constants).assign_attrs(attributes).set_coords("record_id")
+
+
+def write_screening_index(
+    files: BatchFiles,
+    describe: Callable[[WritePart], Described],
+    path: Path,
+    *,
+    histories: Iterable[KeptHistory] | None = None,
+    filtered: Collection[str] = (),
+    **origin: Unpack[Origin],
+) -> xr.Dataset:
+    """Write the output of the screen stage for all records, whose scenarios are in the files of
+    batches. Return what `read_screening` reads of it, at the reference scale only.
+
+    Parameters
+    ----------
+    files : BatchFiles
+        The files of the batches.
+    path : Path
+        The file to write; an older file is replaced.
+    describe, histories, filtered, **origin
+        As for `write_screening`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    attrs = {SHARDS: files.index.attrs[SHARDS], "filtered": json.dumps(sorted(filtered))}
+    with named(path) as partial:
+        put(files.index, partial, SCREEN, **origin)
+        write = _PartsInFile(partial)
+        _completed(partial, write, describe, histories, attrs, origin, files.index.variables)
+    return read_screening(path, every_scale=False)
+
+
+def _completed(
+    partial: Path,
+    write: WritePart,
+    describe: Callable[[WritePart], Described],
+    histories: Iterable[KeptHistory] | None,
+    attrs: Mapping[str, Any],
+    origin: Origin,
+    written: Container[str] = (),
+) -> xr.Dataset:
+    """Add histories and the described variables to a partial file; return the latter."""
+    values, units = describe(write)
+    kept = {} if histories is None else _append_histories(partial, histories)
+    further = {n: v for n, v in {**values, **kept}.items() if n not in written}
+    dataset = SCREEN_NC.dataset(further, **units).assign_attrs(attrs)
+    put(dataset, partial, SCREEN, mode="a", **origin)
+    return dataset
+
+
+class ScreenedBatches:
+    """The motions in the files of batches, which are read once.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The files, in order.
+
+    Raises
+    ------
+    InputError
+        If a file is missing, corrupted, or of another kind.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._paths = paths
+        self._facts: list[dict[str, NDArray[Any]]] = []
+        self.filtered: list[str] = []
+
+    def rows(self) -> Iterator[Scenario]:
+        """Yield the outcomes of each motion by variable, without their first dimension."""
+        for path in self._paths:
+            raise_if_interrupted()
+            with opened_one(path, SCREEN, empty=True) as (attrs, stored):
+                self.filtered += json.loads(attrs["filtered"])
+                if not stored:
+                    continue
+                outcomes = {
+                    variable.declared.name: variable
+                    for variable in stored
+                    if variable.declared.name in _OF_OUTCOMES or _is_of_batch(variable.declared)
+                }
+                self._facts.append(
+                    {
+                        variable.declared.name: variable.values
+                        for variable in stored
+                        if "structure" not in variable.dims
+                    }
+                )
+                yield from _motion_by_motion(outcomes)
+
+    @property
+    def facts(self) -> Arrays:
+        """The variables without structures of all motions, after `rows`."""
+        joined = SCREEN_NC.joined(self._facts)
+        return Arrays(
+            {name: SCREEN_NC[name].holding(values) for name, values in joined.items()}, {}
+        )
+
+
+def _is_of_batch(variable: Variable) -> bool:
+    return variable.of_files == "one batch"
+
+
+def _motion_by_motion(variables: Mapping[str, Stored]) -> Iterator[Scenario]:
+    """Yield the values of each motion; those of some motions are in memory."""
+    shapes = [variable.shape for variable in variables.values()]
+    together = max(1, _FEW_PAIRS // max(math.prod(shape[1:]) for shape in shapes))
+    for start in range(0, shapes[0][0], together):
+        some = slice(start, start + together)
+        parts = {
+            name: variable.read((some, *(slice(None),) * (len(variable.shape) - 1)))
+            for name, variable in variables.items()
+        }
+        for k in range(len(next(iter(parts.values())))):
+            yield {name: values[k] for name, values in parts.items()}
 
 
 def rate_values(curve: HazardCurve, fits: Fits) -> dict[str, Any]:
@@ -192,15 +328,17 @@ def _filling(
     width = min(sizes["scale"], CHUNK)
     file = open_netcdf(partial, "w")
     try:
+        needed = {dimension for name in names for dimension in SCREEN_NC[name].dims}
         for dimension, size in sizes.items():
-            file.createDimension(dimension, size)
+            if dimension in needed:
+                file.createDimension(dimension, size)
         for name in names:
             declared = SCREEN_NC[name]
-            further = [sizes[dimension] for dimension in declared.dims[3:]]
-            each = sizes["structure"] * width * math.prod(further)
+            further = [width if n == "scale" else sizes[n] for n in declared.dims[2:]]
+            each = sizes["structure"] * math.prod(further)
             rows = max(1, min(sizes["record"], CHUNK // each))
             like = declared.holding(np.empty((0,) * len(declared.dims)))
-            chunk = (rows, sizes["structure"], width, *further)
+            chunk = (rows, sizes["structure"], *further)
             create_variable(file, name, like, chunk, chunks=2)
 
         def fill(row: int, scenario: Scenario) -> None:
@@ -444,115 +582,3 @@ def screening_of(path: Path, record: str) -> list[dict[str, Any]]:
             shares = {scale: response["share_overturned"] for scale, response in each.items()}
             row["shares_overturned"] = shares
     return rows_of_it
-
-
-Task = TypeVar("Task")
-Arrays = dict[str, NDArray[Any]]
-
-_KEY_LENGTH: Final = 16
-
-
-class Batches:
-    """Batches of arrays for one set of inputs and options, in a hidden folder beside an output.
-
-    Parameters
-    ----------
-    output : Path
-        File that the batches will be merged into.
-    origin : mapping
-        Inputs and options that the batches depend on, as JSON values.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     batches = Batches(Path(folder, "screen.nc"), {"scales": [1.0]})
-    ...     batches.keep("peaks-1", {"theta": np.array([0.5])})
-    ...     batches.kept("peaks-1"), batches.kept("peaks-2")
-    ({'theta': array([0.5])}, None)
-    """
-
-    def __init__(self, output: Path, origin: Mapping[str, Any]) -> None:
-        self._output = output
-        key = key_of(dict(origin))[:_KEY_LENGTH]
-        self.folder = output.parent / f".{output.stem}-{key}.batches"
-
-    def keep(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Write a batch, complete or not at all.
-
-        Raises
-        ------
-        InputError
-            If the batch cannot be written.
-        """
-        with whole_file(self._path(name)) as partial, partial.open("wb") as stream:
-            np.savez(stream, **arrays)  # type: ignore[arg-type]
-
-    def kept(self, name: str) -> Arrays | None:
-        """Return a batch; None if it is missing or corrupted."""
-        try:
-            with self._path(name).open("rb") as stream, np.load(stream) as file:
-                return {key: file[key] for key in file.files}
-        except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
-            return None
-
-    def map(
-        self,
-        function: Callable[[Task], Arrays],
-        tasks: Iterable[tuple[str, Callable[[], Task]]],
-        engine: Engine | None,
-        done: Callable[[], None],
-    ) -> Iterator[Arrays]:
-        """Compute and keep the missing batches, and yield all batches in order.
-
-        Parameters
-        ----------
-        function : callable
-            The function to call, as in `map_tasks`.
-        tasks : iterable of (str, callable)
-            The name of each batch, and a function that makes its task if the batch must be
-            computed.
-        engine : Engine, optional
-            Engine of the computation.
-        done : callable
-            Called for each finished batch.
-
-        Raises
-        ------
-        InputError
-            If a batch cannot be written, or is missing when it is read again.
-        """
-        names: list[str] = []
-        missing: list[str] = []
-
-        def to_do() -> Iterator[Task]:
-            for name, make in tasks:
-                names.append(name)
-                if self.kept(name) is None:
-                    missing.append(name)
-                    yield make()
-                else:
-                    done()
-
-        for number, arrays in enumerate(map_tasks(function, to_do(), engine=engine)):
-            self.keep(missing[number], arrays)
-            done()
-        for name in names:
-            batch = self.kept(name)
-            if batch is None:
-                raise InputError(
-                    self._path(name), "missing or corrupted. Keep this folder until the end."
-                )
-            yield batch
-
-    def sweep(self) -> None:
-        """Remove all batches of this output, including those of earlier inputs and options."""
-        pattern = re.compile(
-            rf"\.{re.escape(self._output.stem)}-[0-9a-f]{{{_KEY_LENGTH}}}\.batches"
-        )
-        for folder in self._output.parent.iterdir():
-            if pattern.fullmatch(folder.name):
-                shutil.rmtree(folder, ignore_errors=True)
-
-    def _path(self, name: str) -> Path:
-        return self.folder / f"{name}.npz"

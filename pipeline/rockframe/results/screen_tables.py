@@ -4,26 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from functools import lru_cache
 from pathlib import Path
-from tempfile import gettempdir
-from typing import TYPE_CHECKING, Any, Final
+from tempfile import TemporaryFile, gettempdir
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.cells import TABLE_FORMATS, in_digits, rows_of_columns
+from rockframe.cells import TABLE_FORMATS, block_lines, in_digits, rows_of_columns
+from rockframe.engines.engine import Engine, map_tasks
+from rockframe.provenance import whole_file
 from rockframe.quantities import IN_MATRICES, OF_SCENARIO, PEAKS
 from rockframe.record import SiteType
 from rockframe.results.return_periods import DEMAND_COLUMNS, demand_rows
 from rockframe.results.schema import SCREEN
+from rockframe.results.schema.arrays import Arrays, arrays_of
 from rockframe.results.schema.response import ROBUST
 from rockframe.results.screen import pooled_fits, read_screening
 from rockframe.results.tables.entries import (
     beside,
     parameter_rows,
     refuse_other_table,
-    write_columns_as,
     write_rows_as,
 )
 from rockframe.results.tables.notes import left_out_reasons, with_directions
@@ -42,6 +45,8 @@ from rockframe.study.kinds import declared_kind
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rockframe.results.schema.arrays import Dataset
 
 Rows = Iterator[dict[str, Any]]
 #: Tables one after the other, as columns with their values.
@@ -96,6 +101,13 @@ def screen_columns(screening: xr.Dataset) -> Blocks:
     severe first, and those that count for no structure last. `screening` is that of
     `read_screening`.
     """
+    listed, columns = _listed_pairs(screening)
+    for motions in _in_order_of_rank(listed):
+        yield from _pair_columns(motions, columns)
+
+
+def _listed_pairs(screening: xr.Dataset) -> tuple[xr.Dataset, dict[str, str]]:
+    """Return what a screening has at the scale nearest to 1, and the variable of each column."""
     if "scale" in screening["verdict"].dims:
         reference = float(screening["reference_scale"])
         at = int(np.flatnonzero(screening["scale"].values == reference)[0])
@@ -111,19 +123,31 @@ def screen_columns(screening: xr.Dataset) -> Blocks:
             column = spectral(float(period), end).column
             screening = screening.assign({column: screening[variable].isel(spectral_period=k)})
             columns[column] = column
-    order = np.argsort(screening["mean_relative_rank"].values, kind="stable")
     names = {variable.partition(".")[0] for variable in columns.values()} | {*columns}
-    listed = screening[[name for name in screening.variables if name in names]]
+    return screening[[name for name in screening.variables if name in names]], columns
+
+
+def _in_order_of_rank(screening: xr.Dataset) -> Iterator[xr.Dataset]:
+    """Yield some motions of a screening after the other, the most severe first."""
+    order = _places_by_rank(screening)
     together = max(1, min(_MOTIONS, _TOGETHER // screening.sizes["structure"]))
     for some in np.split(order, range(together, len(order), together)):
         in_file = np.sort(some)  # a file is read faster in its own order
-        block_of_motions = listed.isel(record=in_file).load()
-        motions = block_of_motions.isel(record=np.searchsorted(in_file, some))
-        for block in columns_along(motions, "record structure", columns):
-            block |= {"verdict_words": _words(block)}
-            if "safe_islands" in block:
-                block["safe_islands"] = [math.nan if n < 0 else n for n in block["safe_islands"]]
-            yield block
+        block = screening.isel(record=in_file).load()
+        yield block.isel(record=np.searchsorted(in_file, some))
+
+
+def _places_by_rank(screening: xr.Dataset) -> NDArray[np.intp]:
+    return np.argsort(screening["mean_relative_rank"].values, kind="stable")
+
+
+def _pair_columns(motions: Dataset, columns: Mapping[str, str]) -> Blocks:
+    """Yield the columns of each motion, a value for each structure."""
+    for block in columns_along(motions, "record structure", columns):
+        block |= {"verdict_words": _words(block)}
+        if "safe_islands" in block:
+            block["safe_islands"] = [math.nan if n < 0 else n for n in block["safe_islands"]]
+        yield block
 
 
 def _of_members(screening: xr.Dataset) -> dict[str, str]:
@@ -679,12 +703,30 @@ def scenario_rows(screening: xr.Dataset) -> Rows:
 
 def scenario_columns(screening: xr.Dataset) -> Blocks:
     """Yield the columns of each motion for structures and scales, with intensities."""
-    columns = _of_scenario(screening)
-    for block in columns_along(screening, "record structure scale", columns):
+    yield from _scenario_columns(screening, _of_scenario(screening))
+
+
+def _scenario_columns(motions: Dataset, columns: Mapping[str, str]) -> Blocks:
+    for block in columns_along(motions, "record structure scale", columns):
         yield block | {
             name: [value * scale for value, scale in zip(block[name], block["scale"], strict=True)]
             for name in ("pga_g", "pgv_m_s")
         }
+
+
+def _listed_scenarios(dataset: xr.Dataset) -> tuple[xr.Dataset, dict[str, str]]:
+    """Return what the table of scenarios needs, and the variable of each column."""
+    columns = _of_scenario(dataset)
+    names = {name.partition(".")[0] for name in columns.values()}
+    return dataset[[name for name in dataset.variables if name in names]], columns
+
+
+def _in_order_of_file(listed: xr.Dataset) -> Iterator[xr.Dataset]:
+    """Yield some motions of a screening after the other."""
+    each = math.prod(n for name, n in listed.sizes.items() if name in ("structure", "scale"))
+    together = max(1, _TOGETHER // each)
+    for first in range(0, listed.sizes["record"], together):
+        yield listed.isel(record=slice(first, first + together)).load()
 
 
 def _scenarios(path: Path) -> Blocks:
@@ -692,11 +734,57 @@ def _scenarios(path: Path) -> Blocks:
     from rockframe.results.reading import opened  # loads xarray
 
     with opened(path, SCREEN) as dataset:
-        names = {name.partition(".")[0] for name in _of_scenario(dataset).values()}
-        listed = dataset[[name for name in dataset.variables if name in names]]
-        together = max(1, _TOGETHER // (listed.sizes["structure"] * listed.sizes["scale"]))
-        for first in range(0, listed.sizes["record"], together):
-            yield from scenario_columns(listed.isel(record=slice(first, first + together)).load())
+        listed, columns = _listed_scenarios(dataset)
+        for motions in _in_order_of_file(listed):
+            yield from _scenario_columns(motions, columns)
+
+
+class _Motions(NamedTuple):
+    """Some motions, the variables of the columns of their rows, and what makes the columns."""
+
+    motions: Arrays
+    columns: Mapping[str, str]
+    columns_of: Callable[[Arrays, Mapping[str, str]], Blocks]
+
+
+def _in_csv(part: _Motions) -> tuple[bytes, list[bytes]]:
+    """Return the header of a table, and the lines of each motion."""
+    header, *lines = (
+        text.encode() for text in block_lines(part.columns_of(part.motions, part.columns))
+    )
+    return header, lines
+
+
+def _write_motions(path: Path, screening: Path | xr.Dataset, engine: Engine | None) -> None:
+    """Write the table of scenarios of a file, or that of motions of a dataset, as CSV.
+
+    An engine makes the lines in the order of the file, which is the fastest to read.
+    """
+    from rockframe.results.reading import opened  # loads xarray
+
+    with ExitStack() as stack:
+        if isinstance(screening, Path):
+            listed, columns = _listed_scenarios(stack.enter_context(opened(screening, SCREEN)))
+            order, columns_of = range(listed.sizes["record"]), _scenario_columns
+        else:
+            listed, columns = _listed_pairs(screening)
+            order, columns_of = _places_by_rank(screening).tolist(), _pair_columns
+        partial = stack.enter_context(whole_file(path))
+        kept = stack.enter_context(TemporaryFile(dir=partial.parent))
+        parts = (
+            _Motions(arrays_of(motions), columns, columns_of)
+            for motions in _in_order_of_file(listed)
+        )
+        ends = [0]
+        with partial.open("wb") as stream:
+            for header, lines in map_tasks(_in_csv, parts, engine=engine):
+                if len(ends) == 1:
+                    stream.write(header)
+                for of_motion in lines:
+                    ends.append(ends[-1] + kept.write(of_motion))
+            for place in order:
+                kept.seek(ends[place])
+                stream.write(kept.read(ends[place + 1] - ends[place]))
 
 
 _SCENARIO: Final = ("record_id", "structure", "scale", "verdict")
@@ -756,6 +844,8 @@ def write_screen_tables(
     output: Path | None = None,
     table_format: str = "csv",
     screening: xr.Dataset | None = None,
+    *,
+    engine: Engine | None = None,
 ) -> dict[str, Path]:
     """Write the tables of a screening, and return their paths by kind.
 
@@ -770,6 +860,9 @@ def write_screen_tables(
     screening : Dataset, optional
         What `write_screening` returned (default: read from the file). Only the scenarios are read
         from the file, some motions at a time.
+    engine : Engine, optional
+        Engine that makes the lines of CSV of single motions; by default a `ProcessPool`. Every
+        engine gives the same bytes.
 
     Raises
     ------
@@ -784,9 +877,11 @@ def write_screen_tables(
         if table_format == "xlsx" and not kind:
             write_workbook(path, _sheets(screen_path, screening))
             continue
-        if kind in ("", "scenarios"):
+        if kind in ("", "scenarios") and table_format == "csv":
+            _write_motions(path, screen_path if kind else screening, engine)
+        elif kind in ("", "scenarios"):
             blocks = _scenarios(screen_path) if kind else screen_columns(screening)
-            write_columns_as(path, blocks, table_format)
+            write_rows_as(path, rows_of_columns(blocks), table_format)
         else:
             write_rows_as(path, _TABLES[kind][0](screening), table_format)
     return paths

@@ -13,7 +13,7 @@ from functools import cached_property, partial
 from itertools import accumulate
 from pathlib import Path
 from threading import RLock, get_ident
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,10 +87,81 @@ class _Batch:
     shared: Mapping[str, Array]
 
 
-def write_index(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str]:
+@dataclass(frozen=True)
+class BatchFiles:
+    """The files of all batches of a stage, in order, which an index opens as one file.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The files.
+    index : Arrays
+        The names of the records, and what all batches share: the structures. Its attributes name
+        the shards by their paths from the folder of the index.
+    left_out : mapping of str to str
+        Reasons why records were rejected, by identifier.
+    """
+
+    paths: Sequence[Path]
+    index: Arrays
+    left_out: Mapping[str, str]
+
+    @classmethod
+    def of(cls, parts: Sequence[Path], output: Path, kind: str) -> Self:
+        """Return the batches in these files, at least one, for an index to write.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be read, or was made from other inputs or with other options than the
+            first; if a file is missing or out of order; if a record is in two of them; or if no
+            file contains a record.
+        """
+        batches = [_batch(path, kind, f"{k}/{len(parts)}") for k, path in enumerate(parts, 1)]
+        left_out = {n: why for b in batches for n, why in json.loads(b.attrs["left_out"]).items()}
+        first = next((batch for batch in batches if batch.variables), None)
+        if first is None:
+            reason = next(iter(left_out.values()), "no record")
+            raise InputError(parts[0], f"no batch contains a record: {reason}")
+        for batch in batches:
+            _require_same_run(batch.path, batch.attrs, batches[0].attrs, batches[0].path)
+            if batch.variables:
+                _require_alike(batch, first)
+        names = [name for batch in batches for name in batch.names]
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise InputError(output, f"record {twice!r} is in two batches. Must be in one.")
+        shards = [
+            Shard(_from(output.parent, b.path), sha256_of(b.path), len(b.names), b.samples)
+            for b in batches
+        ]
+        attrs = {name: value for name, value in first.attrs.items() if name != "batch"}
+        index = Arrays(
+            {"record_id": KINDS[kind]["record_id"].holding(names), **first.shared},
+            {**attrs, SHARDS: json.dumps([astuple(shard) for shard in shards])},
+        )
+        return cls(parts, index, left_out)
+
+    def require_of(
+        self, output: Path, input_sha256: Mapping[str, str], parameters: Mapping[str, Any]
+    ) -> None:
+        """Require that an index with these inputs and options may have these batches.
+
+        Raises
+        ------
+        InputError
+            If they were made from other inputs or with other options.
+        """
+        attrs = self.index.attrs
+        stated = {"input_sha256": input_sha256, "parameters": parameters}
+        texts = {name: json.dumps(value, sort_keys=True) for name, value in stated.items()}
+        _require_same_run(self.paths[0], attrs, {**attrs, **texts}, output)
+
+
+def write_index(parts: Sequence[Path], output: Path, kind: str) -> Mapping[str, str]:
     """Write the index of all batches of a stage, whose files stay where they are.
 
-    The index itself has the names of the records and what all batches share: the structures.
+    The index itself has the names of the records and what all batches share.
 
     Parameters
     ----------
@@ -103,44 +174,26 @@ def write_index(parts: Sequence[Path], output: Path, kind: str) -> dict[str, str
 
     Returns
     -------
-    dict of str to str
+    mapping of str to str
         Reasons why records were rejected, by identifier.
 
     Raises
     ------
     InputError
-        If a file cannot be read, or was made from other inputs or with other options than the
-        first; if a file is missing or out of order; if a record is in two of them; or if no file
-        contains a record.
+        As `BatchFiles.of`, or if the index cannot be written.
     """
     from rockframe.results.writing import named, put
 
-    batches = [_batch(path, kind, f"{k}/{len(parts)}") for k, path in enumerate(parts, 1)]
-    left_out = {name: why for b in batches for name, why in json.loads(b.attrs["left_out"]).items()}
-    first = next((batch for batch in batches if batch.variables), None)
-    if first is None:
-        reason = next(iter(left_out.values()), "no record")
-        raise InputError(parts[0], f"no batch contains a record: {reason}")
-    for batch in batches:
-        _require_same_run(batch.path, batch.attrs, batches[0].attrs, batches[0].path)
-        if batch.variables:
-            _require_alike(batch, first)
-    names = [name for batch in batches for name in batch.names]
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise InputError(output, f"record {twice!r} is in two batches. Must be in one.")
-    shards = [
-        Shard(_from(output.parent, b.path), sha256_of(b.path), len(b.names), b.samples)
-        for b in batches
-    ]
-    attrs = {name: value for name, value in first.attrs.items() if name != "batch"}
-    index = Arrays(
-        {"record_id": KINDS[kind]["record_id"].holding(names), **first.shared},
-        {**attrs, SHARDS: json.dumps([astuple(shard) for shard in shards])},
-    )
+    batches = BatchFiles.of(parts, output, kind)
+    attrs, left_out = batches.index.attrs, batches.left_out
     inputs, parameters = (json.loads(attrs[name]) for name in ("input_sha256", "parameters"))
     with named(output) as partial:
-        put(index, partial, kind, input_sha256=inputs, parameters=parameters, left_out=left_out)
+        put(
+            *(batches.index, partial, kind),
+            input_sha256=inputs,
+            parameters=parameters,
+            left_out=left_out,
+        )
     return left_out
 
 
@@ -189,10 +242,22 @@ def _from(folder: Path, path: Path) -> str:
 def _require_same_run(
     path: Path, attrs: Mapping[str, Any], others: Mapping[str, Any], other: Path
 ) -> None:
-    """Reject the file of a batch that was not computed as another file says."""
+    """Reject the file of a batch that was not computed as another file says.
+
+    An index may state more parameters: those of the results of all records.
+    """
     for name in _COMMON:
-        if attrs[name] != others[name]:
+        if _as_in_batch(name, attrs[name], others[name]) != attrs[name]:
             raise InputError(path, f"not the {name} of {other}. Must be batches of one run.")
+
+
+def _as_in_batch(name: str, of_batch: str, of_run: str) -> str:
+    """Return an attribute of a run; of its parameters, only those that the batch states."""
+    if name != "parameters":
+        return of_run
+    stated = json.loads(of_run)
+    some = {key: stated[key] for key in json.loads(of_batch) if key in stated}
+    return json.dumps(some, sort_keys=True)
 
 
 def _require_alike(batch: _Batch, first: _Batch) -> None:
@@ -449,6 +514,9 @@ def opened_file(
     """
     with ExitStack() as stack:
         attrs, stored = stack.enter_context(opened_one(path, kind, empty=empty, held=held))
+        if "batch" in attrs and any(v.of_files == "all records" for v in KINDS[kind].variables):
+            what = f"is batch {attrs['batch']} alone, without the results of all records."
+            raise InputError(path, f"{what} State the file of all batches.")
         if SHARDS in attrs:
             shards = OpenShards(path, kind, attrs, held)
             if sum(shard.records for shard in shards.all) != _records(stored):
@@ -468,7 +536,11 @@ def _with_shards(stored: Sequence[Stored], shards: OpenShards, kind: str) -> lis
     own = {variable.declared.name: variable for variable in stored}
     own["record_id"].chunks = shards.chunks("record")
     further = shards.variables(shards.first)
-    joined = {name: Joined(v, shards) for name, v in further.items() if name not in own}
+    joined = {
+        name: Joined(v, shards)
+        for name, v in further.items()
+        if name not in own and v.declared.of_files != "one batch"
+    }
     return [
         own.get(declared.name) or joined[declared.name]
         for declared in KINDS[kind].variables

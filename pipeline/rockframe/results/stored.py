@@ -420,12 +420,17 @@ def _stored(
         for variable in kind.variables
         if variable.group and variable.name in variables
     }
+    lacking = "all records" if "batch" in attrs else "one batch"
     stored = []
     for variable in kind.variables:
         if variable.name in variables:
             stored.append(Stored(variable, variables[variable.name], lock))
             stored[-1].require_declared(path, kind)
-        elif SHARDS not in attrs and (not variable.group or variable.group in groups):
+        elif (
+            SHARDS not in attrs
+            and variable.of_files != lacking
+            and (not variable.group or variable.group in groups)
+        ):
             raise _without(path, kind, variable, variables)
     claimed, present = sum(variable.bytes for variable in stored), path.stat().st_size
     if claimed > _MOST_COMPRESSED * present:

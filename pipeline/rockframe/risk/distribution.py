@@ -371,7 +371,8 @@ class RelativeRanks:
         """
         ranked = np.isfinite(ranks)
         relative = (ranks - 0.5) / np.maximum(ranked.sum(axis=0), 1)
-        self._total = self._total + np.nansum(relative, axis=1)
+        for of_structure in relative.T:  # in this order, whatever is added together
+            self._total = self._total + np.nan_to_num(of_structure)
         self._counts = self._counts + ranked.sum(axis=1)
 
     @property

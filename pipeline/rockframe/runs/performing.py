@@ -25,7 +25,7 @@ from rockframe.provenance import (
     sha256_of,
     staying,
 )
-from rockframe.runs.plan import KEPT, Plan, Step, waves
+from rockframe.runs.plan import KEPT, SHARD_FOLDER, Plan, Step, waves
 from rockframe.runs.state import finish, read_plan, remove_partials, stamp
 from rockframe.stages.acceptance import Ingested
 from rockframe.stages.common import Batch
@@ -245,8 +245,12 @@ def _rejections(done: Any) -> Sequence[InputOutcome]:
 def _compute(stage: Stage, work: Work) -> Any:
     """Call the function of a stage."""
     options = loaded(stage.options)(**work.step.options)
-    names = [f"{Path(name).stem}_path" for name in work.step.inputs]
-    values: dict[str, Any] = dict(zip(names, work.inputs, strict=True))
+    shards = [work.folder / name for name in work.step.inputs if name.startswith(SHARD_FOLDER)]
+    values: dict[str, Any] = {
+        f"{path.stem}_path": path for path in work.inputs if path not in shards
+    }
+    if shards:
+        values["shards"] = shards
     if stage.batches:
         values["batch"] = work.batch
     if stage.engine:
@@ -340,14 +344,16 @@ def recompute(folder: Path, sample: int) -> tuple[list[str], list[str]]:
     """
     if not (folder / KEPT / "plan.json").is_file():
         return [], [f"{folder}: contains no study plan, so it cannot be recomputed."]
-    steps = {step.stage: step for step in reversed(read_plan(folder).steps)}
+    steps = read_plan(folder).steps
     done: list[str] = []
     faults: list[str] = []
     with scratch_folder() as elsewhere:
         for stage in STAGES.values():
-            if stage.name not in steps:
+            of_stage = [step for step in steps if step.stage == stage.name]
+            if not of_stage:
                 continue
-            step = steps[stage.name]
+            # the last one has the options of all records
+            step = of_stage[-1 if stage.of_all_records else 0]
             try:
                 summary, differing = _recomputed(stage, step, folder.resolve(), elsewhere, sample)
             except RockframeError as error:  # an input is missing
@@ -367,13 +373,16 @@ def _recomputed(
     from rockframe.results.contents import describe, differences
 
     whole, kind, batch = folder / stage.file, stage.kind, (1, 1)
-    if stage.batches:
+    in_batches = stage.batches and not stage.of_all_records
+    if in_batches:
         count = max(1, len(describe(whole, kind).records) // sample)
         batch = ((count + 1) // 2, count)
     outputs = (whole.name, *step.outputs[1:])
-    do(Work(replace(step, batch=batch, outputs=outputs, workers=True), folder, into=elsewhere))
+    inputs = tuple(name for name in step.inputs if not name.startswith(SHARD_FOLDER))
+    again = replace(step, batch=batch, inputs=inputs, outputs=outputs, workers=True)
+    do(Work(again, folder, into=elsewhere))
     records, apart, differing = differences(elsewhere / whole.name, whole, kind)
-    summary = f"{stage.name}: {records} records" if stage.batches else stage.name
+    summary = f"{stage.name}: {records} records" if in_batches else stage.name
     how = f"within {apart:.1g} of the largest of each variable" if apart else "to the last bit"
     faults = [f"{whole}: {name}: differs when recomputed." for name in differing]
     faults += _differing_tables(step, folder, elsewhere)

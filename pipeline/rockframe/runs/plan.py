@@ -224,12 +224,21 @@ def _steps(stage: Stage, options: dict[str, Any], batches: int) -> list[Step]:
     )
     if batches <= 1 or not stage.batches:
         return [replace(whole, threads=_THREADS, workers=True) if stage.engine else whole]
-    shards = [f"{SHARD_FOLDER}/{stage.kind}-{k:03d}.nc" for k in range(1, batches + 1)]
+    shards = tuple(f"{SHARD_FOLDER}/{stage.kind}-{k:03d}.nc" for k in range(1, batches + 1))
+    of_batch = {k: value for k, value in whole.options.items() if k not in stage.of_all_records}
     steps = [
-        replace(whole, name=f"{stage.name}-{k:03d}", outputs=(shard,), batch=(k, batches))
+        replace(
+            replace(whole, name=f"{stage.name}-{k:03d}", outputs=(shard,)),
+            options=of_batch,
+            batch=(k, batches),
+        )
         for k, shard in enumerate(shards, 1)
     ]
-    return [*steps, Step(f"index-{stage.name}", "index", tuple(shards), outputs)]
+    name = f"index-{stage.name}"
+    if not stage.of_all_records:
+        return [*steps, Step(name, "index", shards, outputs)]
+    read = (*inputs, *shards)
+    return [*steps, replace(whole, name=name, inputs=read, threads=_THREADS, workers=True)]
 
 
 def _figures(study: Study, steps: list[Step]) -> list[Step]:

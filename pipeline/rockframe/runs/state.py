@@ -274,8 +274,8 @@ def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
 
 #: The end of the names of partial files: the random part of mkstemp, and ``.partial``.
 _RANDOM = r"-[A-Za-z0-9_]{8}\.partial"
-#: Folders in which a screening keeps finished batches until the end.
-_BATCHES = re.compile(r"\.screen-[0-9a-f]{16}\.batches")
+#: Folders in which a screening, or a batch of it, keeps finished tasks until the end.
+_TASKS = re.compile(r"\.screen(-\d+)?-[0-9a-f]{16}\.batches")
 
 
 def remove_partials(plan: Plan, folder: Path) -> list[str]:
@@ -305,17 +305,18 @@ def remove_partials(plan: Plan, folder: Path) -> list[str]:
             if wanted.fullmatch(path.name):
                 _remove(path)
                 removed.append(path.relative_to(folder).as_posix())
-    return removed + _remove_batches(plan, folder)
+    return removed + _remove_tasks(plan, folder)
 
 
-def _remove_batches(plan: Plan, folder: Path) -> list[str]:
-    """Remove the batches of a screening, unless a screening of the plan resumes from them."""
+def _remove_tasks(plan: Plan, folder: Path) -> list[str]:
+    """Remove the tasks of a screening, unless a screening of the plan resumes from them."""
     if any(step.stage == "screen" for step in plan.steps):
         return []
-    left = [path for path in folder.glob(".*") if _BATCHES.fullmatch(path.name)]
+    some = [*folder.glob(".*"), *folder.glob("*/.*")]
+    left = [path for path in some if _TASKS.fullmatch(path.name)]
     for path in left:
         _remove(path)
-    return [path.name for path in left]
+    return [path.relative_to(folder).as_posix() for path in left]
 
 
 def _remove(path: Path) -> None:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rockframe.study.structures import StructureTable
 
 Task = TypeVar("Task")
+Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
 #: Callback that takes the number of items done and the total.
@@ -65,7 +66,7 @@ class Batch:
                 f"Invalid batch {self.number}/{self.count}. Must be from 1/{max(self.count, 1)} on."
             )
 
-    def of(self, names: Sequence[str]) -> list[str]:
+    def of(self, names: Sequence[Item]) -> list[Item]:
         """Return the names in this batch; empty if there are more batches than names."""
         start, stop = (len(names) * k // self.count for k in (self.number - 1, self.number))
         return list(names[start:stop])

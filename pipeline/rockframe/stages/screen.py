@@ -2,30 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine
 from rockframe.errors import ParameterError
+from rockframe.options import STAGES
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
-from rockframe.results.pulses import read_metadata
-from rockframe.results.records import open_records
+from rockframe.results.pulses import RecordMetadata, read_metadata
+from rockframe.results.records import RecordsFile, open_records
+from rockframe.results.schema import SCREEN
 from rockframe.results.screen import (
-    Batches,
+    Described,
+    KeptHistory,
+    Scenario,
+    ScreenedBatches,
+    WritePart,
+    design_units,
+    design_values,
     pooled_fits,
     read_screening,
     write_screening,
+    write_screening_index,
 )
 from rockframe.results.screen_tables import (
     refuse_strange_tables,
     screen_table_paths,
     write_screen_tables,
 )
+from rockframe.results.shards import BatchFiles
 from rockframe.results.writing import input_hash
 from rockframe.risk import (
     FURTHER,
@@ -36,11 +50,16 @@ from rockframe.risk import (
     period_of,
     read_hazard,
 )
+from rockframe.rocking import Histories, Verdict
+from rockframe.rocking.verdict import COMPUTED
 from rockframe.stages.common import (
+    WHOLE,
+    Batch,
     NamedFigure,
     Progress,
     Written,
     choose_structures,
+    in_one_plane_alone,
     made_structures,
     silent,
     unseen,
@@ -48,10 +67,21 @@ from rockframe.stages.common import (
 )
 from rockframe.stages.respond import pairs_of
 from rockframe.stages.screen_batches import ScreeningRun
-from rockframe.stages.screen_motions import IN_ONE_PLANE, Motions
-from rockframe.stages.screening.request import ScreeningRequest
-from rockframe.stages.screening.statistics import statistics
+from rockframe.stages.screen_motions import (
+    IN_ONE_PLANE,
+    Motions,
+    further_names,
+    require_some,
+    rotd_names,
+)
+from rockframe.stages.screening.finished import FinishedTasks
+from rockframe.stages.screening.outcomes import AllOutcomes
+from rockframe.stages.screening.request import ScreeningRequest, require_in_both
+from rockframe.stages.screening.statistics import MotionFacts, of_motions, statistics
 from rockframe.study.structures import SHIPPED_STRUCTURES, StructureTable
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -91,6 +121,8 @@ def screen_stage(
     structures_path: str | Path = SHIPPED_STRUCTURES,
     pulses_path: str | Path | None = None,
     filters: Filters | None = None,
+    batch: Batch = WHOLE,
+    shards: Sequence[str | Path] = (),
     engine: Engine | None = None,
     progress: Progress = silent,
     table_format: str = "csv",
@@ -98,7 +130,7 @@ def screen_stage(
 ) -> Screening:
     """Screen structures by all records at all scales: ``screen.nc``, and tables beside it.
 
-    An interrupted run leaves its finished batches beside the output; the same call resumes it.
+    An interrupted run leaves its finished tasks beside the output; the same call resumes it.
 
     Parameters
     ----------
@@ -115,65 +147,226 @@ def screen_stage(
         filters by the pulse.
     filters : Filters, optional
         Filters of records; by default all horizontal records.
+    batch : Batch
+        Batch of the records. Its file has scenarios alone, without tables and statistics: the same
+        call with the files of all batches as `shards` makes these.
+    shards : sequence of str or Path
+        Outputs of this function for all batches, in order. They must stay where they are from the
+        output, which names them; readers open it as the file of all records.
     engine : Engine, optional
         Engine of the computation; the file does not depend on it.
     progress : callable
-        Called with the number of batches done and in total.
+        Called with the number of tasks done and in total.
     table_format : str
         One of `rockframe.cells.TABLE_FORMATS`.
     written : callable
-        Called with the dataset of the written file, at the reference scale and without histories.
+        Called with the dataset of the written file, at the reference scale and without histories;
+        not called for a batch.
 
     Raises
     ------
     InputError
-        If a file cannot be read or written, or if the pulses belong to other records.
+        If a file cannot be read or written, if the pulses belong to other records, or if a shard
+        is of another screening.
     ParameterError
         If no record is left, if pulses are needed but not stated, or if a candidate of the design
         cannot rock.
     EngineError
         If the engine is not available.
     """
-    records_path, output = Path(records_path), Path(output)
-    options, structures_path = _with_hazard_file(options or ScreenOptions()), Path(structures_path)
-    pulses_path, filters = Path(pulses_path) if pulses_path else None, filters or Filters()
+    output, options = Path(output), _with_hazard_file(options or ScreenOptions())
+    pulses = Path(pulses_path) if pulses_path else None
+    read = [Path(records_path), Path(structures_path), *filter(None, (pulses, options.hazard))]
     tables = screen_table_paths(output, **_asked(options), table_format=table_format)
-    read = [records_path, structures_path, *filter(None, (pulses_path, options.hazard))]
-    refuse_overwriting([output, *tables.values()], read, beside=output)
+    if not batch.whole:
+        tables, options = {}, _of_scenarios(options)
+    refuse_overwriting([output, *tables.values()], [*read, *map(Path, shards)], beside=output)
     refuse_strange_tables(tables)
-    structures = tuple(choose_structures(structures_path, options.structure))
+    structures = tuple(choose_structures(Path(structures_path), options.structure))
     request = ScreeningRequest.of(options, structures)
-    _require_pulses(options, pulses_path)
-    with open_records(records_path) as file:
-        pairs = request.pairs and bool(pairs_of(file))
-        hazard = _hazard(options, pulses_path, pairs)
-        metadata = read_metadata(records_path, pulses_path)
-        chosen = Motions(file, metadata, options, filters, *_wanted(options, hazard), pairs=pairs)
-        batches = Batches(output, _origin(records_path, chosen, request))
-        run = ScreeningRun(chosen, request, batches, engine, progress)
-        dataset = write_screening(
-            run.rows(),
-            run.sizes(),
-            request.reference,
-            lambda write: statistics(run, metadata, hazard, write),
-            output,
-            input_sha256=input_hash(*read),
-            parameters=options.stated()
-            | {
-                "filters": chosen.filters.bounds(),
-                "structures": [structure.name for structure in structures],
-            }
-            | chosen.in_one_plane_alone(structures),
-            left_out={r.file: r.reason for r in chosen.rejections} | chosen.left_out,
-            filtered=chosen.left_out,
-            histories=None if options.histories == "none" else run.histories(),
+    _require_pulses(options, pulses)
+    with open_records(Path(records_path)) as file:
+        screener = _Screener(file, read, pulses, request, filters or Filters(), output, engine)
+        if shards:
+            done = screener.index([*map(Path, shards)], progress)
+        else:
+            done = screener.compute(batch, progress)
+    if done.dataset is not None:
+        write_screen_tables(
+            output, table_format=table_format, screening=done.dataset, engine=engine
         )
-    write_screen_tables(output, table_format=table_format, screening=dataset)
-    batches.sweep()
-    written(dataset)
-    warn_of_idle_contact(options.ensemble, "components" in dataset)
-    motions, scenarios = len(run.motions), run.computed
-    return Screening(motions, scenarios, tuple(chosen.rejections), chosen.left_out, tables)
+    FinishedTasks(output, {}).sweep()
+    if done.dataset is not None:
+        written(done.dataset)
+    warn_of_idle_contact(options.ensemble, done.in_both)
+    return Screening(done.motions, done.scenarios, tuple(done.rejections), done.left_out, tables)
+
+
+class _Tally:
+    """Counts the scenarios that are computed, and notes those whose histories are kept."""
+
+    def __init__(self, histories: Histories, outcomes: AllOutcomes | None) -> None:
+        self._histories, self._outcomes = histories, outcomes
+        self.computed = 0
+        self.selected: list[NDArray[np.intp]] = []
+
+    def passed(self, rows: Iterable[Scenario]) -> Iterator[Scenario]:
+        """Yield the scenarios of each motion as they are, and keep their outcomes."""
+        for row in rows:
+            verdict = row["verdict"]
+            self.computed += int(np.isin(verdict, COMPUTED).sum())
+            mask = self._histories.mask(verdict, row["peak_rotation_ratio"])
+            self.selected.append(np.argwhere(mask & (verdict != Verdict.NOT_COMPUTED)))
+            if self._outcomes is not None:
+                self._outcomes.add(row)
+            yield row
+
+
+class _Done(NamedTuple):
+    """What a screening wrote: the dataset, except for a batch, and its numbers and rejections."""
+
+    dataset: xr.Dataset | None
+    motions: int
+    scenarios: int
+    rejections: Sequence[InputOutcome]
+    left_out: Mapping[str, str]
+    in_both: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Screener:
+    """Writes screen.nc; `read` has the files that it depends on, the records first."""
+
+    file: RecordsFile
+    read: Sequence[Path]
+    pulses: Path | None
+    request: ScreeningRequest
+    filters: Filters
+    output: Path
+    engine: Engine | None
+
+    def compute(self, batch: Batch, progress: Progress) -> _Done:
+        """Compute the scenarios of a batch, or of all records with the statistics."""
+        run, chosen = self._run(progress, batch)
+        outcomes = None
+        if batch.whole:
+            outcomes = AllOutcomes(self.request, len(chosen.motions), self.output.parent)
+        tally = _Tally(self.request.histories, outcomes)
+
+        def describe(write: WritePart) -> Described:
+            facts = MotionFacts.of(chosen.motions)
+            values = of_motions(chosen, self.request, self._metadata, facts)
+            if outcomes is None:
+                return values | run.margin_values(None), {}
+            values |= run.margin_values(write if outcomes.is_large else None)
+            further, units = self._of_all_records(run, facts, outcomes, write)
+            return {**values, **further}, units
+
+        in_both = any(motion.in_both for motion in chosen.motions)
+        left_out = {r.file: r.reason for r in chosen.rejections} | chosen.left_out
+        dataset = write_screening(
+            *(tally.passed(run.rows()), run.sizes(), describe, self.output),
+            reference=self.request.reference,
+            batch=batch.stated,
+            histories=self._histories(run, tally),
+            filtered=chosen.left_out,
+            input_sha256=input_hash(*self.read),
+            parameters=self._parameters(in_both, batch),
+            left_out=left_out,
+        )
+        motions, rejections = len(chosen.motions), chosen.rejections
+        return _Done(dataset, motions, tally.computed, rejections, chosen.left_out, in_both)
+
+    def index(self, shards: Sequence[Path], progress: Progress) -> _Done:
+        """Compute the statistics from the files of all batches."""
+        files, batches = BatchFiles.of(shards, self.output, SCREEN), ScreenedBatches(shards)
+        files.require_of(self.output, input_hash(*self.read), self._parameters(True, WHOLE))
+        motions = files.index["record_id"].shape[0]
+        outcomes = AllOutcomes(self.request, motions, self.output.parent)
+        tally = _Tally(self.request.histories, outcomes)
+        for _ in tally.passed(batches.rows()):
+            pass
+        facts = MotionFacts.of_arrays(batches.facts, further_names(*self._wanted))
+        self._require(facts)
+        run = None
+        if self.request.design is not None or self.request.options.histories != "none":
+            run, _ = self._run(progress, WHOLE)
+        left_out = {name: files.left_out[name] for name in batches.filtered}
+        in_both = bool(facts.in_both.any())
+        dataset = write_screening_index(
+            *(files, partial(self._of_all_records, run, facts, outcomes), self.output),
+            histories=self._histories(run, tally),
+            filtered=batches.filtered,
+            input_sha256=input_hash(*self.read),
+            parameters=self._parameters(in_both, WHOLE),
+            left_out=files.left_out,
+        )
+        reasons = files.left_out.items()
+        rejections = [InputOutcome(*each) for each in reasons if each[0] not in left_out]
+        return _Done(dataset, motions, tally.computed, rejections, left_out, in_both)
+
+    def _require(self, facts: MotionFacts) -> None:
+        """Raise the errors that need the motions of all batches."""
+        if facts.in_both.any():
+            require_in_both(self.request)
+        for name in rotd_names(*self._wanted):
+            require_some(name, facts.numbers[name])
+
+    def _run(self, progress: Progress, batch: Batch) -> tuple[ScreeningRun, Motions]:
+        """Return the tasks of the motions of a batch, and the motions."""
+        wanted = self._wanted  # refuses a hazard curve before records are read
+        chosen = Motions(
+            *(self.file, self._metadata, self.request.options, self.filters, *wanted),
+            pairs=self._pairs,
+            batch=batch,
+        )
+        origin = _origin(self.read[0], chosen, self.request)
+        finished = FinishedTasks(self.output, origin)
+        return ScreeningRun(chosen, self.request, finished, self.engine, progress), chosen
+
+    def _of_all_records(
+        self, run: ScreeningRun | None, facts: MotionFacts, outcomes: AllOutcomes, write: WritePart
+    ) -> Described:
+        request = self.request
+        values, counting = statistics(request, facts, outcomes, self._hazard, self.engine, write)
+        if request.design is None or run is None:
+            return values, {}
+        shape = (len(request.structures), -1)
+        results = (each.reshape(shape) for each in run.candidates(request.design, counting))
+        return values | design_values(request.design, *results), design_units(request.design)
+
+    def _histories(self, run: ScreeningRun | None, tally: _Tally) -> Iterator[KeptHistory] | None:
+        if run is None or self.request.options.histories == "none":
+            return None
+        return run.histories(tally.selected)
+
+    def _parameters(self, in_both: bool, batch: Batch) -> dict[str, Any]:
+        """Return the parameters of a file; of a batch, those of its scenarios."""
+        structures, stated = self.request.structures, self.request.options.stated()
+        stated["filters"] = self.filters.bounds()
+        stated["structures"] = [structure.name for structure in structures]
+        if not batch.whole:
+            of_all = STAGES["screen"].of_all_records
+            return {name: value for name, value in stated.items() if name not in of_all}
+        options = self.request.options
+        wanted = options.both_directions and not options.azimuths_degree
+        return stated | in_one_plane_alone(structures, wanted and not in_both)
+
+    @property
+    def _pairs(self) -> bool:
+        return self.request.pairs and bool(pairs_of(self.file))
+
+    @cached_property
+    def _metadata(self) -> RecordMetadata:
+        return read_metadata(self.read[0], self.pulses)
+
+    @cached_property
+    def _hazard(self) -> HazardCurve | None:
+        return _hazard(self.request.options, self.pulses, self._pairs)
+
+    @cached_property
+    def _wanted(self) -> tuple[list[float], list[str]]:
+        return _wanted(self.request.options, self._hazard)
 
 
 def foresee_screen(options: ScreenOptions, structures: Sequence[StructureTable]) -> None:
@@ -193,6 +386,14 @@ def _with_hazard_file(options: ScreenOptions) -> ScreenOptions:
     if options.hazard is None:
         return options
     return options.replaced(hazard=hazard_file(options.hazard, options.hazard_curve))
+
+
+def _of_scenarios(options: ScreenOptions) -> ScreenOptions:
+    """Return the options with the defaults of those that need all records."""
+    fields = ScreenOptions.model_fields
+    return options.replaced(
+        **{name: fields[name].default for name in STAGES["screen"].of_all_records}
+    )
 
 
 def _origin(records_path: Path, chosen: Motions, request: ScreeningRequest) -> dict[str, Any]:

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from copy import copy
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, islice, repeat
-from typing import Any, Final, Self
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.engines.engine import Engine, map_tasks
-from rockframe.quantities import LIMITED, OF_SCENARIO, QUANTILES
-from rockframe.results.screen import Batches, KeptHistory
-from rockframe.risk import OVERTURNING, HazardCurve, LimitState, demands_at, measure_of
+from rockframe.quantities import OF_SCENARIO, QUANTILES
+from rockframe.results.schema.response import SCREEN_NC
+from rockframe.results.screen import KeptHistory, WritePart
+from rockframe.risk import LimitState
 from rockframe.rocking import Design, Verdict, chosen_ensemble, quantiles
-from rockframe.rocking.verdict import COMPUTED
 from rockframe.stages.common import Progress
 from rockframe.stages.screen_motions import Motion, Motions
-from rockframe.stages.screening.outcomes import AllOutcomes, Outcomes
-from rockframe.stages.screening.request import LACKING_IN_BOTH, ScreeningRequest, require_in_both
+from rockframe.stages.screening.finished import FinishedTasks
+from rockframe.stages.screening.outcomes import OF_MEMBERS, applies
+from rockframe.stages.screening.request import ScreeningRequest, require_in_both
 from rockframe.structures.contract import (
     PEAKS,
     Structure,
@@ -30,7 +29,6 @@ from rockframe.structures.screening import (
     Scenario,
     ScreeningTask,
     ground_of,
-    has_quantity,
     margins_of,
     member_peaks_of,
     peaks_of,
@@ -40,9 +38,6 @@ from rockframe.structures.screening import (
 
 Float = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
-#: For each structure and limit state, the shares of members that reach it, for the motions that
-#: count and the scales; None if the structure has no such quantity.
-Reached = list[list[Float | None]]
 _Named = tuple[str, Callable[[], ScreeningTask]]
 
 #: Approximate number of responses per batch, of some 0.1 s each; an interruption loses no more.
@@ -60,10 +55,7 @@ _NODES: Final = 200_000
 
 
 class ScreeningRun:
-    """The batches of a screening, which share the chosen motions.
-
-    `rows` fills the outcomes, from which `parts` makes runs of some structures each: their
-    ``outcomes`` are those of all motions.
+    """The tasks of a screening, whose motions are chosen.
 
     Raises
     ------
@@ -76,7 +68,7 @@ class ScreeningRun:
         self,
         chosen: Motions,
         request: ScreeningRequest,
-        batches: Batches,
+        finished: FinishedTasks,
         engine: Engine | None,
         progress: Progress,
     ) -> None:
@@ -85,234 +77,140 @@ class ScreeningRun:
         self._chosen = chosen
         self.motions = chosen.motions
         self.request = request
-        self._batches = batches
+        self._finished = finished
         self._engine = engine
         self._progress = progress
         self._done = 0
-        self._shape = (len(chosen.motions), len(request.structures), request.scales.size)
-        self.members = request.options.scenario_members
-        self.limits = [OVERTURNING, *(LimitState(*limit) for limit in request.options.limits())]
-        some = LIMITED if request.options.return_period_years else ()
-        self._every = AllOutcomes(
-            *(self._shape, len(self.limits), self.members, [each.name for each in some]),
-            batches.folder.parent,
-        )
-        self.outcomes: Outcomes
-        self.computed = 0
-        self._selected: list[NDArray[np.intp]] = []
-
-    @property
-    def is_large(self) -> bool:
-        """Return True if the outcomes of all structures are not in memory together."""
-        return self._every.is_large
-
-    def parts(self) -> Iterator[tuple[slice, Self]]:
-        """Yield places of structures, and the run of only these; call after `rows`."""
-        for some, outcomes in self._every.parts():
-            part = copy(self)
-            part.request = replace(self.request, structures=self.request.structures[some])
-            part.outcomes = outcomes
-            yield some, part
-
-    @property
-    def ratio(self) -> Float:
-        """Median of |theta| / alpha at the scale nearest to 1, shape (motions, structures)."""
-        median: Float = quantiles(self.outcomes.peaks["peak_rotation_ratio"])[..., 1]
-        return median
-
-    @property
-    def demand(self) -> Float:
-        """The median that ranks motions: of |theta| / alpha or, without a rotation, of |u| [m]."""
-        drift = quantiles(self.outcomes.peaks["peak_u"])[..., 1]
-        return np.where(np.isnan(self.ratio), drift, self.ratio)
-
-    def has(self, structure: Structure, quantity: str, motion: int) -> bool:
-        """Return True if limits of a quantity apply to a structure under a motion by its place."""
-        lacking = self.motions[motion].in_both and quantity in LACKING_IN_BOTH
-        return has_quantity(structure, quantity) and not lacking
-
-    def counting(self) -> list[NDArray[np.intp]]:
-        """Return the places of the motions that count for each structure.
-
-        They are those in both directions, if it is computed under any; else those in one plane.
-        """
-        in_both = np.array([motion.in_both for motion in self.motions])
-        places = []
-        for k in range(len(self.request.structures)):
-            computed = self.outcomes.verdicts[:, k, 0] != Verdict.NOT_COMPUTED
-            both = np.flatnonzero(computed & in_both)
-            places.append(both if both.size else np.flatnonzero(computed & ~in_both))
-        return places
 
     def sizes(self) -> dict[str, int]:
         """Return the dimensions of the variables of scenarios."""
-        sizes = dict(zip(("record", "structure", "scale"), self._shape, strict=True))
-        further = {"limit_state": len(self.limits), "quantile": len(QUANTILES)}
-        return sizes | (further if self.members > 1 else {})
-
-    def shares(self, limit: int) -> Float:
-        """Return the shares of members that reach a limit, (motions, structures, scales)."""
-        share: Float = self.outcomes.reached[limit] / self.members
-        return share
-
-    def reached_by_each(self, counting: Sequence[NDArray[np.intp]]) -> Reached:
-        """Return the shares that reach each limit under the motions that count, by structure.
-
-        Where all motions count, they are parts of one array for each limit.
-        """
-        shares = [self.shares(number) for number, _ in enumerate(self.limits)]
-        whole = slice(None)
-        return [
-            [
-                of_limit[whole if some.size == len(of_limit) else some, k]
-                if self.has(structure, limit.quantity, int(some[0]))
-                else None
-                for of_limit, limit in zip(shares, self.limits, strict=True)
-            ]
-            for k, (structure, some) in enumerate(
-                zip(self.request.structures, counting, strict=True)
-            )
-        ]
+        request = self.request
+        sizes = {
+            "record": len(self.motions),
+            "structure": len(request.structures),
+            "scale": request.scales.size,
+            "limit_state": len(request.limits),
+            "member": request.members,
+        }
+        return sizes | ({"quantile": len(QUANTILES)} if request.members > 1 else {})
 
     def rows(self) -> Iterator[Arrays]:
-        """Yield the scenarios motion by motion, and fill the outcomes."""
-        structures = self.request.structures
-        ensemble = self.request.options.scenario_ensemble()
-        each = repeat(None) if ensemble is None else self._peaks("members")
-        for i, (row, of_members) in enumerate(zip(self._nominal(), each, strict=False)):
-            place, outcomes = self._every.of_motion(i)
-            outcomes.verdicts[place] = row["verdict"]
-            self.computed += int(np.isin(row["verdict"], COMPUTED).sum())
-            mask = self.request.histories.mask(row["verdict"], row["peak_rotation_ratio"])
-            self._selected.append(np.argwhere(mask & (row["verdict"] != Verdict.NOT_COMPUTED)))
-            if ensemble is None or of_members is None:
-                self._keep_nominal(i, row)
-                yield row
-                continue
-            held_peaks = []
-            for k, structure in enumerate(structures):
-                columns = (values[k].T for values in of_members)
-                family = quantities_of(kind_of(structure).members(structure, ensemble), *columns)
-                self._keep(i, k, family)
-                held_peaks.append(self._shares_and_bands(i, k, family))
-            yield row | {
-                name: np.stack([held_peak[name] for held_peak in held_peaks])
-                for name in held_peaks[0]
-            }
+        """Yield the scenarios of each motion by variable, with the outcomes of the members.
+
+        Without an ensemble, the stated structure is the only member.
+        """
+        structures, ensemble = self.request.structures, self.request.options.scenario_ensemble()
+        if ensemble is None:
+            for motion, row in zip(self.motions, self._nominal(), strict=True):
+                alone = {name: values[:, None] for name, values in row.items()}
+                yield row | self._outcomes(motion, alone)
+            return
+        each = self._peaks("members")
+        for motion, row, peaks in zip(self.motions, self._nominal(), each, strict=True):
+            families = [
+                quantities_of(
+                    kind_of(structure).members(structure, ensemble),
+                    *(values[k].T for values in peaks),
+                )
+                for k, structure in enumerate(structures)
+            ]
+            arrays = {name: np.stack([family[name] for family in families]) for name in families[0]}
+            outcomes = self._outcomes(motion, arrays)
+            yield row | outcomes | self._shares_and_bands(motion, arrays, outcomes["reached"])
 
     def _nominal(self) -> Iterator[Arrays]:
         """Yield the quantities of the stated structures motion by motion, computed for many."""
         peaks = self._peaks("peaks")
-        together = max(1, _SCENARIOS // (self._shape[1] * self._shape[2]))
+        structures, scales = self.request.structures, self.request.scales.size
+        together = max(1, _SCENARIOS // (len(structures) * scales))
         while some := list(islice(peaks, together)):
             joined = (np.concatenate(values, axis=1) for values in zip(*some, strict=True))
-            arrays = quantities_of(self.request.structures, *joined)
+            arrays = quantities_of(structures, *joined)
             for k in range(len(some)):
-                part = slice(k * self.request.scales.size, (k + 1) * self.request.scales.size)
+                part = slice(k * scales, (k + 1) * scales)
                 yield {name: values[:, part] for name, values in arrays.items()}
 
-    def _keep_nominal(self, i: int, arrays: Arrays) -> None:
-        """Keep what the stated structures do under a motion, shape (structures, scales)."""
-        structures = self.request.structures
+    def _outcomes(self, motion: Motion, arrays: Arrays) -> Arrays:
+        """Return the variables of a batch; arrays have the shape (structures, members, scales)."""
+        request = self.request
         fell = arrays["verdict"] == Verdict.OVERTURNS
-        place, outcomes = self._every.of_motion(i)
-        for limit, reached in zip(self.limits, outcomes.reached, strict=True):
-            reached[place] = limit.reached(arrays, fell)
-        for name, peaks in outcomes.peaks.items():
-            peaks[place] = _standing(arrays, name)[:, self.request.reference, None]
-        for name, demands in outcomes.demands.items():
-            has = [k for k, structure in enumerate(structures) if self.has(structure, name, i)]
-            demands[place] = np.nan
-            demands[place, has] = _standing(arrays, name)[has][..., None]
+        reached = [limit.reached(arrays, fell).sum(axis=1) for limit in request.limits]
+        outcomes: Arrays = {"reached": np.stack(reached, axis=-1)}
+        for name in OF_MEMBERS:
+            outcomes[f"members_{name}"] = _standing(arrays, name)[..., request.reference]
+        for name in request.demands:
+            demands = np.where(
+                self._has(motion, [name])[:, :, None], _standing(arrays, name), np.nan
+            )
+            outcomes[f"members_{name}_at_scales"] = demands.swapaxes(1, 2)
+        return outcomes
 
-    def _keep(self, i: int, k: int, arrays: Arrays) -> None:
-        """Keep what the members of a structure do under a motion, shape (members, scales)."""
-        fell = arrays["verdict"] == Verdict.OVERTURNS
-        place, outcomes = self._every.of_motion(i)
-        for limit, reached in zip(self.limits, outcomes.reached, strict=True):
-            reached[place, k] = limit.reached(arrays, fell).sum(axis=0)
-        for name, peaks in outcomes.peaks.items():
-            peaks[place, k] = _standing(arrays, name)[:, self.request.reference]
-        for name, demands in outcomes.demands.items():
-            has = self.has(self.request.structures[k], name, i)
-            demands[place, k] = _standing(arrays, name).T if has else np.nan
+    def _has(self, motion: Motion, quantities: Sequence[str]) -> NDArray[np.bool_]:
+        """Return if limits of quantities apply under a motion, shape (structures, quantities)."""
+        return np.array(
+            [
+                [applies(structure, name, in_both=motion.in_both) for name in quantities]
+                for structure in self.request.structures
+            ]
+        )
 
-    def _shares_and_bands(self, i: int, k: int, arrays: Arrays) -> Arrays:
-        """Return the variables of an ensemble, shape (scales, limits) or (scales, quantiles)."""
-        place, outcomes = self._every.of_motion(i)
-        structure = self.request.structures[k]
-        has = [self.has(structure, limit.quantity, i) for limit in self.limits]
-        share = outcomes.reached[:, place, k].T / self.members
+    def _shares_and_bands(
+        self, motion: Motion, arrays: Arrays, reached: NDArray[np.intp]
+    ) -> Arrays:
+        """Return the variables of an ensemble, shape (structures, scales, ...)."""
+        has = self._has(motion, [limit.quantity for limit in self.request.limits])
+        shares = np.where(has[:, None], reached / self.request.members, np.nan)
+        uplifted = (arrays["verdict"] != Verdict.NO_UPLIFT).mean(axis=1)
+        unknown = arrays["verdict"][:, 0, 0] == Verdict.NOT_COMPUTED
+        shares[unknown], uplifted[unknown] = np.nan, np.nan
         bands = {
-            quantity.band: quantiles(_standing(arrays, quantity.name).T) for quantity in OF_SCENARIO
+            quantity.band: quantiles(_standing(arrays, quantity.name).swapaxes(1, 2))
+            for quantity in OF_SCENARIO
         }
-        uplifted = (arrays["verdict"] != Verdict.NO_UPLIFT).mean(axis=0)
-        reached = np.where(has, share, np.nan)
-        if arrays["verdict"][0, 0] == Verdict.NOT_COMPUTED:
-            uplifted, reached = np.full_like(uplifted, np.nan), np.full_like(reached, np.nan)
-        return {"share_reached": reached, "share_uplifted": uplifted, **bands}
+        return {"share_reached": shares, "share_uplifted": uplifted, **bands}
 
-    def histories(self) -> Iterator[KeptHistory]:
-        """Yield the kept histories motion by motion; call after `rows`."""
-        where = self._where()
-        for responses in map_tasks(responses_of, self._scenarios(), engine=self._engine):
-            for response in responses:
-                yield next(where), response
-
-    def _where(self) -> Iterator[tuple[int, int, int]]:
-        for i, selected in enumerate(self._selected):
-            for k, s in selected.tolist():
-                yield i, k, s
-
-    def _scenarios(self) -> Iterator[tuple[Scenario, ...]]:
-        """Yield groups of scenarios of limited size; each motion is read once."""
-        structures, scales = self.request.structures, self.request.scales
-        for motion, selected in zip(self.motions, self._selected, strict=True):
-            if not len(selected):
-                continue
-            ground = ground_of(self._chosen.read(motion))
-            together = max(1, _NODES // ground.time.size)
-            for start in range(0, len(selected), together):
-                yield tuple(
-                    Scenario(ground, structures[k], float(scales[s]))
-                    for k, s in selected[start : start + together].tolist()
-                )
-
-    def margins(self) -> Iterator[Arrays]:
-        """Yield margins of some motions, shape (motions, structures), if they were requested."""
-        if self.request.options.margins != "none":
-            yield from self._map("margins")
-
-    def demands_at(self, curve: HazardCurve, intensities: Mapping[str, Float]) -> dict[str, Any]:
-        """Return the demand of each structure at the return periods, by variable.
+    def histories(self, selected: Sequence[NDArray[np.intp]]) -> Iterator[KeptHistory]:
+        """Yield histories of scenarios motion by motion.
 
         Parameters
         ----------
-        curve : HazardCurve
-            Hazard curve of the site.
-        intensities : mapping of str to array, shape (motions,)
-            Intensity of each motion, by measure.
+        selected : sequence of array, shape (scenarios, 2)
+            For each motion, the places of structures and scales.
         """
-        options = self.request.options
-        periods = options.return_period_years
-        if not periods:
-            return {}
-        clusters = np.array([motion.cluster for motion in self.motions])
-        measured, scales = intensities[curve.measure], self.request.scales
-        factors, counting = scales ** measure_of(curve.measure).power, self.counting()
-        values: dict[str, Any] = {"return_period_years": [*periods]}
-        for name, of_frames in self.outcomes.demands.items():
-            demands = [
-                demands_at(
-                    *(curve, periods, of_frames[some, k], (measured[some], factors)),
-                    *(clusters[some], options.fragility_curve),
+        where = ((i, k, s) for i, of_motion in enumerate(selected) for k, s in of_motion.tolist())
+        for responses in map_tasks(responses_of, self._scenarios(selected), engine=self._engine):
+            for response in responses:
+                yield next(where), response
+
+    def _scenarios(self, selected: Sequence[NDArray[np.intp]]) -> Iterator[tuple[Scenario, ...]]:
+        """Yield groups of scenarios of limited size; each motion is read once."""
+        structures, scales = self.request.structures, self.request.scales
+        for motion, of_motion in zip(self.motions, selected, strict=True):
+            if not len(of_motion):
+                continue
+            ground = ground_of(self._chosen.read(motion))
+            together = max(1, _NODES // ground.time.size)
+            for start in range(0, len(of_motion), together):
+                yield tuple(
+                    Scenario(ground, structures[k], float(scales[s]))
+                    for k, s in of_motion[start : start + together].tolist()
                 )
-                for k, some in enumerate(counting)
-            ]
-            for end in demands[0]:
-                variable = f"{name}_at_return_period" + ("" if end == "value" else f"_{end}")
-                values[variable] = np.stack([of_frame[end] for of_frame in demands])
-        return values
+
+    def margin_values(self, write: WritePart | None) -> dict[str, Any]:
+        """Return the margins, shape (motions, structures), or write them; none if not requested."""
+        if self.request.options.margins == "none":
+            return {}
+        parts = self._map("margins")
+        if write is None:
+            held = [*parts]
+            return {name: np.concatenate([part[name] for part in held]) for name in held[0]}
+        start = 0
+        for part in parts:
+            end = start + len(next(iter(part.values())))
+            for name, values in part.items():
+                write(name, (slice(start, end), slice(None)), SCREEN_NC[name].array(values))
+            start = end
+        return {}
 
     def candidates(self, design: Design, each: Sequence[NDArray[np.intp]]) -> tuple[Float, Float]:
         """Return how candidates meet the limit of a design, over all motions and members.
@@ -386,12 +284,12 @@ class ScreeningRun:
     def _map(self, kind: str) -> Iterator[Arrays]:
         each = peaks_of if self.request.options.scenario_members == 1 else member_peaks_of
         functions = {"peaks": peaks_of, "margins": margins_of, "members": each, "design": each}
-        return self._batches.map(functions[kind], self._tasks(kind), self._engine, self._step)
+        return self._finished.map(functions[kind], self._tasks(kind), self._engine, self._step)
 
     def _groups(self) -> list[tuple[Structure, ...]]:
         """Return the candidates in groups whose responses to all motions fit into memory."""
         candidates = self.request.candidates
-        width = max(1, min(_RESPONSES, _HELD // len(self.motions)) // self.members)
+        width = max(1, min(_RESPONSES, _HELD // len(self.motions)) // self.request.members)
         return [candidates[k : k + width] for k in range(0, len(candidates), width)]
 
     def _tasks(self, kind: str) -> Iterator[_Named]:
@@ -402,7 +300,7 @@ class ScreeningRun:
         groups = self._groups() if kind == "design" else [self.request.structures]
         motions = self.motions
         for number, structures in enumerate(groups):
-            columns = len(structures) * (1 if kind == "peaks" else self.members)
+            columns = len(structures) * (1 if kind == "peaks" else self.request.members)
             most = _TOGETHER if columns == len(structures) else _TOGETHER_IN_VERSIONS
             each = columns * scales.size
             together = 1 if kind == "margins" else min(max(1, _RESPONSES // each), most)

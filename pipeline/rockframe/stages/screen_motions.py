@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -26,7 +26,7 @@ from rockframe.components import (
 from rockframe.engines.engine import on_threads
 from rockframe.errors import ParameterError
 from rockframe.options.ingest import Filters
-from rockframe.options.respond import Ensemble, ScreenOptions
+from rockframe.options.respond import ScreenOptions
 from rockframe.outcome import InputOutcome
 from rockframe.record import Record
 from rockframe.results.pulses import RecordMetadata
@@ -43,6 +43,8 @@ from rockframe.signals.measures import (
 )
 from rockframe.signals.processing import integrate, peak
 from rockframe.stages.common import (
+    WHOLE,
+    Batch,
     filtered_by,
     filtered_by_pulse,
     horizontal,
@@ -112,7 +114,8 @@ class Motions:
     """The motions of a file that pass the filters and can be scaled, read on demand.
 
     A motion in both directions is among them, if `pairs` is true, after its components, if one of
-    these is.
+    these is. Of a `batch`, only those of its share of the horizontal records, or with azimuths of
+    the recordings, are; it may have none.
 
     Raises
     ------
@@ -130,6 +133,7 @@ class Motions:
         measures: Sequence[str] = (),
         *,
         pairs: bool = False,
+        batch: Batch = WHOLE,
     ) -> None:
         self._file = file
         self._metadata = metadata
@@ -142,10 +146,13 @@ class Motions:
         self._beside: dict[str, Record] = {}
         self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
         self._pairs = pairs_of(file) if pairs else {}
+        #: True if the file has motions in both directions, chosen or not.
+        self.pairs = bool(self._pairs)
+        self._batch = batch
         self.rejections: list[InputOutcome] = []
         self.left_out: dict[str, str] = {}
         self.motions: list[Motion] = []
-        self._chosen: set[str] = set()
+        self._refusals: dict[str, tuple[str, str]] = {}
         self._choose()
         ensemble = options.scenario_ensemble()
         names = [motion.name for motion in self.motions if not motion.in_both]
@@ -155,35 +162,41 @@ class Motions:
     def _choose(self) -> None:
         # azimuths from 0 to 360 degrees
         azimuths = [azimuth % 360.0 for azimuth in self._options.azimuths_degree or ()]
-        ensemble, scale = self._options.scenario_ensemble(), self._options.scales[-1]
         rows = {name: row for row, name in enumerate(self._metadata.names)}
         names = horizontal(self._file)
         if self._vertical and not azimuths:
             self._beside = vertical_beside(self._file)
         motions = self._turned(rows, azimuths) if azimuths else self._recorded(rows, names)
         for motion in motions:
-            if reason := self._filtered_by(motion):
-                self.left_out[motion.name] = reason
-                continue
-            try:
-                if self._vertical:
-                    self._require_possible(motion, scale, ensemble)
-            except ParameterError as error:
-                self.rejections.append(InputOutcome(motion.name, str(error)))
-                continue
-            self.motions.append(self._with_measures(motion))
-            self._chosen.add(motion.name)
+            filtered, impossible = self._refusal(motion)
+            if filtered:
+                self.left_out[motion.name] = filtered
+            elif impossible:
+                self.rejections.append(InputOutcome(motion.name, impossible))
+            else:
+                self.motions.append(self._with_measures(motion))
+        if not self._batch.whole:
+            return
         if not self.motions:
             raise ParameterError(self._why_none())
-        for name in self._rotd(None):
-            if all(math.isnan(motion.numbers[name]) for motion in self.motions):
-                raise ParameterError(
-                    f"{name} is unknown for all motions. It needs both horizontals of a recording, "
-                    "with their azimuths."
-                )
+        for name in rotd_names(self._periods, self._measures):
+            require_some(name, [motion.numbers[name] for motion in self.motions])
 
-    def _require_possible(self, motion: Motion, scale: float, ensemble: Ensemble | None) -> None:
+    def _refusal(self, motion: Motion) -> tuple[str, str]:
+        """Return why a motion is filtered out, and why it cannot be screened; "" if it is not."""
+        if motion.name not in self._refusals:
+            filtered, impossible = self._filtered_by(motion), ""
+            try:
+                if self._vertical and not filtered:
+                    self._require_possible(motion)
+            except ParameterError as error:
+                impossible = str(error)
+            self._refusals[motion.name] = filtered, impossible
+        return self._refusals[motion.name]
+
+    def _require_possible(self, motion: Motion) -> None:
         """Raise a `ParameterError` if the ground falls faster than gravity at a scale."""
+        ensemble, scale = self._options.scenario_ensemble(), self._options.scales[-1]
         if motion.in_both:
             from rockframe.wobbling.response import require_no_flight
 
@@ -242,19 +255,14 @@ class Motions:
 
     def _rotd(self, pair: HorizontalPair | None) -> dict[str, float]:
         """Return the measures of both horizontals by name; NaN without a pair."""
-        wanted: defaultdict[tuple[str, float], list[str]] = defaultdict(list)
-        for name in self._measures:
-            quantity, _, share = name.partition("_")
-            if share in _SHARES:
-                for period in self._periods if quantity == "sa" else (0.0,):
-                    wanted[quantity, period].append(share)
+        wanted = _over_azimuths(self._periods, self._measures)
         sweeps: list[Sweep] = []
         if pair is not None:
             sweeps = on_threads(lambda quantity: _sweep(pair, *quantity), list(wanted))
         measures: dict[str, float] = {}
         for number, ((quantity, period), shares) in enumerate(wanted.items()):
             for share in shares:
-                name = spectral(period, share).name if period else f"{quantity}_{share}"
+                name = _name_over_azimuths(quantity, period, share)
                 measures[name] = sweeps[number].percentile(_SHARES[share]) if sweeps else math.nan
         return measures
 
@@ -345,22 +353,32 @@ class Motions:
         return together
 
     def _recorded(self, rows: Mapping[str, int], names: Sequence[str]) -> Iterator[Motion]:
-        """Yield each horizontal record, and after the second component of a station both; they form
-        a cluster.
+        """Yield each horizontal record, and after the second component of a station both, if one of
+        them is chosen; they form a cluster.
         """
-        clusters: dict[tuple[str, ...], int] = {}
-        for name in names:
+        recordings = self._metadata.recordings
+        together = dict.fromkeys(recordings[rows[name]] for name in names)
+        clusters = {recording: cluster for cluster, recording in enumerate(together)}
+        level = {*names}
+
+        def motion_of(name: str) -> Motion:
             row = rows[name]
-            cluster = clusters.setdefault(self._metadata.recordings[row], len(clusters))
             numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
-            yield Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
-            if name in self._pairs:
-                yield from self._in_both(self._pairs[name], rows, cluster)
+            cluster = clusters[recordings[row]]
+            return Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
+
+        def is_chosen(name: str) -> bool:
+            return name in level and not any(self._refusal(motion_of(name)))
+
+        for name in self._batch.of(names):
+            yield motion_of(name)
+            pair = self._pairs.get(name)
+            # the first component may be of the batch before
+            if pair is not None and any(map(is_chosen, pair.records)):
+                yield from self._in_both(pair, rows, clusters[recordings[rows[name]]])
 
     def _in_both(self, pair: Pair, rows: Mapping[str, int], cluster: int) -> Iterator[Motion]:
-        """Yield a motion in both directions, which has no pulse, if a component is chosen."""
-        if not self._chosen.intersection(pair.records):
-            return
+        """Yield a motion in both directions, which has no pulse."""
         try:
             both = in_both(self._file, pair, vertical=self._vertical)
         except ParameterError as error:
@@ -375,8 +393,8 @@ class Motions:
 
     def _turned(self, rows: Mapping[str, int], azimuths: Sequence[float]) -> Iterator[Motion]:
         """Yield each pair of horizontals toward each azimuth; these motions have no pulse."""
-        cluster = 0
-        for together in self._recordings.values():
+        recordings = [*enumerate(self._recordings.values())]
+        for cluster, together in self._batch.of(recordings):
             pairs, unpaired = pair_horizontals(map(self._file.read, together))
             for alone in unpaired:
                 self.rejections.append(InputOutcome(alone.record_id, alone.reason))
@@ -395,12 +413,65 @@ class Motions:
                         "azimuth": azimuth,
                     }
                     yield Motion(record.record_id, row, cluster, names, azimuth, numbers | peaks)
-                cluster += 1
 
     def _why_none(self) -> str:
         reasons = {r.file: r.reason for r in self.rejections} | self.left_out
         name, reason = next(iter(reasons.items()))
         return f"no record is left to screen; {name!r}: {reason.rstrip('.')}."
+
+
+def further_names(periods: Sequence[float], measures: Sequence[str]) -> list[str]:
+    """Return the names of the further measures of a motion, in their order.
+
+    Examples
+    --------
+    >>> further_names([1.0], ["sa_rotd50", "cav"])
+    ['sa_1s', 'cav', 'sa_1s_rotd50']
+    """
+    of_component = [name for name in measures if name in _OF_COMPONENT]
+    spectra = [spectral(period).name for period in periods]
+    return [*spectra, *of_component, *rotd_names(periods, measures)]
+
+
+def rotd_names(periods: Sequence[float], measures: Sequence[str]) -> list[str]:
+    """Return the names of the measures of both horizontals, in their order."""
+    return [
+        _name_over_azimuths(quantity, period, share)
+        for (quantity, period), shares in _over_azimuths(periods, measures).items()
+        for share in shares
+    ]
+
+
+def _over_azimuths(
+    periods: Sequence[float], measures: Sequence[str]
+) -> dict[tuple[str, float], list[str]]:
+    """Return the percentiles that are wanted of each quantity and period."""
+    wanted: defaultdict[tuple[str, float], list[str]] = defaultdict(list)
+    for name in measures:
+        quantity, _, share = name.partition("_")
+        if share in _SHARES:
+            for period in periods if quantity == "sa" else (0.0,):
+                wanted[quantity, period].append(share)
+    return wanted
+
+
+def _name_over_azimuths(quantity: str, period: float, share: str) -> str:
+    return spectral(period, share).name if period else f"{quantity}_{share}"
+
+
+def require_some(name: str, values: Iterable[float]) -> None:
+    """Require a measure of both horizontals of some motion.
+
+    Raises
+    ------
+    ParameterError
+        If all values are NaN.
+    """
+    if all(map(math.isnan, values)):
+        raise ParameterError(
+            f"{name} is unknown for all motions. It needs both horizontals of a recording, "
+            "with their azimuths."
+        )
 
 
 def at_right_angles(both: BothDirections) -> HorizontalPair:

@@ -51,6 +51,9 @@ class Variable:
     group : str
         Name of the optional group: a file has all variables of a group, or none. Empty for
         variables that every file has.
+    of_files : {"", "all records", "one batch"}
+        The files that have the variable: all files, only those of all records (the file of one
+        batch does not), or only those of one batch.
     comment : str
         Further explanation.
     attrs : mapping of str to str
@@ -69,6 +72,7 @@ class Variable:
     refers_to: str = ""
     also_units: str = ""
     group: str = ""
+    of_files: Literal["", "all records", "one batch"] = ""
     comment: str = ""
     attrs: Mapping[str, str] = field(default_factory=dict)
 
@@ -152,6 +156,11 @@ def _flag_attributes(kind: type[IntEnum | IntFlag]) -> Mapping[str, Any]:
 def optional(group: str, *variables: Variable) -> tuple[Variable, ...]:
     """Declare an optional group of variables: a file has all of them or none."""
     return tuple(replace(variable, group=group) for variable in variables)
+
+
+def of_all_records(*variables: Variable) -> tuple[Variable, ...]:
+    """Declare variables that the file of one batch does not have."""
+    return tuple(replace(variable, of_files="all records") for variable in variables)
 
 
 @dataclass(frozen=True)

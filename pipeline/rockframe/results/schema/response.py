@@ -11,7 +11,7 @@ import numpy as np
 from rockframe.matching.verdict import PulseVerdict
 from rockframe.quantities import BANDED, LIMITED, OF_KINDS, PEAKS, QUANTITIES, Quantity
 from rockframe.quantities import FORCES as FORCES_OF_RESPONSE
-from rockframe.results.schema.declare import FileKind, Variable, optional
+from rockframe.results.schema.declare import FileKind, Variable, of_all_records, optional
 from rockframe.results.schema.records import RECORDS_NC
 from rockframe.results.schema.structures import (
     KINDS_OF_STRUCTURES,
@@ -464,6 +464,26 @@ _PEAKS_OF_SCENARIO: Final = (
 _FURTHER: Final = tuple(replace(RECORDS_NC[name], source="", group=name) for name in FURTHER)
 #: Unit of each measure of intensity.
 UNITS_OF_MEASURES: Final = {variable.name: variable.units for variable in (*_NUMBERS, *_FURTHER) if variable.name in {**MEASURES, **FURTHER}} | dict.fromkeys(POOLED.keys() - MEASURES.keys(), "1")
+_OF_EACH_MEMBER: Final = "infinite for a member that overturns; NaN for a structure without the quantity"
+#: Outcomes of members in the file of a batch, from which results of all records are computed.
+_OF_BATCHES: Final = tuple(
+    replace(variable, of_files="one batch")
+    for variable in (
+        *optional("outcomes of members",
+            Variable("reached", "record structure scale limit_state", np.int32, "1", "number of members that reach the limit state"),
+            *(
+                Variable(f"members_{name}", "record structure member", float, QUANTITIES[name].units, f"{QUANTITIES[name].long_name} of each member, at the scale nearest to 1", comment=_OF_EACH_MEMBER)
+                for name in ("peak_rotation_ratio", "peak_u")
+            ),
+        ),
+        *optional("demands of members",
+            *(
+                Variable(f"members_{quantity.name}_at_scales", "record structure scale member", float, quantity.units, f"{quantity.long_name} of each member", comment=_OF_EACH_MEMBER)
+                for quantity in LIMITED
+            ),
+        ),
+    )
+)
 #: Fits of fragilities, and the better measure.
 _FITS: Final = (
     Variable("measure_units", "measure", str, "1", "unit of the measure", choices=tuple(UNITS_OF_MEASURES.values())),
@@ -518,6 +538,7 @@ SCREEN_NC: Final = FileKind(
             Variable("share_uplifted", "record structure scale", float, "1", "share of this ensemble that uplifts"),
             *(band(QUANTITIES[variable.name], variable.along, "") for variable in _PEAKS_OF_SCENARIO),
         ),
+        *_OF_BATCHES,
         *optional("histories", *histories("obs")),
         Variable("record_id", "record", str, "1", "record identifier", key=True, attrs={"cf_role": "timeseries_id"}),
         *(replace(RECORDS_NC[name], source="") for name in ("event", "station")),
@@ -528,13 +549,15 @@ SCREEN_NC: Final = FileKind(
         *_FURTHER,
         *OF_FRAME,
         *KINDS_OF_STRUCTURES,
-        Variable("reference_scale", "", float, "1", "scale at which ranks and distributions are computed", refers_to="scale"),
-        Variable("demand_rank", "record structure", float, "1", "rank of the motion by share of members that overturn, then by median peak rotation; 1 the largest"),
-        Variable("mean_relative_rank", "record", float, "1", "mean over the structures of the share of motions that are more severe; the motion itself and its ties count half", comment="among the motions that count for each structure; NaN for a motion that counts for none"),
-        Variable("peak_share", "structure level", float, "1", "share of motions and members whose peak is at most the level", "band.share"),
-        Variable("peak_share_low", "structure level", float, "1", "lower bound of peak_share, 90 % confidence", "band.low"),
-        Variable("peak_share_high", "structure level", float, "1", "upper bound of peak_share, 90 % confidence", "band.high"),
-        Variable("verdict_count", "structure scale outcome", np.int64, "1", "number of motions of each outcome", comment=_COUNTING),
+        *of_all_records(
+            Variable("reference_scale", "", float, "1", "scale at which ranks and distributions are computed", refers_to="scale"),
+            Variable("demand_rank", "record structure", float, "1", "rank of the motion by share of members that overturn, then by median peak rotation; 1 the largest"),
+            Variable("mean_relative_rank", "record", float, "1", "mean over the structures of the share of motions that are more severe; the motion itself and its ties count half", comment="among the motions that count for each structure; NaN for a motion that counts for none"),
+            Variable("peak_share", "structure level", float, "1", "share of motions and members whose peak is at most the level", "band.share"),
+            Variable("peak_share_low", "structure level", float, "1", "lower bound of peak_share, 90 % confidence", "band.low"),
+            Variable("peak_share_high", "structure level", float, "1", "upper bound of peak_share, 90 % confidence", "band.high"),
+            Variable("verdict_count", "structure scale outcome", np.int64, "1", "number of motions of each outcome", comment=_COUNTING),
+        ),
         *optional("overall",
             Variable("members", "", np.int64, "1", "number of members of the ensemble that respond in each scenario", comment="1: only the stated structure responds, and all results are nominal"),
             Variable("quantile", "quantile", float, "1", "quantile of the members, or of motions and members", valid="finite"),
@@ -544,11 +567,11 @@ SCREEN_NC: Final = FileKind(
             Variable("overall_peak_rotation_ratio_band", "structure quantile", float, "1", "largest |theta| / slenderness over all motions and members, at the reference scale", comment=_OVERTURNED_MEMBER),
             Variable("overall_peak_u_band", "structure quantile", float, "m", "largest |u| over all motions and members, at the reference scale", comment=_OVERTURNED_MEMBER),
         ),
-        *_FITS,
+        *of_all_records(*_FITS),
         *optional("fragility curve",
             Variable("fragility_curve", "", str, "1", "form of the fragility curves", choices=("lognormal", "logistic"), comment="files without this variable have logistic curves"),
         ),
-        *_BETTER,
+        *of_all_records(*_BETTER),
         *_POOLED,
         *optional("azimuths",
             Variable("recording", "recording", str, "1", "first motion of the recording", key=True),
@@ -610,10 +633,10 @@ SCREEN_NC: Final = FileKind(
         ),
         Variable("structure", "structure", str, "1", "name of the structure", key=True),
         Variable("scale", "scale", float, "1", "factor on the motion", key=True),
-        Variable("measure", "measure", str, "1", "measure of intensity; sa_1s is the spectral acceleration at 1 s", key=True),
+        Variable("measure", "measure", str, "1", "measure of intensity; sa_1s is the spectral acceleration at 1 s", key=True, of_files="all records"),
         Variable("limit_state", "limit_state", str, "1", "overturning, or a limit of a peak", key=True),
-        Variable("outcome", "outcome", str, "1", "outcome at a scale", key=True, choices=OUTCOMES),
-        Variable("level", "level", float, "1", "level of |theta| / slenderness", key=True),
+        Variable("outcome", "outcome", str, "1", "outcome at a scale", key=True, of_files="all records", choices=OUTCOMES),
+        Variable("level", "level", float, "1", "level of |theta| / slenderness", key=True, of_files="all records"),
         *optional("histories",
             Variable("history_size", "history", np.int64, "1", "number of samples of the history", attrs={"sample_dimension": "obs"}),
             Variable("history_record", "history", np.int32, "1", "position along record", refers_to="record"),

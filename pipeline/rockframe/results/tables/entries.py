@@ -16,8 +16,6 @@ from rockframe.cells import (
     TABLE_FORMATS,
     original,
     read_rows,
-    rows_of_columns,
-    write_blocks,
     write_table,
 )
 from rockframe.errors import InputError, ParameterError
@@ -70,24 +68,6 @@ def write_rows_as(path: Path, rows: Iterable[Mapping[str, Any]], table_format: s
     with whole_file(path) as partial:
         _write(frame, partial, table_format)
     return len(frame)
-
-
-def write_columns_as(
-    path: Path, blocks: Iterable[Mapping[str, Sequence[object]]], table_format: str = ""
-) -> int:
-    """Write the rows of tables as `write_rows_as` does, as CSV in less time.
-
-    Parameters
-    ----------
-    path, table_format
-        As for `write_rows_as`.
-    blocks : iterable of mapping of str to sequence
-        Tables with the same columns, one below the other, as columns with their values.
-    """
-    if format_of(path, table_format) != "csv":
-        return write_rows_as(path, rows_of_columns(blocks), table_format)
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        return write_blocks(stream, blocks)
 
 
 def format_of(path: Path, table_format: str = "") -> str:

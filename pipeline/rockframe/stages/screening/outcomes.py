@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -11,13 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.results.tables.number_store import NumberStore
+from rockframe.rocking import Verdict, quantiles
+from rockframe.stages.screening.request import LACKING_IN_BOTH, ScreeningRequest
+from rockframe.structures.contract import Structure
+from rockframe.structures.screening import has_quantity
 
 Float = NDArray[np.float64]
 
 #: Peaks of which the values of all members at the reference scale are kept.
 OF_MEMBERS: Final = ("peak_rotation_ratio", "peak_u")
+#: For each structure and limit state, the shares of members that reach it, for the motions that
+#: count and the scales; None if the structure has no such quantity.
+Reached = list[list[Float | None]]
 #: Number of numbers of a large screening that are in memory together.
 _TOGETHER: Final = 2**21
+#: Approximate number of scenarios whose statistics are computed together, in some 0.2 s.
+_RESPONSES: Final = 2**14
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +61,15 @@ class Outcomes:
             np.empty((limits, *shape), dtype=np.uint16),
             {name: np.empty((*shape[:2], members)) for name in OF_MEMBERS},
             {name: np.full((*shape, members), np.nan) for name in demands},
+        )
+
+    def of_structures(self, some: slice) -> Outcomes:
+        """Return the outcomes of some structures."""
+        return Outcomes(
+            self.verdicts[:, some],
+            self.reached[:, :, some],
+            {name: values[:, some] for name, values in self.peaks.items()},
+            {name: values[:, some] for name, values in self.demands.items()},
         )
 
     def numbers(self, motions: int) -> Float:
@@ -89,67 +107,141 @@ class Outcomes:
         return Outcomes(verdicts, reached, peaks, demands)
 
 
+@dataclass(frozen=True, eq=False)
+class ScreenedStructures:
+    """The outcomes of some structures under all motions, from which statistics are computed.
+
+    Parameters
+    ----------
+    request : ScreeningRequest
+        The request, with only these structures.
+    in_both : array, shape (motions,)
+        True for motions in both directions.
+    outcomes : Outcomes
+        Their outcomes.
+    """
+
+    request: ScreeningRequest
+    in_both: NDArray[np.bool_]
+    outcomes: Outcomes
+
+    @property
+    def ratio(self) -> Float:
+        """Median of |theta| / alpha at the scale nearest to 1, shape (motions, structures)."""
+        median: Float = quantiles(self.outcomes.peaks["peak_rotation_ratio"])[..., 1]
+        return median
+
+    @property
+    def demand(self) -> Float:
+        """The median that ranks motions: of |theta| / alpha or, without a rotation, of |u| [m]."""
+        drift = quantiles(self.outcomes.peaks["peak_u"])[..., 1]
+        return np.where(np.isnan(self.ratio), drift, self.ratio)
+
+    def has(self, structure: Structure, quantity: str, motion: int) -> bool:
+        """Return True if limits of a quantity apply to a structure under a motion by its place."""
+        return applies(structure, quantity, in_both=bool(self.in_both[motion]))
+
+    def counting(self) -> list[NDArray[np.intp]]:
+        """Return the places of the motions that count for each structure.
+
+        They are those in both directions, if it is computed under any; else those in one plane.
+        """
+        places = []
+        for k in range(len(self.request.structures)):
+            computed = self.outcomes.verdicts[:, k, 0] != Verdict.NOT_COMPUTED
+            both = np.flatnonzero(computed & self.in_both)
+            places.append(both if both.size else np.flatnonzero(computed & ~self.in_both))
+        return places
+
+    def shares(self, limit: int) -> Float:
+        """Return the shares of members that reach a limit, (motions, structures, scales)."""
+        share: Float = self.outcomes.reached[limit] / self.request.members
+        return share
+
+    def reached_by_each(self, counting: Sequence[NDArray[np.intp]]) -> Reached:
+        """Return the shares that reach each limit under the motions that count, by structure.
+
+        Where all motions count, they are parts of one array for each limit.
+        """
+        limits = self.request.limits
+        shares = [self.shares(number) for number, _ in enumerate(limits)]
+        whole = slice(None)
+        return [
+            [
+                of_limit[whole if some.size == len(of_limit) else some, k]
+                if self.has(structure, limit.quantity, int(some[0]))
+                else None
+                for of_limit, limit in zip(shares, limits, strict=True)
+            ]
+            for k, (structure, some) in enumerate(
+                zip(self.request.structures, counting, strict=True)
+            )
+        ]
+
+
+def applies(structure: Structure, quantity: str, *, in_both: bool) -> bool:
+    """Return True if limits of a quantity apply to a structure under a motion."""
+    return has_quantity(structure, quantity) and not (in_both and quantity in LACKING_IN_BOTH)
+
+
 class AllOutcomes:
     """The outcomes of all motions, filled motion by motion and read by structures.
 
     Parameters
     ----------
-    shape : tuple of int
-        Numbers of motions, structures and scales.
-    limits, members : int
-        Numbers of limit states and members.
-    demands : sequence of str
-        Quantities of `Outcomes.demands`.
+    request : ScreeningRequest
+        The request.
+    motions : int
+        Number of motions.
     folder : Path
         Folder of a temporary file, for a large screening.
-
-    Examples
-    --------
-    >>> every = AllOutcomes((2, 1, 3), 1, 1, [], Path())
-    >>> place, outcomes = every.of_motion(1)
-    >>> place, outcomes.verdicts.shape, every.is_large
-    (1, (2, 1, 3), False)
     """
 
-    def __init__(
-        self,
-        shape: tuple[int, int, int],
-        limits: int,
-        members: int,
-        demands: Sequence[str],
-        folder: Path,
-    ) -> None:
-        motions, structures, scales = shape
+    def __init__(self, request: ScreeningRequest, motions: int, folder: Path) -> None:
+        limits, members, demands = len(request.limits), request.members, request.demands
+        structures, scales = len(request.structures), request.scales.size
         series = scales * (1 + limits + len(demands) * members) + len(OF_MEMBERS) * members
         self.is_large = motions * structures * series > _TOGETHER
         together = max(1, _TOGETHER // (4 * structures * series)) if self.is_large else motions
-        self._outcomes = Outcomes.empty((together, *shape[1:]), limits, members, demands)
-        self._shape, self._together, self._first = shape, together, 0
+        shape = together, structures, scales
+        self._outcomes = Outcomes.empty(shape, limits, members, demands)
+        self._request, self._motions, self._place, self._first = request, motions, 0, 0
         self._names = [f"{number}" for number in range(structures)]
         self._width = max(1, _TOGETHER // (motions * series))
         self._numbers = NumberStore(series, folder)
 
-    def of_motion(self, motion: int) -> tuple[int, Outcomes]:
-        """Return the arrays to fill with the outcomes of a motion, and its place in them."""
-        place = motion - self._first
-        if place == self._together:
-            self._keep(place)
-            place = 0
-        return place, self._outcomes
+    def add(self, row: Mapping[str, NDArray[Any]]) -> None:
+        """Add the outcomes of the next motion, by the variables of `rows`."""
+        if self._place == len(self._outcomes.verdicts):
+            self._keep()
+        place, outcomes = self._place, self._outcomes
+        outcomes.verdicts[place] = row["verdict"]
+        outcomes.reached[:, place] = np.moveaxis(row["reached"], -1, 0)
+        for name, peaks in outcomes.peaks.items():
+            peaks[place] = row[f"members_{name}"]
+        for name, demands in outcomes.demands.items():
+            demands[place] = row[f"members_{name}_at_scales"]
+        self._place += 1
 
-    def _keep(self, motions: int) -> None:
-        names = [f"{self._first + number}" for number in range(motions)]
-        self._numbers.add(self._names, names, self._outcomes.numbers(motions))
-        self._first += motions
+    def _keep(self) -> None:
+        names = [f"{self._first + number}" for number in range(self._place)]
+        self._numbers.add(self._names, names, self._outcomes.numbers(self._place))
+        self._first, self._place = self._first + self._place, 0
 
-    def parts(self) -> Iterator[tuple[slice, Outcomes]]:
-        """Yield the outcomes of all motions, structures by structures; all of a small screening."""
-        motions, structures, _ = self._shape
-        if not self.is_large:
-            yield slice(0, structures), self._outcomes
-            return
-        if self._first < motions:
-            self._keep(motions - self._first)
-        for start in range(0, structures, self._width):
-            some = slice(start, min(start + self._width, structures))
-            yield some, self._outcomes.of_numbers([*map(self._numbers.of, self._names[some])])
+    def parts(self, in_both: NDArray[np.bool_]) -> Iterator[tuple[slice, ScreenedStructures]]:
+        """Yield the outcomes under all motions of some structures after the other.
+
+        `in_both` is true for the motions in both directions.
+        """
+        structures = self._request.structures
+        if self.is_large and self._place:
+            self._keep()
+        width = min(self._width, max(1, _RESPONSES // (self._motions * self._request.scales.size)))
+        for start in range(0, len(structures), width):
+            some = slice(start, min(start + width, len(structures)))
+            if self.is_large:
+                outcomes = self._outcomes.of_numbers([*map(self._numbers.of, self._names[some])])
+            else:
+                outcomes = self._outcomes.of_structures(some)
+            part = replace(self._request, structures=structures[some], candidates=())
+            yield some, ScreenedStructures(part, in_both, outcomes)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError, invalid
 from rockframe.options.respond import ScreenOptions
-from rockframe.quantities import QUANTITIES
+from rockframe.quantities import LIMITED, QUANTITIES
+from rockframe.risk import OVERTURNING, LimitState
 from rockframe.rocking import Design, Histories, chosen_ensemble
 from rockframe.stages.screen_motions import IN_ONE_PLANE
 from rockframe.structures.contract import (
@@ -98,6 +99,22 @@ class ScreeningRequest:
         options = self.options
         wanted = options.both_directions and not options.azimuths_degree
         return wanted and computed_in_both_directions(self.structures)
+
+    @property
+    def limits(self) -> list[LimitState]:
+        """Limit states, overturning first."""
+        return [OVERTURNING, *(LimitState(*limit) for limit in self.options.limits())]
+
+    @property
+    def members(self) -> int:
+        """Number of members of the ensemble in each scenario; 1 for the stated structure alone."""
+        return self.options.scenario_members
+
+    @property
+    def demands(self) -> list[str]:
+        """Quantities whose peaks at all scales are needed, for demands at return periods."""
+        limited = LIMITED if self.options.return_period_years else ()
+        return [quantity.name for quantity in limited]
 
     @property
     def histories(self) -> Histories:

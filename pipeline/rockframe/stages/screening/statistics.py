@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from hashlib import sha256
 from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rockframe.engines.engine import Engine, map_tasks
 from rockframe.quantities import QUANTILES
 from rockframe.record import SiteType
 from rockframe.results.pulses import RecordMetadata
 from rockframe.results.response import component_values, structure_values
+from rockframe.results.schema.arrays import Arrays
 from rockframe.results.schema.response import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
-from rockframe.results.screen import Fits, WritePart, design_units, design_values, rate_values
+from rockframe.results.screen import Fits, WritePart, rate_values
 from rockframe.risk import (
     FURTHER,
     MEASURES,
@@ -26,6 +29,7 @@ from rockframe.risk import (
     better_measure,
     compared_motions,
     demand_ranks,
+    demands_at,
     fit_fragility,
     mean_shares,
     measure_of,
@@ -35,14 +39,15 @@ from rockframe.risk import (
     period_of,
     pooled_intensities,
     shares_at_most,
+    spectral,
 )
 from rockframe.risk.distribution import Band, RelativeRanks
 from rockframe.risk.fragility import Curve
 from rockframe.rocking import quantiles
 from rockframe.rocking.verdict import COMPUTED
-from rockframe.stages.screen_batches import Reached, ScreeningRun
-from rockframe.stages.screen_motions import Motion
-from rockframe.stages.screening.request import is_free
+from rockframe.stages.screen_motions import Motion, Motions
+from rockframe.stages.screening.outcomes import AllOutcomes, Reached, ScreenedStructures
+from rockframe.stages.screening.request import ScreeningRequest, is_free
 
 Float = NDArray[np.float64]
 
@@ -56,121 +61,243 @@ _CLASSES: Final = 8
 _BEYOND: Final = 1.25
 #: Number of shares of motions below levels that are in memory together.
 _SHARES: Final = 2**22
+#: Percentiles over the azimuths, as names of measures and variables end; "" is one component.
+_ENDS: Final = ("", "rotd50", "rotd100")
 #: Distribution of peaks of a structure that lacks the quantity.
 _UNKNOWN: Final = Band(*np.full((3, LEVELS.size), np.nan))
 
 
 @dataclass(frozen=True, eq=False)
-class _MotionFacts:
-    """Numbers and clusters of all motions, and those numbers that are intensities."""
-
-    numbers: Mapping[str, Float]
-    clusters: NDArray[np.int64]
-    intensities: Mapping[str, Float]
-
-    @classmethod
-    def of(cls, motions: Sequence[Motion]) -> Self:
-        names = motions[0].numbers
-        numbers = {name: np.array([motion.numbers[name] for motion in motions]) for name in names}
-        further = [name for name in numbers if name in FURTHER]
-        spectra = [name for name in numbers if period_of(name)]
-        measures = {name: numbers[name] for name in (*MEASURES, *further, *spectra)}
-        return cls(numbers, np.array([motion.cluster for motion in motions]), measures)
-
-
-def statistics(
-    run: ScreeningRun, metadata: RecordMetadata, hazard: HazardCurve | None, write: WritePart
-) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the values of screen.nc except those of single scenarios, and the units that vary.
+class MotionFacts:
+    """The names, numbers and recordings of all motions.
 
     Parameters
     ----------
-    run : ScreeningRun
-        A run whose `rows` were read.
-    metadata : RecordMetadata
-        Metadata of the records.
+    names : sequence of str
+        Identifiers.
+    numbers : mapping of str to array, shape (motions,)
+        Metadata, as in `RecordMetadata.numbers`, and further measures of intensity [SI].
+    clusters : array, shape (motions,)
+        Numbers of the recordings.
+    in_both : array, shape (motions,)
+        True for motions in both directions.
+    """
+
+    names: Sequence[str]
+    numbers: Mapping[str, Float]
+    clusters: NDArray[np.int64]
+    in_both: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, motions: Sequence[Motion]) -> Self:
+        """Return the facts of motions."""
+        names = motions[0].numbers
+        return cls(
+            [motion.name for motion in motions],
+            {name: np.array([motion.numbers[name] for motion in motions]) for name in names},
+            np.array([motion.cluster for motion in motions]),
+            np.array([motion.in_both for motion in motions]),
+        )
+
+    @classmethod
+    def of_arrays(cls, arrays: Arrays, further: Sequence[str]) -> Self:
+        """Return the facts of motions from the variables of a screening.
+
+        `further` names the measures that were asked for, in their order.
+        """
+        numbers = {
+            name: variable.values
+            for name, variable in arrays.variables.items()
+            if variable.dims == ("record",) and variable.values.dtype.kind == "f"
+        }
+        for end in _ENDS:
+            variable = "spectral_acceleration" + (end and f"_{end}")
+            if variable in arrays:
+                for k, period in enumerate(arrays["spectral_period"].values.tolist()):
+                    numbers[spectral(period, end).name] = arrays[variable].values[:, k]
+        numbers = {name: values for name, values in numbers.items() if name not in further} | {
+            name: numbers[name] for name in further
+        }
+        names = arrays["record_id"].values.tolist()
+        in_both = np.zeros(len(names), dtype=bool)
+        if "components" in arrays:
+            in_both = arrays["components"].values != ""
+        return cls(names, numbers, arrays["cluster"].values, in_both)
+
+    @cached_property
+    def intensities(self) -> dict[str, Float]:
+        """Those numbers that are measures of intensity."""
+        further = [name for name in self.numbers if name in FURTHER]
+        spectra = [name for name in self.numbers if period_of(name)]
+        return {name: self.numbers[name] for name in (*MEASURES, *further, *spectra)}
+
+
+@dataclass(frozen=True, eq=False)
+class StatisticsTask:
+    """The outcomes of some structures, and what their statistics need besides."""
+
+    structures: ScreenedStructures
+    facts: MotionFacts
+    hazard: HazardCurve | None
+
+
+def statistics(
+    request: ScreeningRequest,
+    facts: MotionFacts,
+    outcomes: AllOutcomes,
+    hazard: HazardCurve | None,
+    engine: Engine | None,
+    write: WritePart,
+) -> tuple[dict[str, Any], list[NDArray[np.intp]]]:
+    """Return the values of screen.nc that need all motions, and the motions that count for each
+    structure.
+
+    Parameters
+    ----------
+    request : ScreeningRequest
+        The request.
+    facts : MotionFacts
+        Numbers of the motions.
+    outcomes : AllOutcomes
+        The outcomes of all motions.
     hazard : HazardCurve, optional
         Hazard curve of the site.
+    engine : Engine, optional
+        Engine of the computation; the values do not depend on it.
     write : callable
         Writes the values of a variable for some motions and structures, which are not returned. It
         is called for large screenings only.
     """
-    facts, request = _MotionFacts.of(run.motions), run.request
-    parts, counting = list[dict[str, Any]](), list[NDArray[np.intp]]()
+    values_of_parts, counting = list[dict[str, Any]](), list[NDArray[np.intp]]()
     different: dict[bytes, NDArray[np.intp]] = {}
+    places: list[slice] = []
     pooled: Reached = []
     ranks = RelativeRanks()
-    for some, part in run.parts():
-        values, reached = _of_structures(part, facts, hazard)
-        counting += _shared(part.counting(), different)
+
+    def tasks() -> Iterator[StatisticsTask]:
+        for some, part in outcomes.parts(facts.in_both):
+            places.append(some)
+            counting.extend(_shared(part.counting(), different))
+            if request.options.pooled:
+                pooled.extend(part.reached_by_each(part.counting()))
+            yield StatisticsTask(part, facts, hazard)
+
+    for number, values in enumerate(map_tasks(statistics_of, tasks(), engine=engine)):
         ranks.add(values["demand_rank"])
-        if request.options.pooled:
-            pooled += reached
-        parts.append(_written(values, some, write) if run.is_large else values)
-    values = _of_motions(run, metadata, facts) | _joined(parts)
+        some = places[number]
+        values_of_parts.append(_written(values, some, write) if outcomes.is_large else values)
+    values = _of_request(request) | _joined(values_of_parts)
+    values["fragility_curve"] = request.options.fragility_curve
     values["mean_relative_rank"] = ranks.mean
+    if request.options.azimuths_degree:
+        firsts = np.unique(facts.clusters, return_index=True)[1]
+        values["recording"] = [facts.names[int(i)] for i in firsts]
     if request.options.pooled:
-        values |= _pooled_values(run, pooled, counting, facts)
-    values |= _margins(run, write)
-    if request.design is not None:
-        shape = (len(request.structures), -1)
-        results = (each.reshape(shape) for each in run.candidates(request.design, counting))
-        values |= design_values(request.design, *results)
-    return values, design_units(request.design) if request.design else {}
+        values |= _pooled_values(request, pooled, counting, facts)
+    return values, counting
 
 
-def _of_motions(run: ScreeningRun, metadata: RecordMetadata, facts: _MotionFacts) -> dict[str, Any]:
-    """Return the values of the motions, of the structures as they are stated, and of both."""
-    motions, texts, numbers = run.motions, metadata.texts, facts.numbers
+def _of_request(request: ScreeningRequest) -> dict[str, Any]:
+    """Return the values that do not depend on the motions."""
+    return {
+        "limit_state": [limit.name for limit in request.limits],
+        **structure_values(SCREEN_NC, request.structures),
+        "scale": request.scales,
+    }
+
+
+def of_motions(
+    chosen: Motions, request: ScreeningRequest, metadata: RecordMetadata, facts: MotionFacts
+) -> dict[str, Any]:
+    """Return the values of screen.nc of each motion, and of the structures as they are stated.
+
+    Parameters
+    ----------
+    chosen : Motions
+        The motions.
+    request : ScreeningRequest
+        The request.
+    metadata : RecordMetadata
+        Metadata of the records.
+    facts : MotionFacts
+        Numbers of the motions.
+    """
+    motions, texts, numbers = chosen.motions, metadata.texts, facts.numbers
     spectra = [name for name in numbers if period_of(name)]
     values = {
-        "record_id": [motion.name for motion in motions],
+        "record_id": facts.names,
         "event": [texts["event"][motion.row] for motion in motions],
         "station": [texts["station"][motion.row] for motion in motions],
         "site_type": [SiteType.named(texts["site"][motion.row]) for motion in motions],
         "cluster": facts.clusters,
-        **component_values([motion.components for motion in motions]),
+        **(component_values([motion.components for motion in motions]) if chosen.pairs else {}),
         **{name: numbers[name] for name in numbers if name not in spectra},
-        "limit_state": [limit.name for limit in run.limits],
-        "fragility_curve": run.request.options.fragility_curve,
-        **structure_values(SCREEN_NC, run.request.structures),
-        "scale": run.request.scales,
     }
-    for end in ("", "rotd50", "rotd100"):
+    for end in _ENDS:
         some = {name: numbers[name] for name in spectra if over_azimuths_of(name) == end}
         if some:
             variable = "spectral_acceleration" + (end and f"_{end}")
             values[variable] = np.array([*some.values()]).T
             values["spectral_period"] = [period_of(name) for name in some]
-    if run.request.options.azimuths_degree:
-        firsts = np.unique(facts.clusters, return_index=True)[1]
-        values["recording"] = [motions[int(i)].name for i in firsts]
-    return values
+    return values | _of_request(request)
 
 
-def _of_structures(
-    run: ScreeningRun, facts: _MotionFacts, hazard: HazardCurve | None
-) -> tuple[dict[str, Any], Reached]:
-    """Return the values of some structures, and the shares that reach each limit state."""
-    request, clusters, form = run.request, facts.clusters, run.request.options.fragility_curve
-    intensities, counting = facts.intensities, run.counting()
-    reached = run.reached_by_each(counting)
+def statistics_of(task: StatisticsTask) -> dict[str, Any]:
+    """Return the values of screen.nc of some structures, under all motions."""
+    structures, facts, hazard = task.structures, task.facts, task.hazard
+    request, clusters = structures.request, facts.clusters
+    form, intensities, counting = (
+        request.options.fragility_curve,
+        facts.intensities,
+        structures.counting(),
+    )
+    reached = structures.reached_by_each(counting)
     fits = [
         [_fits(_at(intensities, some), request.scales, fell, clusters[some], form) for fell in each]
         for each, some in zip(reached, counting, strict=True)
     ]
     values = {
-        **_demand_values(run, clusters, counting),
+        **_demand_values(structures, clusters, counting),
         **_fragility_values(fits, _grid(intensities, request.scales)),
-        **_preferences(run, intensities, clusters, fits),
+        **_preferences(structures, intensities, clusters, fits),
         **_observed_values(reached, [_at(intensities, some) for some in counting], request.scales),
-        **(rate_values(hazard, fits) | run.demands_at(hazard, intensities) if hazard else {}),
     }
+    if hazard is not None:
+        values |= rate_values(hazard, fits)
+        values |= _demands_at_return_periods(structures, facts, hazard, counting)
     if request.options.azimuths_degree:
-        percentiles = over_azimuths(run.ratio, clusters)
+        percentiles = over_azimuths(structures.ratio, clusters)
         for name, row in zip(("rotd00", "rotd50", "rotd100"), percentiles, strict=True):
             values[f"{name}_peak_rotation_ratio"] = row
-    return values, reached
+    return values
+
+
+def _demands_at_return_periods(
+    structures: ScreenedStructures,
+    facts: MotionFacts,
+    curve: HazardCurve,
+    counting: Sequence[NDArray[np.intp]],
+) -> dict[str, Any]:
+    """Return the demand of each structure at the return periods, by variable."""
+    request = structures.request
+    periods = request.options.return_period_years
+    if not periods:
+        return {}
+    measured, scales = facts.intensities[curve.measure], request.scales
+    factors = scales ** measure_of(curve.measure).power
+    values: dict[str, Any] = {"return_period_years": [*periods]}
+    for name, of_frames in structures.outcomes.demands.items():
+        demands = [
+            demands_at(
+                *(curve, periods, of_frames[some, k], (measured[some], factors)),
+                *(facts.clusters[some], request.options.fragility_curve),
+            )
+            for k, some in enumerate(counting)
+        ]
+        for end in demands[0]:
+            variable = f"{name}_at_return_period" + ("" if end == "value" else f"_{end}")
+            values[variable] = np.stack([of_frame[end] for of_frame in demands])
+    return values
 
 
 def _shared(
@@ -204,40 +331,25 @@ def _joined(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return values
 
 
-def _margins(run: ScreeningRun, write: WritePart) -> dict[str, Any]:
-    """Return the margins, shape (motions, structures), or write them; none if not requested."""
-    if not run.is_large:
-        parts = [*run.margins()]
-        return (
-            {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-            if parts
-            else {}
-        )
-    start = 0
-    for part in run.margins():
-        end = start + len(next(iter(part.values())))
-        for name, values in part.items():
-            write(name, (slice(start, end), slice(None)), SCREEN_NC[name].array(values))
-        start = end
-    return {}
-
-
 def _at(arrays: Mapping[str, Float], some: NDArray[np.intp]) -> dict[str, Float]:
     """Return arrays along motions at the places of some."""
     return {name: values[some] for name, values in arrays.items()}
 
 
 def _demand_values(
-    run: ScreeningRun, clusters: NDArray[np.int64], counting: Sequence[NDArray[np.intp]]
+    structures: ScreenedStructures,
+    clusters: NDArray[np.int64],
+    counting: Sequence[NDArray[np.intp]],
 ) -> dict[str, Any]:
     """Return ranks, distributions of peaks, counts of outcomes, and results over all motions that
     count.
     """
-    seed, at, fell = run.request.options.seed, run.request.reference, run.shares(0)
+    request, outcomes, demand = structures.request, structures.outcomes, structures.demand
+    seed, at, fell = request.options.seed, request.reference, structures.shares(0)
     bands, overall = [_UNKNOWN] * len(counting), [_UNKNOWN] * len(counting)
-    ranks = np.full(run.demand.shape, np.nan)
+    ranks = np.full(demand.shape, np.nan)
     for some, places in _alike(counting):
-        rotations = [run.outcomes.peaks["peak_rotation_ratio"][some, k] for k in places]
+        rotations = [outcomes.peaks["peak_rotation_ratio"][some, k] for k in places]
         distributions = _distributions(rotations, clusters[some], seed)
         for k, peaks, band in zip(places, rotations, distributions, strict=True):
             bands[k] = _UNKNOWN if np.isnan(peaks).any() else band
@@ -245,28 +357,28 @@ def _demand_values(
         for k, band in zip(places, each, strict=True):
             overall[k] = band
         here = np.ix_(some, np.array(places))
-        ranks[here] = demand_ranks(run.demand[here], fell[:, :, at][here])
+        ranks[here] = demand_ranks(demand[here], fell[:, :, at][here])
     counts = np.array(
         [
-            [(run.outcomes.verdicts[some, k] == verdict).sum(axis=0) for verdict in COMPUTED]
+            [(outcomes.verdicts[some, k] == verdict).sum(axis=0) for verdict in COMPUTED]
             for k, some in enumerate(counting)
         ]
     ).swapaxes(1, 2)
     return {
-        "reference_scale": float(run.request.scales[at]),
+        "reference_scale": float(request.scales[at]),
         "demand_rank": ranks,
         "level": LEVELS,
         **SCREEN_NC.filled("band", bands),
         "verdict_count": counts,
         "outcome": OUTCOMES,
-        "members": run.members,
+        "members": request.members,
         "quantile": [*QUANTILES],
         **SCREEN_NC.filled("overall", overall),
         **{
             f"overall_{name}_band": np.array(
                 [quantiles(peaks[some, k].ravel()) for k, some in enumerate(counting)]
             )
-            for name, peaks in run.outcomes.peaks.items()
+            for name, peaks in outcomes.peaks.items()
         },
     }
 
@@ -364,15 +476,19 @@ def _grid(intensities: Mapping[str, Float], scales: Float) -> dict[str, Float]:
 
 
 def _preferences(
-    run: ScreeningRun, intensities: Mapping[str, Float], clusters: NDArray[np.int64], fits: Fits
+    structures: ScreenedStructures,
+    intensities: Mapping[str, Float],
+    clusters: NDArray[np.int64],
+    fits: Fits,
 ) -> dict[str, Any]:
     """Return the better measure for each structure, from motions that have all measures.
 
     `fits` are those from all motions.
     """
-    scales, form, fell = run.request.scales, run.request.options.fragility_curve, run.shares(0)
+    request, fell = structures.request, structures.shares(0)
+    scales, form = request.scales, request.options.fragility_curve
     overturned = []
-    for k, counts in enumerate(run.counting()):
+    for k, counts in enumerate(structures.counting()):
         some = counts[compared_motions(_at(intensities, counts))]
         overturned.append(  # nothing is fitted again
             fits[k][0]
@@ -407,17 +523,17 @@ def _observed_values(
 
 
 def _pooled_values(
-    run: ScreeningRun,
+    request: ScreeningRequest,
     reached: Reached,
     counting: Sequence[NDArray[np.intp]],
-    facts: _MotionFacts,
+    facts: MotionFacts,
 ) -> dict[str, Any]:
     """Return the fragilities of all free-standing structures together.
 
     A recording is one observation, whatever number of structures respond to it. All observations
     are in memory.
     """
-    request, limits = run.request, [k for k, limit in enumerate(run.limits) if _is_pooled(limit)]
+    limits = [k for k, limit in enumerate(request.limits) if _is_pooled(limit)]
     free = [k for k, structure in enumerate(request.structures) if is_free(structure)]
     frames = [structure for structure in request.structures if is_free(structure)]
     pga, pgv = (facts.numbers[name] for name in ("pga", "pgv"))
@@ -445,7 +561,7 @@ def _pooled_values(
     alone = ("measure", "measure_units", "fragility_intensity")
     return {
         "pooled": [int(k in free) for k in range(len(request.structures))],
-        "pooled_limit_state": [run.limits[k].name for k in limits],
+        "pooled_limit_state": [request.limits[k].name for k in limits],
         "pooled_better_measure": better.measure,
         "pooled_better_measure_reason": better.reason,
         **{
