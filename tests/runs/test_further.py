@@ -21,6 +21,7 @@ from rockframe.errors import InputError
 from rockframe.options.model import FigureOptions
 from rockframe.provenance import MANIFEST, sealed, sha256_of
 from rockframe.results.response import read_rocking_spectrum
+from rockframe.results.screen import read_screening
 from rockframe.results.screen_tables import write_screen_tables
 from rockframe.rocking import Verdict
 from rockframe.runs.performing import recompute
@@ -447,3 +448,35 @@ def test_a_run_says_which_structures_have_restraints(
     study = make_study(tmp_path, 1, f"{FEW}{gap}[structure.abutment]\ngap_m = 0.3\n")
     assert run(study, tmp_path / "run") == 0
     assert "With their restraints: joint (abutment)." in capsys.readouterr().out
+
+
+def test_a_screening_in_batches_is_resumed_by_batch(
+    screened: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The only motion of the second batch is filtered out; the seed concerns no scenario."""
+    study = tmp_path / "batches" / "small.toml"
+    shutil.copytree(screened, study.parent, ignore=shutil.ignore_patterns("run"))
+    text = study.read_text(encoding="utf-8").replace("records = 9", "records = 1")
+    study.write_text(text, encoding="utf-8")
+    folder = study.parent / "run"
+
+    def steps() -> set[str]:
+        capsys.readouterr()
+        assert run(study, folder, "--json") == 0
+        return set(json.loads(capsys.readouterr().out)["steps_done"])
+
+    assert {"screen-001", "screen-002", "index-screen"} <= steps()
+    for name, content in contents(screened / "run").items():
+        if name.endswith(".csv"):
+            assert contents(folder)[name] == content, name
+    assert steps() == set()
+    before = contents(folder)
+    (folder / "shards" / "screen-001.nc").unlink()
+    assert main(["verify", str(folder)]) == 1
+    assert "screen-001.nc: missing" in capsys.readouterr().err
+    assert steps() == {"screen-001", "manifest", "verify"}
+    assert contents(folder) == before
+    assert main(["verify", str(folder), "--recompute", "2"]) == 0
+    study.write_text(text.replace("scales = [1.0]", "scales = [1.0]\nseed = 1"), encoding="utf-8")
+    assert not steps() & {"screen-001", "screen-002"}
+    assert json.loads(read_screening(folder / "screen.nc").attrs["parameters"])["seed"] == 1
