@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_array_equal
 from tests.commands import ingested, run
 
 from rockframe.engines.engine import OneProcess
@@ -20,12 +21,15 @@ from rockframe.frame import RockingFrame, crushed
 from rockframe.options.ingest import Filters
 from rockframe.options.respond import DesignOptions
 from rockframe.parts import Pivot
-from rockframe.results.response import comparison_rows, read_histories
+from rockframe.results.response import comparison_rows, furthest_pairs, read_histories
 from rockframe.results.screen import read_screening
+from rockframe.results.shards import opened_arrays
 from rockframe.results.tables.entries import rows_of
 from rockframe.results.tables.table import response_rows
 from rockframe.rocking.design import Design
+from rockframe.stages.common import Batch
 from rockframe.stages.compare import compare_stage
+from rockframe.stages.table import index_stage
 from rockframe.study.structures import read_bridges, read_structures
 from rockframe.units import GRAVITY
 
@@ -177,6 +181,36 @@ def test_records_of_two_files_are_compared_as_those_of_one(
     ]
     with pytest.raises(InputError, match=r"b/records.nc: has record 'second', which .*both/"):
         compare_stage([both, second], output, bridge, against=["isolated"])
+
+
+def test_batches_are_compared_as_all_records_at_once(
+    several: tuple[Path, Path, Path], tmp_path: Path
+) -> None:
+    """Each file of several has the records of the batch; a third batch has none."""
+    bridge, output = structures(tmp_path, BENT + RIVALS), tmp_path / "compare.nc"
+    asked = partial(
+        compare_stage,
+        several[1:],
+        structures_path=bridge,
+        against=["isolated"],
+        engine=OneProcess(),
+    )
+    asked(output)
+    with opened_arrays(output, "compare") as comparison:
+        expected = comparison.loaded()
+    parts = [tmp_path / f"compare-{number}.nc" for number in (1, 2, 3)]
+    for number, part in enumerate(parts, 1):
+        asked(part, batch=Batch(number, 3))
+    index_stage(parts, output)
+    assert repr(comparison_rows(output)) == repr(comparison_rows(expected))
+    with opened_arrays(output, "compare") as comparison:
+        assert comparison.variables.keys() == expected.variables.keys()
+        for name, variable in expected.variables.items():
+            assert_array_equal(comparison[name].values, variable.values)
+    history = read_histories(output, "second", "bent")
+    samples = slice(int(expected["row_size"].values[0]), None)
+    assert_array_equal(history["u"].values, expected["u"].values[0, :, samples])
+    assert len(furthest_pairs(output, 1)) == 1
 
 
 def test_workers_change_no_byte(several: tuple[Path, Path, Path], tmp_path: Path) -> None:

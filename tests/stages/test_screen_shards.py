@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.testing import assert_array_equal
 from tests.screening import STRUCTURES, sine, site, stored, structures, three
 
-from rockframe import open_response
+from rockframe import index_stage
 from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.ingest import Filters
@@ -230,8 +230,8 @@ def test_batches_of_another_screening_or_out_of_order_are_named(tmp_path: Path) 
     assert not output.exists()
     # the random seed concerns the statistics alone
     assert joined(*paths[:2], seed=1).motions == 3
-    with pytest.raises(InputError, match=r"screen\.nc"):
-        open_response(output)
+    with pytest.raises(ParameterError, match="State the files as shards of `screen_stage`"):
+        index_stage(paths[:2], output)
 
 
 def test_a_record_without_any_motion_is_an_error_of_the_index(tmp_path: Path) -> None:

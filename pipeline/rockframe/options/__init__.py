@@ -189,6 +189,7 @@ _DECLARED: Final = (
         figures="stages.compare.comparison_figures",
         command="stages.compare",
         summary="compare bridges that rock with restrained, hybrid, isolated and fixed ones",
+        batches=True,
         memory=2000,
         minutes=60,
     ),

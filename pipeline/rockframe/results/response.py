@@ -655,6 +655,8 @@ def write_comparison(
     answers: Iterable[tuple[str, Sequence[Sequence[Compared]]]],
     frames: Sequence[RockingFrame],
     path: Path,
+    *,
+    batch: str = "",
     **origin: Unpack[Origin],
 ) -> Arrays:
     """Write the output of the compare stage, complete or not at all; one record is in memory at a
@@ -668,6 +670,8 @@ def write_comparison(
         The structures, in their order.
     path : Path
         The file to write; an older file is replaced.
+    batch : str
+        The batch of the records, ``2/3``; empty for all records.
     **origin
         Keywords of `Origin`.
 
@@ -702,7 +706,9 @@ def write_comparison(
         }  # fmt: skip
 
     return write_rows(
-        COMPARE_NC, map(row, answers), path, partial(_compared, frames=frames), **origin
+        *(COMPARE_NC, map(row, answers), path, partial(_compared, frames=frames)),
+        batch=batch,
+        **origin,
     )
 
 

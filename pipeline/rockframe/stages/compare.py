@@ -25,6 +25,7 @@ from rockframe.results.writing import input_hash
 from rockframe.rivals import FixedFrame, IsolatedDeck
 from rockframe.stages.common import (
     WHOLE,
+    Batch,
     Counted,
     NamedFigure,
     Progress,
@@ -57,6 +58,7 @@ def compare_stage(
     against: Collection[str] | None = None,
     structure: str | None = None,
     filters: Filters | None = None,
+    batch: Batch = WHOLE,
     engine: Engine | None = None,
     progress: Progress = silent,
     written: WrittenArrays = unseen,
@@ -79,6 +81,8 @@ def compare_stage(
         Only the structure of this name.
     filters : Filters, optional
         Only records that pass these filters.
+    batch : Batch
+        Batch of the records; `index_stage` joins the files of all batches.
     engine : Engine, optional
         Engine of the computation; the file does not depend on it.
     progress : callable
@@ -118,10 +122,12 @@ def compare_stage(
         if not names:
             name, reason = next(iter(filtered.items()))
             raise ParameterError(f"no record is left to compare; {name!r}: {reason}.")
+        names = batch.of(names)
+        chosen = [[name for name in some if name in {*names}] for some in chosen]
         tasks = Counted(_tasks(files, chosen, tuple(compared), common.ensemble), len(names))
         answers = map_tasks(_answer, tasks, engine=engine)
         dataset = write_comparison(
-            accepted(answers, names, WHOLE, left_out, progress),
+            accepted(answers, names, batch, left_out, progress),
             [rivals.frame for rivals in compared],
             output,
             input_sha256=input_hash(*paths, structures_path),
@@ -129,6 +135,7 @@ def compare_stage(
             | {"ensemble": common.ensemble.stated(), "filters": filters.bounds()}
             | in_one_plane_alone([rivals.frame for rivals in compared], True),
             left_out=ChainMap(left_out, filtered),
+            batch=batch.stated,
         )
     written(dataset)
     return tuple(InputOutcome(name, left_out[name]) for name in names if name in left_out)

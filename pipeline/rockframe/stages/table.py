@@ -16,7 +16,7 @@ from rockframe.outcome import InputOutcome
 from rockframe.paper.pulses import COMPARED, paper_comparisons, with_paper_facts
 from rockframe.provenance import refuse_obstacles, refuse_overwriting, whole_file
 from rockframe.results.pulses import pulse_rows, recordings_of
-from rockframe.results.schema import PULSES, RECORDS, RESPONSE
+from rockframe.results.schema import KINDS, PULSES, RECORDS, RESPONSE
 from rockframe.results.shards import write_index
 from rockframe.results.stored import attributes_of, kind_of
 from rockframe.results.tables.entries import (
@@ -209,13 +209,17 @@ def index_stage(parts: Sequence[str | Path], output: str | Path) -> tuple[InputO
         If a file cannot be read or belongs to another run, if a record is in two files or none is
         in any, or if the output cannot be written.
     ParameterError
-        If there are no parts.
+        If there are no parts, or parts of a screening: `screen_stage` joins these.
     """
     output, files = Path(output), [Path(part) for part in parts]
     if not files:
         raise ParameterError("No batches named. Must be the outputs of at least one.")
+    kind = kind_of(files[0])
+    if any(variable.of_files == "all records" for variable in KINDS[kind].variables):
+        must = f"State the files as shards of `{kind}_stage`."
+        raise ParameterError(f"{files[0]}: an index alone lacks the results of all records. {must}")
     refuse_overwriting([output], files)
-    left_out = write_index(files, output, kind_of(files[0]))
+    left_out = write_index(files, output, kind)
     return tuple(InputOutcome(name, reason) for name, reason in left_out.items())
 
 
