@@ -37,6 +37,17 @@ name = "slender-column"
 height_m = 2.0
 width_m = 0.2
 """
+_FURTHER = """
+[screen]
+scales = [1.0]
+margins = "none"
+
+[compare.isolated]
+strength_ratio = 0.05
+period_s = 3.0
+"""
+#: The same with a screening and a comparison in batches; a column alone cannot be compared.
+FURTHER = STUDY[: STUDY.rindex("[[structure]]")].replace("[figures]", f"{_FURTHER}[figures]")
 #: The same without figures, margins and surrogates, with few members, and in one batch.
 FEW = (
     STUDY.replace("most = 1", "most = 0")

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from tests.engines.clusters import distributed, local_cluster
 from tests.faults.harness import all_gone, can_mount, children, small_disk, wait_until
-from tests.runs.small import FEW, contents, make_study, run
+from tests.runs.small import FEW, FURTHER, contents, make_study, run
 
 from rockframe.cli.main import main
 
@@ -26,7 +26,7 @@ def test_cluster_gives_the_bytes_of_one_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The workers do not run in the folder in which the command is typed."""
-    study = make_study(tmp_path, 3)
+    study = make_study(tmp_path, 3, FURTHER)
     assert run(study, tmp_path / "here") == 0
     monkeypatch.chdir(tmp_path)
     with local_cluster(2, threads_per_worker=2) as cluster:
@@ -46,7 +46,7 @@ __import__("sys").addaudithook(refuse)
 
 def test_workers_without_the_folder_give_the_same_bytes(tmp_path: Path) -> None:
     """They get their records from the run: it writes each file itself, and no step runs on them."""
-    study, folder = make_study(tmp_path, 3), tmp_path / "apart"
+    study, folder = make_study(tmp_path, 3, FURTHER), tmp_path / "apart"
     assert run(study, tmp_path / "here") == 0
     with local_cluster(2, threads_per_worker=1) as cluster, distributed.Client(cluster) as client:
         client.run(exec, _HIDES.format(folder=str(tmp_path)))

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.runs.small import FEW, make_study, run
+from tests.runs.small import FURTHER, make_study, run
 from tests.workflow.snake import MARKS, rockframe, snakemake
 from tests.workflow.test_workflow import results
 
@@ -81,7 +81,7 @@ def programs(folder: Path) -> Path:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs sh")
 def test_jobs_are_submitted_with_the_resources_of_their_steps(tmp_path: Path) -> None:
-    study = make_study(tmp_path / "home", 3, FEW.replace("records = 9", "records = 2"))
+    study = make_study(tmp_path / "home", 3, FURTHER)
     assert run(study, tmp_path / "run") == 0
     rockframe("run", study, "--output", tmp_path / "flow", "--plan")
     words = ["--max-threads", "2", "--slurm-status-command", "squeue"]

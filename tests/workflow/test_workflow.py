@@ -16,7 +16,7 @@ import pytest
 from packaging.requirements import Requirement
 from tests.conftest import REPOSITORY
 from tests.faults.harness import all_gone, children, wait_until
-from tests.runs.small import FEW, STUDY, contents, make_study, run
+from tests.runs.small import FEW, FURTHER, contents, make_study, run
 from tests.workflow.snake import (
     MARKS,
     WORKFLOW,
@@ -38,7 +38,7 @@ KILLS = 5
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a study and, in `flow`, its run by Snakemake."""
     home = tmp_path_factory.mktemp("workflow")
-    study = make_study(home)
+    study = make_study(home, text=FURTHER)
     rockframe("run", study, "--output", home / "flow", "--plan")
     ended = snakemake(home / "flow")
     assert ended.returncode == 0, ended.stderr
@@ -213,8 +213,9 @@ def test_lock_holds_what_the_extra_asks_for() -> None:
 def test_change_of_an_option_concerns_what_follows(made: Path) -> None:
     """This must be the last test of the file, because it changes the run."""
     study = made / "small.toml"
-    study.write_text(STUDY + "[pulse]\nperiods_s = [0.3, 4.0]\n")
+    study.write_text(FURTHER + "[pulse]\nperiods_s = [0.3, 4.0]\n")
     rockframe("run", study, "--output", made / "flow", "--plan")
     done = jobs_done(snakemake(made / "flow"))
     assert {"pulse", "index_pulse", "table", "manifest", "report", "verify"} <= done
-    assert not {"ingest", "respond", "index_respond"} & done
+    assert {"screen", "index_screen"} <= done
+    assert not {"ingest", "respond", "index_respond", "compare", "index_compare"} & done
