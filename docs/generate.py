@@ -147,7 +147,8 @@ def _said(one: Variable) -> str:
     if one.holds == "flags":
         said += ": " + ", ".join(f"{member.value} {member.name.lower()}" for member in one.dtype)
     said += f"; {one.comment}" if one.comment else ""
-    return (said + (f" (only with {one.group})" if one.group else "")).replace("|", r"\|")
+    said += f" (only with {one.group})" if one.group else ""
+    return (said + (" (only in shards)" if one.of_files == "one batch" else "")).replace("|", r"\|")
 
 
 def _table(*heads: str) -> str:

@@ -65,7 +65,7 @@ SCALES = np.linspace(0.5, 2.0, 16).tolist()
 @pytest.fixture
 def few_in_a_batch(monkeypatch: pytest.MonkeyPatch) -> None:
     """A batch contains four scales of one motion under the two structures."""
-    monkeypatch.setattr("rockframe.stages.screen_batches._RESPONSES", 8)
+    monkeypatch.setattr("rockframe.stages.screening.tasks._RESPONSES", 8)
 
 
 def test_any_engine_and_batches_write_the_same_bytes(

@@ -224,7 +224,7 @@ def test_groups_of_candidates_change_nothing(
     """Candidates are computed in groups of limited size, scales of a motion in several batches."""
     design = DesignOptions(dimension="width", range=(0.45, 0.9), limit=0.4, steps=5)
     whole = screen(site(3), design=design, scenario_members=4)
-    monkeypatch.setattr("rockframe.stages.screen_batches._RESPONSES", 9)
+    monkeypatch.setattr("rockframe.stages.screening.tasks._RESPONSES", 9)
     parts = screen(site(3), design=design, scenario_members=4)
     assert parts.identical(whole.assign_attrs(parts.attrs))
 
@@ -233,7 +233,7 @@ def test_engines_write_the_same_bytes(tmp_path: Path, monkeypatch: pytest.Monkey
     """The stated structures respond in one batch, and their members in one batch for each motion,
     of which a worker computes the second.
     """
-    monkeypatch.setattr("rockframe.stages.screen_batches._RESPONSES", 20)
+    monkeypatch.setattr("rockframe.stages.screening.tasks._RESPONSES", 20)
     records, frames = stored([sine("a", 2.0), sine("b", 3.0)], tmp_path), structures(tmp_path)
     options = ScreenOptions(scales=[1.0, 2.0], margins="none", scenario_members=5)
     files = set()

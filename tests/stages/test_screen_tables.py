@@ -84,7 +84,7 @@ def test_a_known_lognormal_beta_comes_back_within_its_band(
         rotation = np.where(verdict == 2, np.pi / 2, 0.01)
         return {"verdict": verdict, "peak": rotation, "speed": 0.0 * rotation}
 
-    monkeypatch.setattr("rockframe.stages.screen_batches.peaks_of", peaks)
+    monkeypatch.setattr("rockframe.stages.screening.tasks.peaks_of", peaks)
     screen_stage(
         stored(records, tmp_path),
         tmp_path / "screen.nc",

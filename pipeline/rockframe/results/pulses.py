@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -20,7 +20,7 @@ from rockframe.provenance import sha256_of
 from rockframe.record import Part, Record, SiteType
 from rockframe.results.records import channels_of, open_records
 from rockframe.results.schema import PULSES, RECORDS
-from rockframe.results.schema.arrays import Array, Arrays
+from rockframe.results.schema.arrays import Array, Arrays, arrays_of
 from rockframe.results.schema.response import PULSES_NC
 from rockframe.results.shards import opened_arrays
 from rockframe.results.tables.rows import Row, columns_of, rows_along
@@ -129,8 +129,13 @@ def best_of(pulses: Arrays) -> Arrays:
     return pulses.with_variables(best)
 
 
-def best_pulses(path: Path) -> dict[str, PulseMatch]:
+def best_pulses(pulses: Path | Dataset) -> dict[str, PulseMatch]:
     """Return the selected pulse of each record of a pulse file, by record identifier.
+
+    Parameters
+    ----------
+    pulses : Path or Dataset
+        Output of the pulse stage, or `loaded_pulses` of it.
 
     Raises
     ------
@@ -139,11 +144,12 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     """
     from rockframe.matching.match import PulseMatch  # loads the search
 
-    pulses = loaded_pulses(path)
+    if isinstance(pulses, Path):
+        pulses = loaded_pulses(pulses)
     best: dict[str, PulseMatch] = {}
     if "record_id" not in pulses:  # a batch without accepted records
         return best
-    for row in rows_along(best_of(pulses), "record", _OF_MATCH):
+    for row in rows_along(best_of(arrays_of(pulses)), "record", _OF_MATCH):
         name, match = row.pop("record_id"), {key: row.pop(key) for key in _BOUNDS}
         if math.isnan(row["half_cycles"]):
             row["half_cycles"] = None
@@ -151,23 +157,28 @@ def best_pulses(path: Path) -> dict[str, PulseMatch]:
     return best
 
 
-def sample_hashes(path: Path, pulses: Dataset, names: Sequence[str]) -> dict[str, str]:
-    """Return the hash of the samples from which each pulse of a file was computed, by record.
-
-    Raises
-    ------
-    InputError
-        If no record of these names has a pulse in the file.
-    """
+def sample_hashes(pulses: Dataset) -> dict[str, str]:
+    """Return the hash of the samples from which each pulse was computed, by record."""
     columns = (
         pulses[key].values.tolist() if key in pulses else []
         for key in ("record_id", "samples_sha256")
     )
-    hashes = dict(zip(*columns, strict=True))
-    if hashes and not any(name in hashes for name in names):
+    return dict(zip(*columns, strict=True))
+
+
+def require_pulses_of(path: Path, names: Collection[str]) -> None:
+    """Refuse a file with pulses of other records only.
+
+    Raises
+    ------
+    InputError
+        If the file has pulses, but none of records with these names.
+    """
+    with opened_arrays(path, PULSES, empty=True) as pulses:
+        has = pulses["record_id"].values.tolist() if "record_id" in pulses else []
+    if has and not {*has} & {*names}:
         message = "contains no pulse of these records. Use the pulses of these records."
         raise InputError(path, message)
-    return hashes
 
 
 def require_samples(path: Path, hashes: Mapping[str, str], record: Record) -> None:
@@ -186,8 +197,15 @@ def require_samples(path: Path, hashes: Mapping[str, str], record: Record) -> No
         )
 
 
-def loaded_pulses(path: Path) -> Arrays:
+def loaded_pulses(path: Path, names: Collection[str] | None = None) -> Arrays:
     """Return a pulse file without its series; empty for a batch without accepted records.
+
+    Parameters
+    ----------
+    path : Path
+        Output of the pulse stage.
+    names : collection of str, optional
+        Only the records with these names; of an index, only their shards are read.
 
     Raises
     ------
@@ -195,7 +213,12 @@ def loaded_pulses(path: Path) -> Arrays:
         If the file is missing, corrupted, or of another kind.
     """
     with opened_arrays(path, PULSES, empty=True) as pulses:
-        return pulses.without("obs").loaded()
+        pulses = pulses.without("obs")
+        if names is not None and "record_id" in pulses:
+            wanted = {*names}
+            listed = enumerate(pulses["record_id"].values.tolist())
+            pulses = pulses.isel(record=[place for place, name in listed if name in wanted])
+        return pulses.loaded()
 
 
 _OF_PULSE: Final = (
@@ -334,7 +357,9 @@ def peaks_of(records_path: Path) -> dict[str, float]:
         return dict(zip(names, peaks.tolist(), strict=True))
 
 
-def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadata:
+def read_metadata(
+    records_path: Path, pulses_path: Path | None, with_pulses: Collection[str] | None = None
+) -> RecordMetadata:
     """Read metadata and measures of the records of a file, and of their selected pulses.
 
     Parameters
@@ -343,6 +368,8 @@ def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadat
         Output of ``rockframe ingest``.
     pulses_path : Path, optional
         Output of ``rockframe pulse`` for the same records; without this file, pulses are unknown.
+    with_pulses : collection of str, optional
+        Names of the only records of which the pulses are read, by default all.
 
     Raises
     ------
@@ -357,7 +384,7 @@ def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadat
     pulses = dict.fromkeys(PULSE_NUMBERS, unknown)
     like: list[bool | None] = [None] * len(names)
     if pulses_path is not None:
-        pulses, like = _pulses(pulses_path, records_path, names)
+        pulses, like = _pulses(pulses_path, records_path, names, with_pulses)
     return RecordMetadata(
         names=names,
         texts={
@@ -371,15 +398,16 @@ def read_metadata(records_path: Path, pulses_path: Path | None) -> RecordMetadat
 
 
 def _pulses(
-    path: Path, records_path: Path, names: list[str]
+    path: Path, records_path: Path, names: list[str], some: Collection[str] | None
 ) -> tuple[dict[str, Float], list[bool | None]]:
     """Return the numbers of each selected pulse, and the result of its test against noise."""
-    pulses = loaded_pulses(path)
-    hashes = sample_hashes(path, pulses, names)
+    require_pulses_of(path, names)
+    pulses = loaded_pulses(path, some)
+    hashes = sample_hashes(pulses)
     # The file that the pulses were computed from has their samples; another one is read.
     if sha256_of(records_path) not in json.loads(pulses.attrs["input_sha256"]).values():
         with open_records(records_path) as records:
-            for name in names:
+            for name in [name for name in names if name in hashes]:
                 require_samples(path, hashes, records.read(name))
     values = {name: np.full(len(names), np.nan) for name in PULSE_NUMBERS}
     like: list[bool | None] = [None] * len(names)

@@ -23,6 +23,7 @@ from rockframe.record import Orientation, Part, Record
 from rockframe.results.pulses import (
     best_pulses,
     loaded_pulses,
+    require_pulses_of,
     require_samples,
     sample_hashes,
 )
@@ -185,6 +186,8 @@ def respond_stage(
         both = options.both_directions and computed_in_both_directions(structures)
         pairs = pairs_of(file) if both else {}
         motions = _motions(file, names, options, left_out, pairs)
+        for path in beside:
+            require_pulses_of(path, horizontal(file))
         pulses = _Pulses.read(next(iter(beside), None), names)
         tasks = Counted(
             _tasks(motions, tuple(structures), options, pulses, bool(pairs)),
@@ -368,8 +371,9 @@ class _Pulses:
     def read(cls, path: Path | None, names: Sequence[str]) -> Self:
         if path is None:
             return cls(path, {}, {})
-        hashes = sample_hashes(path, loaded_pulses(path), names)
-        return cls(path, {name: match.pulse for name, match in best_pulses(path).items()}, hashes)
+        pulses = loaded_pulses(path, names)
+        best = {name: match.pulse for name, match in best_pulses(pulses).items()}
+        return cls(path, best, sample_hashes(pulses))
 
     def of(self, record: Record) -> dict[str, Pulse]:
         """Return the record's pulse by name; empty if it has none."""

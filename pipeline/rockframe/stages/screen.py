@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,7 +19,7 @@ from rockframe.options.ingest import Filters
 from rockframe.options.respond import ScreenOptions
 from rockframe.outcome import InputOutcome
 from rockframe.provenance import refuse_overwriting
-from rockframe.results.pulses import RecordMetadata, read_metadata
+from rockframe.results.pulses import read_metadata
 from rockframe.results.records import RecordsFile, open_records
 from rockframe.results.schema import SCREEN
 from rockframe.results.screen import (
@@ -59,14 +60,14 @@ from rockframe.stages.common import (
     Progress,
     Written,
     choose_structures,
+    horizontal,
     in_one_plane_alone,
     made_structures,
     silent,
     unseen,
     warn_of_idle_contact,
 )
-from rockframe.stages.respond import pairs_of
-from rockframe.stages.screen_batches import ScreeningRun
+from rockframe.stages.respond import Pair, pairs_of
 from rockframe.stages.screen_motions import (
     IN_ONE_PLANE,
     Motions,
@@ -78,6 +79,7 @@ from rockframe.stages.screening.finished import FinishedTasks
 from rockframe.stages.screening.outcomes import AllOutcomes
 from rockframe.stages.screening.request import ScreeningRequest, require_in_both
 from rockframe.stages.screening.statistics import MotionFacts, of_motions, statistics
+from rockframe.stages.screening.tasks import ScreeningRun
 from rockframe.study.structures import SHIPPED_STRUCTURES, StructureTable
 
 if TYPE_CHECKING:
@@ -198,7 +200,7 @@ def screen_stage(
     FinishedTasks(output, {}).sweep()
     if done.dataset is not None:
         written(done.dataset)
-    warn_of_idle_contact(options.ensemble, done.in_both)
+        warn_of_idle_contact(options.ensemble, done.in_both)
     return Screening(done.motions, done.scenarios, tuple(done.rejections), done.left_out, tables)
 
 
@@ -223,7 +225,7 @@ class _Tally:
 
 
 class _Done(NamedTuple):
-    """What a screening wrote: the dataset, except for a batch, and its numbers and rejections."""
+    """The result of a screening: the dataset that it wrote, None for a batch, and its numbers."""
 
     dataset: xr.Dataset | None
     motions: int
@@ -255,7 +257,7 @@ class _Screener:
 
         def describe(write: WritePart) -> Described:
             facts = MotionFacts.of(chosen.motions)
-            values = of_motions(chosen, self.request, self._metadata, facts)
+            values = of_motions(chosen, self.request, facts)
             if outcomes is None:
                 return values | run.margin_values(None), {}
             values |= run.margin_values(write if outcomes.is_large else None)
@@ -290,7 +292,7 @@ class _Screener:
         self._require(facts)
         run = None
         if self.request.design is not None or self.request.options.histories != "none":
-            run, _ = self._run(progress, WHOLE)
+            run, _ = self._run(progress, WHOLE, joined=True)
         left_out = {name: files.left_out[name] for name in batches.filtered}
         in_both = bool(facts.in_both.any())
         dataset = write_screening_index(
@@ -312,17 +314,24 @@ class _Screener:
         for name in rotd_names(*self._wanted):
             require_some(name, facts.numbers[name])
 
-    def _run(self, progress: Progress, batch: Batch) -> tuple[ScreeningRun, Motions]:
+    def _run(
+        self, progress: Progress, batch: Batch, *, joined: bool = False
+    ) -> tuple[ScreeningRun, Motions]:
         """Return the tasks of the motions of a batch, and the motions."""
         wanted = self._wanted  # refuses a hazard curve before records are read
+        pairs = self._pairs
+        names = batch.of(horizontal(self.file))
+        names += [*chain(*(pairs[name].records for name in names if name in pairs))]
+        metadata = read_metadata(self.read[0], self.pulses, names)
         chosen = Motions(
-            *(self.file, self._metadata, self.request.options, self.filters, *wanted),
-            pairs=self._pairs,
+            *(self.file, metadata, self.request.options, self.filters, *wanted),
+            pairs=pairs,
             batch=batch,
         )
         origin = _origin(self.read[0], chosen, self.request)
         finished = FinishedTasks(self.output, origin)
-        return ScreeningRun(chosen, self.request, finished, self.engine, progress), chosen
+        given = (chosen, self.request, finished, self.engine, progress)
+        return ScreeningRun(*given, joined=joined), chosen
 
     def _of_all_records(
         self, run: ScreeningRun | None, facts: MotionFacts, outcomes: AllOutcomes, write: WritePart
@@ -352,17 +361,13 @@ class _Screener:
         wanted = options.both_directions and not options.azimuths_degree
         return stated | in_one_plane_alone(structures, wanted and not in_both)
 
-    @property
-    def _pairs(self) -> bool:
-        return self.request.pairs and bool(pairs_of(self.file))
-
     @cached_property
-    def _metadata(self) -> RecordMetadata:
-        return read_metadata(self.read[0], self.pulses)
+    def _pairs(self) -> dict[str, Pair]:
+        return pairs_of(self.file) if self.request.pairs else {}
 
     @cached_property
     def _hazard(self) -> HazardCurve | None:
-        return _hazard(self.request.options, self.pulses, self._pairs)
+        return _hazard(self.request.options, self.pulses, bool(self._pairs))
 
     @cached_property
     def _wanted(self) -> tuple[list[float], list[str]]:

@@ -50,7 +50,7 @@ from rockframe.stages.common import (
     horizontal,
     in_one_plane_alone,
 )
-from rockframe.stages.respond import Pair, in_both, pairs_of, with_vertical
+from rockframe.stages.respond import Pair, in_both, with_vertical
 from rockframe.structures.contract import Structure
 from rockframe.units import GRAVITY
 
@@ -113,9 +113,9 @@ class Motion:
 class Motions:
     """The motions of a file that pass the filters and can be scaled, read on demand.
 
-    A motion in both directions is among them, if `pairs` is true, after its components, if one of
-    these is. Of a `batch`, only those of its share of the horizontal records, or with azimuths of
-    the recordings, are; it may have none.
+    A motion in both directions of `pairs` is among them, after its components, if one of these is.
+    Of a `batch`, only those of its share of the horizontal records, or with azimuths of the
+    recordings, are; it may have none.
 
     Raises
     ------
@@ -132,11 +132,11 @@ class Motions:
         periods: Sequence[float] = (),
         measures: Sequence[str] = (),
         *,
-        pairs: bool = False,
+        pairs: Mapping[str, Pair] = MappingProxyType({}),
         batch: Batch = WHOLE,
     ) -> None:
         self._file = file
-        self._metadata = metadata
+        self.metadata = metadata
         self._options = options
         self.filters = filters
         self._vertical = options.vertical
@@ -145,7 +145,7 @@ class Motions:
         self._of_pairs: dict[str, dict[str, float]] = {}
         self._beside: dict[str, Record] = {}
         self._pair: tuple[tuple[str, ...], HorizontalPair] | None = None
-        self._pairs = pairs_of(file) if pairs else {}
+        self._pairs = pairs
         #: True if the file has motions in both directions, chosen or not.
         self.pairs = bool(self._pairs)
         self._batch = batch
@@ -162,7 +162,7 @@ class Motions:
     def _choose(self) -> None:
         # azimuths from 0 to 360 degrees
         azimuths = [azimuth % 360.0 for azimuth in self._options.azimuths_degree or ()]
-        rows = {name: row for row, name in enumerate(self._metadata.names)}
+        rows = {name: row for row, name in enumerate(self.metadata.names)}
         names = horizontal(self._file)
         if self._vertical and not azimuths:
             self._beside = vertical_beside(self._file)
@@ -244,7 +244,7 @@ class Motions:
         """Return the measures of both horizontals of a motion; NaN without a partner."""
         name = motion.records[0]
         if name not in self._of_pairs:
-            together = self._recordings[self._metadata.recordings[motion.row]]
+            together = self._recordings[self.metadata.recordings[motion.row]]
             self._of_pairs |= dict.fromkeys(together, self._rotd(None))
             for pair in pair_horizontals(map(self._file.read, together))[0]:
                 measures = self._rotd(pair)
@@ -277,8 +277,8 @@ class Motions:
             pga_g = numbers["pga"] / GRAVITY
             return self.filters.refusal(pga_g=pga_g, pgv_m_s=numbers["pgv"])
         azimuths = self._options.azimuths_degree
-        pulse_like = None if azimuths else self._metadata.pulse_like[motion.row]
-        if reason := filtered_by(self.filters, numbers, self._metadata.texts["site"][motion.row]):
+        pulse_like = None if azimuths else self.metadata.pulse_like[motion.row]
+        if reason := filtered_by(self.filters, numbers, self.metadata.texts["site"][motion.row]):
             return reason
         for name, number in (("pulse_period_s", "T_p"), ("pulse_length_m", "L_p")):
             bounds, value = getattr(self._options, name), numbers[number]
@@ -334,8 +334,8 @@ class Motions:
     def _paired(self, names: tuple[str, ...]) -> HorizontalPair:
         """Return the pair of two records with its vertical record; the last pair is cached."""
         if self._pair is None or self._pair[0] != names:
-            row = self._metadata.names.index(names[0])
-            together = self._recordings[self._metadata.recordings[row]]
+            row = self.metadata.names.index(names[0])
+            together = self._recordings[self.metadata.recordings[row]]
             pairs, _ = pair_horizontals(map(self._file.read, together))
             self._pair = (
                 names,
@@ -348,7 +348,7 @@ class Motions:
     @cached_property
     def _recordings(self) -> dict[tuple[str, ...], list[str]]:
         together: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
-        for name, recording in zip(self._metadata.names, self._metadata.recordings, strict=True):
+        for name, recording in zip(self.metadata.names, self.metadata.recordings, strict=True):
             together[recording].append(name)
         return together
 
@@ -356,14 +356,14 @@ class Motions:
         """Yield each horizontal record, and after the second component of a station both, if one of
         them is chosen; they form a cluster.
         """
-        recordings = self._metadata.recordings
+        recordings = self.metadata.recordings
         together = dict.fromkeys(recordings[rows[name]] for name in names)
         clusters = {recording: cluster for cluster, recording in enumerate(together)}
         level = {*names}
 
         def motion_of(name: str) -> Motion:
             row = rows[name]
-            numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
+            numbers = {key: float(values[row]) for key, values in self.metadata.numbers.items()}
             cluster = clusters[recordings[row]]
             return Motion(name, row, cluster, (name,), numbers["azimuth"], numbers)
 
@@ -385,7 +385,7 @@ class Motions:
             self.rejections.append(InputOutcome(pair.name, str(error)))
             return
         row, level = rows[both.first.record_id], at_right_angles(both)
-        numbers = {key: float(values[row]) for key, values in self._metadata.numbers.items()}
+        numbers = {key: float(values[row]) for key, values in self.metadata.numbers.items()}
         numbers |= dict.fromkeys(("a_p", "T_p", "L_p", "azimuth"), math.nan)
         numbers |= {name: _sweep(level, name, 0.0).percentile(50.0) for name in ("pga", "pgv")}
         components = Components.of(both)
@@ -401,9 +401,7 @@ class Motions:
             for pair in pairs:
                 names = pair.first.record_id, pair.second.record_id
                 row = rows[names[0]]
-                numbers = {
-                    key: float(values[row]) for key, values in self._metadata.numbers.items()
-                }
+                numbers = {key: float(values[row]) for key, values in self.metadata.numbers.items()}
                 numbers |= dict.fromkeys(("a_p", "T_p", "L_p"), math.nan)
                 for azimuth in azimuths:
                     record = rotate(pair, azimuth)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from rockframe.engines.engine import Engine, map_tasks
 from rockframe.quantities import QUANTILES
 from rockframe.record import SiteType
-from rockframe.results.pulses import RecordMetadata
 from rockframe.results.response import component_values, structure_values
 from rockframe.results.schema.arrays import Arrays
 from rockframe.results.schema.response import OUTCOMES, SCREEN_NC, UNITS_OF_MEASURES
@@ -206,9 +205,7 @@ def _of_request(request: ScreeningRequest) -> dict[str, Any]:
     }
 
 
-def of_motions(
-    chosen: Motions, request: ScreeningRequest, metadata: RecordMetadata, facts: MotionFacts
-) -> dict[str, Any]:
+def of_motions(chosen: Motions, request: ScreeningRequest, facts: MotionFacts) -> dict[str, Any]:
     """Return the values of screen.nc of each motion, and of the structures as they are stated.
 
     Parameters
@@ -217,12 +214,10 @@ def of_motions(
         The motions.
     request : ScreeningRequest
         The request.
-    metadata : RecordMetadata
-        Metadata of the records.
     facts : MotionFacts
         Numbers of the motions.
     """
-    motions, texts, numbers = chosen.motions, metadata.texts, facts.numbers
+    motions, texts, numbers = chosen.motions, chosen.metadata.texts, facts.numbers
     spectra = [name for name in numbers if period_of(name)]
     values = {
         "record_id": facts.names,

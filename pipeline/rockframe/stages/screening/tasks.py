@@ -1,8 +1,9 @@
-"""Compute a screening: motions one at a time, in batches kept on disk until all are done."""
+"""The tasks of a screening, whose results are kept on disk until all are done."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from itertools import chain, islice, repeat
 from typing import Any, Final
 
@@ -40,22 +41,24 @@ Float = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
 _Named = tuple[str, Callable[[], ScreeningTask]]
 
-#: Approximate number of responses per batch, of some 0.1 s each; an interruption loses no more.
+#: Approximate number of responses per task, of some 0.1 s each; an interruption loses no more.
 _RESPONSES: Final = 2048
-#: Largest number of motions per batch, which are in memory together.
+#: Largest number of motions per task, which are in memory together.
 _TOGETHER: Final = 64
-#: Largest number of motions per batch if members respond, because each may have five versions.
+#: Largest number of motions per task if members respond, because each may have five versions.
 _TOGETHER_IN_VERSIONS: Final = 12
 #: Number of scenarios whose quantities are computed together.
 _SCENARIOS: Final = 2**14
 #: Largest number of responses of candidates that are in memory together.
 _HELD: Final = 2**22
-#: Approximate number of history nodes per batch.
+#: Approximate number of history nodes per task.
 _NODES: Final = 200_000
 
 
 class ScreeningRun:
     """The tasks of a screening, whose motions are chosen.
+
+    If it is `joined`, files of batches have the scenarios already.
 
     Raises
     ------
@@ -71,6 +74,8 @@ class ScreeningRun:
         finished: FinishedTasks,
         engine: Engine | None,
         progress: Progress,
+        *,
+        joined: bool = False,
     ) -> None:
         if any(motion.in_both for motion in chosen.motions):
             require_in_both(request)
@@ -80,6 +85,7 @@ class ScreeningRun:
         self._finished = finished
         self._engine = engine
         self._progress = progress
+        self._joined = joined
         self._done = 0
 
     def sizes(self) -> dict[str, int]:
@@ -131,7 +137,7 @@ class ScreeningRun:
                 yield {name: values[:, part] for name, values in arrays.items()}
 
     def _outcomes(self, motion: Motion, arrays: Arrays) -> Arrays:
-        """Return the variables of a batch; arrays have the shape (structures, members, scales)."""
+        """Return the outcomes; arrays have the shape (structures, members, scales)."""
         request = self.request
         fell = arrays["verdict"] == Verdict.OVERTURNS
         reached = [limit.reached(arrays, fell).sum(axis=1) for limit in request.limits]
@@ -293,7 +299,7 @@ class ScreeningRun:
         return [candidates[k : k + width] for k in range(0, len(candidates), width)]
 
     def _tasks(self, kind: str) -> Iterator[_Named]:
-        """Yield the batches of one kind: several motions, or some scales of one motion."""
+        """Yield the tasks of one kind: several motions, or some scales of one motion."""
         scales = self.request.scales
         if kind in ("margins", "design"):
             scales = scales[self.request.reference :][:1]
@@ -332,18 +338,19 @@ class ScreeningRun:
 
     def _step(self) -> None:
         self._done += 1
-        self._progress(self._done, sum(1 for kind in self._kinds() for _ in self._tasks(kind)))
+        self._progress(self._done, self._count)
 
-    def _kinds(self) -> list[str]:
-        """Return the kinds of batches that are computed."""
+    @cached_property
+    def _count(self) -> int:
+        """Number of all tasks; with the scenarios in files of batches, only those of the design."""
         options = self.request.options
         wanted = {
-            "peaks": True,
-            "members": options.scenario_members > 1,
-            "margins": options.margins != "none",
+            "peaks": not self._joined,
+            "members": options.scenario_members > 1 and not self._joined,
+            "margins": options.margins != "none" and not self._joined,
             "design": bool(self.request.candidates),
         }
-        return [kind for kind, needed in wanted.items() if needed]
+        return sum(1 for kind, needed in wanted.items() if needed for _ in self._tasks(kind))
 
 
 def _standing(arrays: Arrays, name: str) -> Float:
