@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,12 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from tests.screening import site, stored, structures, three
+from tests.screening import sine, site, stored, structures, three
 
 from rockframe.cli.main import main
 from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError, ParameterError
+from rockframe.options.respond import RespondOptions, ScreenOptions
 from rockframe.results.contents import describe
 from rockframe.results.pulses import best_pulses, recordings_of
 from rockframe.results.response import open_response
@@ -28,6 +30,9 @@ from rockframe.results.stored import alone, open_netcdf, opened_one
 from rockframe.results.tables.entries import write_rows_as
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
+from rockframe.stages.common import Batch
+from rockframe.stages.respond import respond_stage
+from rockframe.stages.screen import screen_stage
 from rockframe.stages.table import index_stage, table_rows_of, table_stage
 
 VERBS = {"pulse": "pulses", "respond": "response"}
@@ -435,6 +440,36 @@ def test_a_batch_that_is_none_is_refused(
         status = int(str(end.code))
     assert status == 2
     assert "Invalid batch" in capsys.readouterr().err
+
+
+def test_a_batch_reads_the_pulses_of_its_records_alone(records: Path, tmp_path: Path) -> None:
+    """Otherwise a thousand batches would read the pulses of all records a thousand times."""
+    index, parts = in_batches("pulse", records, 2)
+    pulses, kinds = tmp_path / "pulses.nc", structures(tmp_path)
+    shutil.copy(parts[0], tmp_path / "1.nc")
+    shutil.copy(parts[1], tmp_path / "2.nc")
+    shutil.copy(index, pulses)
+    (tmp_path / "2.nc").unlink()
+    given: dict[str, Any] = {
+        "structures_path": kinds,
+        "pulses_path": pulses,
+        "engine": OneProcess(),
+    }
+    for number in (1, 2):
+        for stage, name, some in (
+            (respond_stage, "response", RespondOptions(histories="none", margins="none")),
+            (screen_stage, "screen", ScreenOptions(scales=(1.0,), margins="none")),
+        ):
+            output = tmp_path / f"{name}-{number}.nc"
+            call = partial(stage, records, output, some, batch=Batch(number, 2), **given)  # type: ignore[arg-type]
+            if number == 1:
+                call()
+            else:
+                with pytest.raises(InputError, match=r"2\.nc: missing: pulses\.nc names it"):
+                    call()
+    others = stored([sine("other", 1.0)], tmp_path)
+    with pytest.raises(InputError, match="contains no pulse of these records"):
+        respond_stage(others, tmp_path / "none.nc", batch=Batch(1, 2), **given)
 
 
 @pytest.mark.parametrize(
