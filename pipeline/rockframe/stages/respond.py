@@ -186,9 +186,7 @@ def respond_stage(
         both = options.both_directions and computed_in_both_directions(structures)
         pairs = pairs_of(file) if both else {}
         motions = _motions(file, names, options, left_out, pairs)
-        for path in beside:
-            require_pulses_of(path, horizontal(file))
-        pulses = _Pulses.read(next(iter(beside), None), names)
+        pulses = _Pulses.read(next(iter(beside), None), names, horizontal(file))
         tasks = Counted(
             _tasks(motions, tuple(structures), options, pulses, bool(pairs)),
             math.ceil(
@@ -368,9 +366,11 @@ class _Pulses:
     hashes: Mapping[str, str]
 
     @classmethod
-    def read(cls, path: Path | None, names: Sequence[str]) -> Self:
+    def read(cls, path: Path | None, names: Sequence[str], every: Sequence[str]) -> Self:
+        """Return the pulses of the records with these names, of `every` record."""
         if path is None:
             return cls(path, {}, {})
+        require_pulses_of(path, every)
         pulses = loaded_pulses(path, names)
         best = {name: match.pulse for name, match in best_pulses(pulses).items()}
         return cls(path, best, sample_hashes(pulses))
