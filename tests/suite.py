@@ -145,7 +145,7 @@ LONG_BODIES = {
 }
 #: Functions of other files with more than 8 arguments: stages, and the dimensions of a bridge.
 MANY_ARGUMENTS = {
-    *("ingest/parsing/samples.py require_printed_peak", "results/screen.py write_screening"),
+    "ingest/parsing/samples.py require_printed_peak",
     *("rivals.py from_columns", "stages/compare.py compare_stage", "stages/ingest.py ingest_stage"),
     *("stages/respond.py respond_stage", "stages/screen.py screen_stage"),
 }
