@@ -66,6 +66,33 @@ name = "slender"
 height_m = 3.0
 width_m = 0.45
 """
+#: A column with a tendon.
+RESTRAINED = """
+[[structure]]
+name = "held"
+height_m = 3.0
+width_m = 0.45
+column_mass_kg = 1.0e3
+
+[structure.tendon]
+area_m2 = 1.0e-4
+prestress_n = 1.0e4
+modulus_pa = 2.0e11
+yield_stress_pa = 1.6e9
+"""
+#: A column that rolls in both directions, and one that does not.
+ROUND = """
+[[structure]]
+name = "round"
+height_m = 3.0
+width_m = 0.5
+section_both = "circular"
+
+[[structure]]
+name = "square"
+height_m = 3.0
+width_m = 0.5
+"""
 
 
 def structures(folder: Path, text: str = STRUCTURES) -> Path:

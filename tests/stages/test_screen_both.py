@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
+from tests.screening import ROUND as STRUCTURES
 from tests.screening import sine, stored, three
 
 from rockframe import (
@@ -45,18 +46,6 @@ from rockframe.results.tables.notes import summary_notes
 from rockframe.rocking.margins.members import draws
 from rockframe.units import GRAVITY
 
-STRUCTURES = """
-[[structure]]
-name = "round"
-height_m = 3.0
-width_m = 0.5
-section_both = "circular"
-
-[[structure]]
-name = "square"
-height_m = 3.0
-width_m = 0.5
-"""
 ROUND = RockingFrame(height=3.0, width=0.5, section_both="circular", name="round")
 SCALES = (0.4, 0.5, 1.0)
 MEMBERS = 4

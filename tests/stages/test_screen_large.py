@@ -9,7 +9,7 @@ import netCDF4
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from tests.screening import STRUCTURES, site, stored, structures, three
+from tests.screening import RESTRAINED, STRUCTURES, site, stored, structures, three
 
 from rockframe.engines.engine import OneProcess
 from rockframe.frame import RockingFrame
@@ -22,19 +22,6 @@ from rockframe.stages.screening.outcomes import OF_MEMBERS, AllOutcomes
 from rockframe.stages.screening.request import ScreeningRequest
 from rockframe.stages.screening.statistics import _shared
 
-RESTRAINED = """
-[[structure]]
-name = "held"
-height_m = 3.0
-width_m = 0.45
-column_mass_kg = 1.0e3
-
-[structure.tendon]
-area_m2 = 1.0e-4
-prestress_n = 1.0e4
-modulus_pa = 2.0e11
-yield_stress_pa = 1.6e9
-"""
 SCALES = (0.5, 1.0, 2.0)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_array_equal
-from tests.screening import STRUCTURES, sine, site, stored, structures, three
+from tests.screening import RESTRAINED, ROUND, STRUCTURES, sine, site, stored, structures, three
 
 from rockframe import index_stage
 from rockframe.engines.engine import OneProcess
@@ -23,31 +23,6 @@ from rockframe.results.screen import read_screen_history, read_screening, screen
 from rockframe.stages.common import Batch
 from rockframe.stages.screen import Screening, screen_stage
 
-RESTRAINED = """
-[[structure]]
-name = "held"
-height_m = 3.0
-width_m = 0.45
-column_mass_kg = 1.0e3
-
-[structure.tendon]
-area_m2 = 1.0e-4
-prestress_n = 1.0e4
-modulus_pa = 2.0e11
-yield_stress_pa = 1.6e9
-"""
-ROUND = """
-[[structure]]
-name = "round"
-height_m = 3.0
-width_m = 0.5
-section_both = "circular"
-
-[[structure]]
-name = "square"
-height_m = 3.0
-width_m = 0.5
-"""
 SCALES = (0.5, 1.0, 2.0)
 
 
