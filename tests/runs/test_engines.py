@@ -19,6 +19,7 @@ from rockframe.options.pulse import PulseOptions
 from rockframe.runs.performing import _parallel_work, perform, unreported
 from rockframe.runs.plan import make_plan, waves
 from rockframe.runs.run import run_plan
+from rockframe.stages.common import Batch
 from rockframe.stages.pulse import pulse_stage
 from rockframe.study.study import read_study
 
@@ -39,7 +40,11 @@ column_period_s = [3.0]
 strength_ratio = 0.05
 period_s = 3.0
 """
-EVERY: Final = FEW[: FEW.rindex("[[structure]]")].replace("[figures]", f"{_STAGES}[figures]")
+EVERY: Final = (
+    FEW[: FEW.rindex("[[structure]]")]
+    .replace("[figures]", f"{_STAGES}[figures]")
+    .replace("records = 9", "records = 1")
+)
 APART: Final = Resources(shares_folder=False)
 
 
@@ -137,5 +142,7 @@ def test_a_stage_takes_an_executor_of_python(home: Path, tmp_path: Path) -> None
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context) as executor:
         options = PulseOptions(surrogates=0)
-        pulse_stage(home / "here" / "records.nc", tmp_path / "pulses.nc", options, engine=executor)
-    assert (tmp_path / "pulses.nc").read_bytes() == (home / "here" / "pulses.nc").read_bytes()
+        given: dict[str, Any] = {"batch": Batch(1, 2), "engine": executor}
+        pulse_stage(home / "here" / "records.nc", tmp_path / "pulses.nc", options, **given)
+    shard = home / "here" / "shards" / "pulses-001.nc"
+    assert (tmp_path / "pulses.nc").read_bytes() == shard.read_bytes()

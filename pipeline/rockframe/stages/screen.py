@@ -261,7 +261,7 @@ class _Screener:
             if outcomes is None:
                 return values | run.margin_values(None), {}
             values |= run.margin_values(write if outcomes.is_large else None)
-            further, units = self._of_all_records(run, facts, outcomes, write)
+            further, units = self._of_all_records(run, facts, outcomes, silent, write)
             return {**values, **further}, units
 
         in_both = any(motion.in_both for motion in chosen.motions)
@@ -296,7 +296,7 @@ class _Screener:
         left_out = {name: files.left_out[name] for name in batches.filtered}
         in_both = bool(facts.in_both.any())
         dataset = write_screening_index(
-            *(files, partial(self._of_all_records, run, facts, outcomes), self.output),
+            *(files, partial(self._of_all_records, run, facts, outcomes, progress), self.output),
             histories=self._histories(run, tally),
             filtered=batches.filtered,
             input_sha256=input_hash(*self.read),
@@ -334,10 +334,16 @@ class _Screener:
         return ScreeningRun(*given, joined=joined), chosen
 
     def _of_all_records(
-        self, run: ScreeningRun | None, facts: MotionFacts, outcomes: AllOutcomes, write: WritePart
+        self,
+        run: ScreeningRun | None,
+        facts: MotionFacts,
+        outcomes: AllOutcomes,
+        progress: Progress,
+        write: WritePart,
     ) -> Described:
         request = self.request
-        values, counting = statistics(request, facts, outcomes, self._hazard, self.engine, write)
+        given = (request, facts, outcomes, self._hazard, self.engine)
+        values, counting = statistics(*given, progress, write)
         if request.design is None or run is None:
             return values, {}
         shape = (len(request.structures), -1)

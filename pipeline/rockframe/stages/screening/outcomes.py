@@ -26,7 +26,7 @@ Reached = list[list[Float | None]]
 #: Number of numbers of a large screening that are in memory together.
 _TOGETHER: Final = 2**21
 #: Approximate number of scenarios whose statistics are computed together, in some 0.2 s.
-_RESPONSES: Final = 2**14
+_SCENARIOS: Final = 2**14
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,9 +205,9 @@ class AllOutcomes:
         together = max(1, _TOGETHER // (4 * structures * series)) if self.is_large else motions
         shape = together, structures, scales
         self._outcomes = Outcomes.empty(shape, limits, members, demands)
-        self._request, self._motions, self._place, self._first = request, motions, 0, 0
+        self._request, self._place, self._first = request, 0, 0
         self._names = [f"{number}" for number in range(structures)]
-        self._width = max(1, _TOGETHER // (motions * series))
+        self._width = max(1, min(_TOGETHER // (motions * series), _SCENARIOS // (motions * scales)))
         self._numbers = NumberStore(series, folder)
 
     def add(self, row: Mapping[str, NDArray[Any]]) -> None:
@@ -228,6 +228,10 @@ class AllOutcomes:
         self._numbers.add(self._names, names, self._outcomes.numbers(self._place))
         self._first, self._place = self._first + self._place, 0
 
+    def __len__(self) -> int:
+        """Return the number of parts."""
+        return -(-len(self._request.structures) // self._width)
+
     def parts(self, in_both: NDArray[np.bool_]) -> Iterator[tuple[slice, ScreenedStructures]]:
         """Yield the outcomes under all motions of some structures after the other.
 
@@ -236,9 +240,8 @@ class AllOutcomes:
         structures = self._request.structures
         if self.is_large and self._place:
             self._keep()
-        width = min(self._width, max(1, _RESPONSES // (self._motions * self._request.scales.size)))
-        for start in range(0, len(structures), width):
-            some = slice(start, min(start + width, len(structures)))
+        for start in range(0, len(structures), self._width):
+            some = slice(start, min(start + self._width, len(structures)))
             if self.is_large:
                 outcomes = self._outcomes.of_numbers([*map(self._numbers.of, self._names[some])])
             else:

@@ -44,6 +44,7 @@ from rockframe.risk.distribution import Band, RelativeRanks
 from rockframe.risk.fragility import Curve
 from rockframe.rocking import quantiles
 from rockframe.rocking.verdict import COMPUTED
+from rockframe.stages.common import Progress
 from rockframe.stages.screen_motions import Motion, Motions
 from rockframe.stages.screening.outcomes import AllOutcomes, Reached, ScreenedStructures
 from rockframe.stages.screening.request import ScreeningRequest, is_free
@@ -146,6 +147,7 @@ def statistics(
     outcomes: AllOutcomes,
     hazard: HazardCurve | None,
     engine: Engine | None,
+    progress: Progress,
     write: WritePart,
 ) -> tuple[dict[str, Any], list[NDArray[np.intp]]]:
     """Return the values of screen.nc that need all motions, and the motions that count for each
@@ -163,6 +165,8 @@ def statistics(
         Hazard curve of the site.
     engine : Engine, optional
         Engine of the computation; the values do not depend on it.
+    progress : callable
+        Called with the number of parts of the structures done and in total.
     write : callable
         Writes the values of a variable for some motions and structures, which are not returned. It
         is called for large screenings only.
@@ -184,6 +188,7 @@ def statistics(
     for number, values in enumerate(map_tasks(statistics_of, tasks(), engine=engine)):
         ranks.add(values["demand_rank"])
         some = places[number]
+        progress(number + 1, len(outcomes))
         values_of_parts.append(_written(values, some, write) if outcomes.is_large else values)
     values = _of_request(request) | _joined(values_of_parts)
     values["fragility_curve"] = request.options.fragility_curve
