@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from rockframe.cells import rows_of_columns
 from rockframe.paper import derivation
 from rockframe.paper.claim import Claim, Finding, agrees_to_last_digit
 from rockframe.paper.claims import all_claims, checked_page
@@ -17,6 +18,7 @@ from rockframe.paper.pulses import (
     paper_records,
     pulse_checks,
     record_claims,
+    with_paper_columns,
     with_paper_facts,
 )
 from rockframe.results.tables.rows import Row
@@ -199,6 +201,9 @@ def test_only_what_a_record_lacks_is_taken_from_table_1(number: int) -> None:
         "facts_source": f"file; {BORROWED}",
     }
     assert with_paper_facts(bare | {"source_file": "mine.csv"})["facts_source"] == "file"
+    for given in (whole, bare, bare | {"source_file": "mine.csv"}):
+        columns = with_paper_columns({key: [value, value] for key, value in given.items()})
+        assert [*rows_of_columns([columns])] == 2 * [with_paper_facts(given)]
 
 
 def test_a_record_of_another_processing_is_not_judged() -> None:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
+from operator import ne
 from pathlib import Path
 from types import MappingProxyType, SimpleNamespace
 from typing import Any, Final, TextIO
@@ -251,6 +252,8 @@ def _column_cells(values: Sequence[Any], texts: _Texts) -> Iterable[str]:
         return map(_quoted_cell, values)
     if types != {float}:
         return (_quoted_cell(v) if isinstance(v, str) else _quoted(_cell(v)) for v in values)
+    if all(map(ne, values, values)):  # NaN, as in most columns of a table
+        return len(values) * [""]
     if len(texts) < _KEPT:
         return map(texts.__getitem__, values)
     return ["" if value != value else repr(value) for value in values]  # NaN

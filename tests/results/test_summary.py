@@ -238,10 +238,11 @@ def test_rows_of_motions_and_their_columns_have_the_same_summary(
                 row |= {"gap_closed_time_s": float(random.choice([math.nan, 4.0]))}
                 rows.append(row)
         summary = Summary()
-        summary.include(
+        blocks = [
             {key: [first[key], second[key]] for key in first}
             for first, second in zip(rows[::2], rows[1::2], strict=True)
-        )
+        ]
+        assert [*summary.included(blocks)] == blocks
         by_rows = summary_rows(rows)
         assert repr(summary.rows()) == repr(by_rows)
         joined = Summary(tmp_path)

@@ -119,6 +119,19 @@ def with_paper_facts(row: Row) -> Row:
     return row | borrowed | {"facts_source": "; ".join(source for source in sources if source)}
 
 
+def with_paper_columns(columns: Mapping[str, list[Any]]) -> Mapping[str, list[Any]]:
+    """Return the columns of the rows of one record, with what `with_paper_facts` adds to them."""
+    first = {key: values[0] for key, values in columns.items()}
+    filled = with_paper_facts(first)
+    if filled is first:
+        return columns
+    count = len(next(iter(columns.values())))
+    return {
+        key: columns[key] if value is first[key] else count * [value]
+        for key, value in filled.items()
+    }
+
+
 #: Columns of `paper_comparisons`.
 COMPARED: Final = (
     *("record_id", "record", "quantity", "wavelet", "printed", "paper", "ours"),

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rockframe.cells import TABLE_FORMATS, write_rows, write_table
+from rockframe.cells import TABLE_FORMATS, block_lines, write_rows
 from rockframe.engines.engine import Engine, map_tasks
 from rockframe.errors import ParameterError
 from rockframe.ingest import CATALOGUE, CatalogueEntry, write_catalogue
 from rockframe.options.fetch import FetchOptions
 from rockframe.outcome import InputOutcome
-from rockframe.paper.pulses import COMPARED, paper_comparisons, with_paper_facts
+from rockframe.paper.pulses import (
+    COMPARED,
+    paper_comparisons,
+    with_paper_columns,
+    with_paper_facts,
+)
 from rockframe.provenance import refuse_obstacles, refuse_overwriting, whole_file
 from rockframe.results.pulses import pulse_rows, recordings_of
 from rockframe.results.schema import KINDS, PULSES, RECORDS, RESPONSE
@@ -108,11 +112,16 @@ def table_stage(
 
 def _in_csv(block: TableBlock) -> tuple[bytes, bytes, int, Summary]:
     """Return the header and the rows of some motions as CSV, their number, and their summary."""
-    summary, stream = Summary(), io.StringIO(newline="")
-    count = write_table(stream, summary.passed(map(with_paper_facts, block.rows())))
+    summary, counts = Summary(), list[int]()
+
+    def counted() -> Iterator[Mapping[str, Sequence[Any]]]:
+        for columns in summary.included(map(with_paper_columns, block.columns())):
+            counts.append(len(columns["structure"]))
+            yield columns
+
+    header, *lines = [*block_lines(counted())] or [""]
     summary.keep()  # here, not by the process that joins them
-    header, line_end, lines = stream.getvalue().encode().partition(b"\n")  # without rows, nothing
-    return header + line_end, lines, count, summary
+    return header.encode(), "".join(lines).encode(), sum(counts), summary
 
 
 def shipped_table_stage(

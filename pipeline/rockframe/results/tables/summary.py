@@ -46,6 +46,7 @@ OF_STRUCTURE: Final = ("height_m", "width_m", "mass_ratio", "slenderness_deg")
 #: First columns of a summary, by which an earlier one is recognised.
 SUMMARY_COLUMNS: Final = ("structure", *OF_STRUCTURE, "records")
 AnyRow = TypeVar("AnyRow", bound=Cells)
+AnyBlock = TypeVar("AnyBlock", bound=Mapping[str, Sequence[Any]])
 
 
 def _share_column(_row: Cells) -> str:
@@ -222,6 +223,14 @@ class Summary:
         self._in_one_plane.join(other._in_one_plane)
         self._in_both.join(other._in_both)
 
+    def included(self, blocks: Iterable[AnyBlock]) -> Iterator[AnyBlock]:
+        """Yield tables of `include`, and include them in the summary at the end."""
+        waiting = []
+        for block in blocks:
+            waiting.append({key: block[key] for key in _OF_SUMMARY if key in block})
+            yield block
+        self.include(waiting)
+
     def include(self, blocks: Iterable[Mapping[str, Sequence[Any]]]) -> None:
         """Include rows, a table for each motion with the same structures in one order."""
         remaining = iter(blocks)
@@ -298,6 +307,8 @@ def _mean_shares(group: Sequence[_Counted], recordings: Mapping[str, Hashable]) 
     return mean_shares_of(shares, of_first.numbers.records_of(first.structure), recordings)
 
 
+#: Columns that a summary reads.
+_OF_SUMMARY: Final = (*OF_OUTCOMES, *OF_STRUCTURE, "structure", "components")
 #: Number of rows of a structure that are included in a summary together.
 _ROWS: Final = 64
 #: Number of rows that pass by until their numbers are kept by structure.

@@ -7,13 +7,14 @@ from collections import Counter
 from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from itertools import chain
+from functools import lru_cache
+from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from rockframe.cells import Column
+from rockframe.cells import Column, rows_of_columns
 from rockframe.errors import InputError
 from rockframe.quantities import OF_KINDS, PEAKS
 from rockframe.record import Part
@@ -28,6 +29,7 @@ from rockframe.results.tables.rows import (
     SHARES,
     Row,
     blocks,
+    columns_along,
     columns_of,
     rows_along,
     spread_verdict,
@@ -37,6 +39,9 @@ from rockframe.rocking.verdict import MODEL_ENDS
 
 if TYPE_CHECKING:
     from rockframe.results.schema.arrays import Dataset
+
+#: The values of some rows, by column.
+Columns = dict[str, list[Any]]
 
 #: Columns that only some files have, with their variables.
 _SOME: Final = {
@@ -120,7 +125,7 @@ def table_rows(
         records.
     """
     for block in table_blocks(records, pulses, response):
-        yield from block.rows()
+        yield from rows_of_columns(block.columns())
 
 
 @dataclass(frozen=True)
@@ -140,9 +145,9 @@ class TableBlock:
     response: Arrays
     shared_names: frozenset[str]
 
-    def rows(self) -> Iterator[Row]:
-        """Yield the rows of the motions."""
-        return _table_rows(self.records, self.pulses, self.response, self.shared_names)
+    def columns(self) -> Iterator[Columns]:
+        """Yield the columns of the rows of each motion."""
+        return _table_columns(self.records, self.pulses, self.response, self.shared_names)
 
 
 def table_blocks(
@@ -185,28 +190,32 @@ def _needed(dataset: Dataset, columns: Mapping[str, str]) -> Arrays:
     return arrays.with_variables({name: arrays[name] for name in names if name in arrays})
 
 
-def _table_rows(
+def _table_columns(
     records: Dataset, pulses: Dataset, response: Dataset, shared_names: Container[str]
-) -> Iterator[Row]:
-    """Yield the rows of a block of records."""
+) -> Iterator[Columns]:
+    """Yield the columns of the rows of each motion of a block of records."""
     rows_of_records = {row["record_id"]: row for row in rows_along(records, "record", _OF_RECORD)}
     best = {row["record_id"]: row for row in pulse_rows(pulses) if row["best"]}
-    for answer in _response_rows(response):
+    further = [column for column, name in _SOME.items() if name in response]
+    for answers in _response_columns(response):
+        answer = {key: answers[key][0] for key in ("record_id", "components")}
         name = answer["record_id"]
         record, pulse = _of_motion(answer, rows_of_records), best.get(name, _NO_PULSE)
         short = _short_name(record)
-        row = {
+        of_motion = {
             **pulse,
             **record,
-            **answer,
             "record": name
             if _short_name(rows_of_records[_first_of(answer)]) in shared_names
             else short,
             "pulse_p_value": pulse["p_value"],
         }
-        further = [column for column, name in _SOME.items() if name in response]
-        further += FORCE_CELLS if FORCE_CELLS[0] in answer else []
-        yield {column: row[column] for column in (*_COLUMNS, *further)}
+        forces = FORCE_CELLS if FORCE_CELLS[0] in answers else ()
+        count = len(answers["structure"])
+        yield {
+            column: answers[column] if column in answers else count * [of_motion[column]]
+            for column in (*_COLUMNS, *further, *forces)
+        }
 
 
 def _records_of(response: Dataset, names: Sequence[str]) -> list[str]:
@@ -282,21 +291,42 @@ def response_rows(responses: Path | Dataset) -> Iterator[Row]:
     with _dataset(responses, RESPONSE) as dataset:
         if "record_id" in dataset:  # not a batch without accepted records
             for part in blocks(dataset):
-                yield from _response_rows(part)
+                yield from rows_of_columns(_response_columns(part))
 
 
-def _response_rows(responses: Dataset) -> Iterator[Row]:
-    """Yield the rows of a block of records."""
-    rows, robust = rows_along(responses, "record structure", _OF_RESPONSE), ROBUST[0] in responses
-    for row, forces in zip(rows, force_cells(responses), strict=False):
-        verdict = spread_verdict(row)
-        if not verdict.is_computed:
-            row["largest_scale"] = row["safe_islands"] = math.nan  # no scale was searched
-        searched = row["largest_scale"] if robust else math.nan
-        if row["components"]:  # no critical scale of the structure as given was searched
-            row["largest_scale"] = row["safe_islands"] = math.nan
-        words = verdict.words
-        yield row | {"verdict_words": words, "largest_robust_scale": searched} | forces
+def _response_columns(responses: Dataset) -> Iterator[Columns]:
+    """Yield the columns of the rows of each motion of a block of records."""
+    forces, robust = force_cells(responses), ROBUST[0] in responses
+    for columns in columns_along(responses, "record structure", _OF_RESPONSE):
+        count = len(columns["structure"])
+        unknown = count * [math.nan]
+        # NaN does not equal itself, so that no verdict would be found again
+        given = ([None if v != v else v for v in columns[key]] for key in _OF_VERDICT)
+        verdicts = [*map(_words_of_verdict, *given)]
+        for key in ("largest_scale", "safe_islands"):  # not searched if nothing is computed
+            pairs = zip(columns[key], verdicts, strict=True)
+            columns[key] = [value if computed else math.nan for value, (_, computed) in pairs]
+        columns["largest_robust_scale"] = columns["largest_scale"] if robust else unknown
+        if columns["components"][0]:  # no critical scale of the structures as given was searched
+            columns |= {"largest_scale": unknown, "safe_islands": unknown}
+        columns["verdict_words"] = [words for words, _ in verdicts]
+        further = [*islice(forces, count)]
+        yield columns | {key: [row[key] for row in further] for key in further[0]}
+
+
+#: Columns that the words of a verdict follow from.
+_OF_VERDICT: Final = (
+    *("verdict", "overturning_time_s", "share_overturned", "share_uplifted", "share_model_ends"),
+    *(f"{name}_s" for name in MODEL_ENDS),
+    *("model_end", "kind"),
+)
+
+
+@lru_cache(maxsize=4096)
+def _words_of_verdict(*values: str | float | None) -> tuple[str, bool]:
+    """Return the words of a verdict, and False if the response was not computed."""
+    verdict = spread_verdict(dict(zip(_OF_VERDICT, values, strict=True)))
+    return verdict.words, verdict.is_computed
 
 
 #: Variable of each column of `part_rows`.
