@@ -141,7 +141,7 @@ LONG_BODIES = {
     *("ingest/formats/cosmos/reader.py _record", "ingest/formats/esm.py read"),
     *("ingest/formats/unam.py _record", "quantities/__init__.py _at_joint"),
     *("report/page.py payload", "results/fragility_models.py fragility_model"),
-    *("rocking/response.py respond", "stages/ingest.py ingest_stage"),
+    "rocking/response.py respond",
 }
 #: Functions of other files with more than 8 arguments: stages, and the dimensions of a bridge.
 MANY_ARGUMENTS = {

@@ -13,7 +13,7 @@ from rockframe.ingest.collection import read_and_measured
 from rockframe.ingest.options import ReadOptions
 from rockframe.options.ingest import IngestOptions, PassportLimits
 from rockframe.signals.passport import passport
-from rockframe.stages.acceptance import inspected
+from rockframe.stages.ingesting.acceptance import inspected
 
 LIMITS = PassportLimits()
 TEXT = ReadOptions(units="m/s2", time_step=0.01)

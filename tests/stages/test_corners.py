@@ -16,8 +16,8 @@ from rockframe.options.ingest import IngestOptions
 from rockframe.record import Record
 from rockframe.results.records import open_records, write_records
 from rockframe.signals.corner import UNCHANGED, CornerSource
-from rockframe.stages.acceptance import Ingested
 from rockframe.stages.ingest import ingest_stage
+from rockframe.stages.ingesting.acceptance import Ingested
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 

@@ -60,6 +60,23 @@ def test_hashes_are_those_of_a_run(made: Path, tmp_path: Path) -> None:
     assert main(["verify", str(made / "flow")]) == 0
 
 
+def test_many_record_files_are_read_by_several_jobs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The copy of the first file is in the last batch, which the index reads again."""
+    monkeypatch.setattr("rockframe.runs.plan._FILES_OF_A_STEP", 2)
+    study = make_study(tmp_path, 5, FEW.replace("records = 9", "records = 2"))
+    (tmp_path / "motions" / "later").mkdir()
+    shutil.copy(tmp_path / "motions" / "motion-0.csv", tmp_path / "motions" / "later")
+    assert run(study, tmp_path / "flow", "--plan") == 0
+    ended = snakemake(tmp_path / "flow")
+    assert ended.returncode == 0, ended.stderr
+    assert run(study, tmp_path / "run") == 1  # the copy is rejected
+    assert results(tmp_path / "flow") == results(tmp_path / "run")
+    assert "shards/again/records-003.nc" in results(tmp_path / "run")
+    assert "Nothing to be done" in snakemake(tmp_path / "flow").stderr
+
+
 def test_run_takes_over_what_the_workflow_has_done(
     made: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -29,6 +29,53 @@ Read = Callable[[Path, ReadOptions], Iterable[list[Reading] | InputOutcome]]
 #: File and SHA-256 of the record, by identifier in lower case.
 Owners = dict[str, tuple[str, str]]
 
+
+@dataclass(frozen=True)
+class Claim:
+    """The identifiers that the records of a file, or of a member of an archive, ask for.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Identifiers that the records have by themselves.
+    file : str
+        Display name of the file or member.
+    sha256 : str
+        Its hash.
+
+    Examples
+    --------
+    >>> owners: Owners = {}
+    >>> Claim(("shake",), "a/shake.csv", "1f").granted(owners)
+    ['shake']
+    >>> Claim(("shake",), "b/shake.csv", "1f").granted(owners)
+    "record identifier 'shake' is in use by 'a/shake.csv'. This file is a copy of it."
+    """
+
+    names: tuple[str, ...]
+    file: str
+    sha256: str
+
+    def granted(self, owners: Owners) -> list[str] | str:
+        """Return and register unused identifiers, or the reason if all are in use."""
+        names, file, digest = [*self.names], self.file, self.sha256
+        same = next((name for name in names if name.casefold() in owners), "")
+        owner, of_owner = owners.get(same.casefold(), ("", digest))
+        possible = [names]
+        if of_owner != digest:
+            same_name = Path(owner).name.casefold() == Path(file).name.casefold()
+            possible += [*other_ids(names, file)][same_name:]
+        for ids in possible:
+            if not any(name.casefold() in owners for name in ids):
+                owners.update((name.casefold(), (file, digest)) for name in ids)
+                return ids
+        why = "Rename one of the files." if of_owner != digest else "This file is a copy of it."
+        return f"record identifier {same!r} is in use by {owner!r}. {why}"
+
+
+#: Claims in the order of the files, each with what was granted.
+Claims = list[tuple[Claim, list[str] | str]]
+
 #: Amount of text per worker that makes another worker worthwhile [bytes]; a start takes 0.2 s.
 _BYTES_A_WORKER: Final = 16 << 20
 #: Number of calls per worker that are computed in advance; limits memory.
@@ -109,6 +156,8 @@ def collect_sources(
     workers: int | None = 0,
     limits: Limits | None = None,
     read: Read | None = None,
+    owners: Owners | None = None,
+    claims: Claims | None = None,
 ) -> Generator[Reading | InputOutcome, None, None]:
     """Read the files of `sources_of`; the other parameters are those of `collect`.
 
@@ -120,16 +169,20 @@ def collect_sources(
         Files to read.
     read : callable, optional
         Reads one file (default: `read_outcomes`); workers must be able to import it.
+    owners : dict, optional
+        Identifiers in use by files that were read before.
+    claims : list, optional
+        The claims of the files are appended to it.
     """
     calls = [(source.path, _trusting(source, options)) for source in sources if source.is_read]
     count = worker_count(workers, [path for path, _ in calls])
-    owners: Owners = {}
+    owners = {} if owners is None else dict(owners)
     with closing(_outcomes(calls, count, limits, read or read_outcomes)) as outcomes:
         for source in sources:
             if progress is not None and source.is_read:
                 progress(source.name)
             for outcome in next(outcomes) if source.is_read else [_not_read(source)]:
-                yield from _assign_ids(outcome, source, owners)
+                yield from _assign_ids(outcome, source, owners, [] if claims is None else claims)
 
 
 def sorted_out(
@@ -270,13 +323,22 @@ def _not_read(source: Source) -> InputOutcome:
 
 
 def _assign_ids(
-    outcome: list[Reading] | InputOutcome, source: Source, owners: Owners
+    outcome: list[Reading] | InputOutcome, source: Source, owners: Owners, claims: Claims
 ) -> Sequence[Reading | InputOutcome]:
     """Return the readings of a file with unique identifiers, or the outcome of the file."""
     if isinstance(outcome, list):
-        named = _changed_since_fetch(outcome, source) or _unused_ids(outcome, source, owners)
-        if isinstance(named, InputOutcome):
-            return [named]
+        if changed := _changed_since_fetch(outcome, source):
+            return [changed]
+        facts = outcome[0].facts
+        claim = Claim(
+            tuple(reading.record.record_id for reading in outcome),
+            _display_name(facts["source_file"], source),
+            facts["source_sha256"],
+        )
+        named = claim.granted(owners)
+        claims.append((claim, named))
+        if isinstance(named, str):
+            return [InputOutcome(claim.file, named)]
         return [
             _finished(reading, name, source) for reading, name in zip(outcome, named, strict=True)
         ]
@@ -329,23 +391,3 @@ def _finished(reading: Reading, record_id: str, source: Source) -> Reading:
         },
         measures=reading.measures,
     )
-
-
-def _unused_ids(
-    readings: Sequence[Reading], source: Source, owners: Owners
-) -> list[str] | InputOutcome:
-    """Return and register unused identifiers, or a rejection if all are in use."""
-    names, facts = [reading.record.record_id for reading in readings], readings[0].facts
-    file, digest = _display_name(facts["source_file"], source), facts["source_sha256"]
-    same = next((name for name in names if name.casefold() in owners), "")
-    owner, of_owner = owners.get(same.casefold(), ("", digest))
-    possible = [names]
-    if of_owner != digest:
-        same_name = Path(owner).name.casefold() == Path(file).name.casefold()
-        possible += [*other_ids(names, file)][same_name:]
-    for ids in possible:
-        if not any(name.casefold() in owners for name in ids):
-            owners.update((name.casefold(), (file, digest)) for name in ids)
-            return ids
-    why = "Rename one of the files." if of_owner != digest else "This file is a copy of it."
-    return InputOutcome(file, f"record identifier {same!r} is in use by {owner!r}. {why}")

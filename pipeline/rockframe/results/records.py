@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -54,6 +54,8 @@ def write_records(
     parameters: Mapping[str, Any],
     rotd: Mapping[str, Mapping[str, Any]] | None = None,
     spectral_periods: Sequence[float] = (),
+    batch: str = "",
+    attrs: Mapping[str, str] | None = None,
 ) -> tuple[dict[str, str], Arrays]:
     """Write the output of the ingest stage, complete or not at all; one record is in memory at a
     time.
@@ -78,6 +80,8 @@ def write_records(
     spectral_periods : sequence of float
         Periods [s] of the spectral accelerations that the file contains, with the Housner
         intensity; by default it has neither.
+    batch, attrs
+        As for `write_rows`; a batch may have no records.
 
     Returns
     -------
@@ -96,9 +100,15 @@ def write_records(
     def measures(columns: Mapping[str, list[Any]], written: Growing) -> Mapping[str, Any]:
         if "passport" not in columns:
             return {}
-        rotd_values = _rotd_of_pairs(columns, written, periods) if rotd is None else rotd
+        where = slices(columns["row_size"])
+
+        def record(row: int) -> Record:
+            samples = written.appended("acceleration", where[row])
+            return _record({name: column[row] for name, column in columns.items()}, samples)
+
+        pairs = rotd_of_motions(channels_of(columns), record, periods) if rotd is None else rotd
         spectra = {"spectral_period": periods} if periods else {}
-        return {**_rotd(columns, rotd_values, len(periods)), **spectra}
+        return {**rotd_columns(columns["record_id"], pairs, len(periods)), **spectra}
 
     dataset = write_rows(
         RECORDS_NC,
@@ -106,6 +116,8 @@ def write_records(
         path,
         partial(_with_sources, inputs),
         further=measures,
+        batch=batch,
+        attrs=attrs,
         input_sha256=inputs,
         parameters=parameters,
     )
@@ -180,42 +192,41 @@ def channels_of(values: Mapping[str, Any] | Dataset) -> list[Channel]:
     ]
 
 
-def _rotd(
-    values: Mapping[str, Sequence[Any]], rotd: Mapping[str, Mapping[str, Any]], periods: int
+def rotd_columns(
+    names: Iterable[str], rotd: Mapping[str, Mapping[str, Any]], periods: int
 ) -> dict[str, list[Any]]:
     """Return RotD of each record by variable; NaN for verticals."""
-    unknown: dict[str, Any] = dict.fromkeys(_ROTD, math.nan)
+    unknown: dict[str, Any] = {**dict.fromkeys(_ROTD, math.nan), "unpaired": ""}
     if periods:
         unknown |= dict.fromkeys(_ROTD_OF_SPECTRA, [math.nan] * periods)
-    unknown["unpaired"] = ""
-    of_row = [{**unknown, **rotd.get(name, {})} for name in values["record_id"]]
+    of_row = [{**unknown, **rotd.get(name, {})} for name in names]
     return {name: [of_one[name] for of_one in of_row] for name in unknown}
 
 
-def _rotd_of_pairs(
-    values: Mapping[str, list[Any]], written: Growing, periods: Sequence[float]
-) -> dict[str, dict[str, Any]]:
-    """Return RotD of each record that has a pair, and the reason for each horizontal that has none;
-    one motion is in memory at a time.
+def rotd_of_motions(
+    channels: Sequence[Channel],
+    record: Callable[[int], Record],
+    periods: Sequence[float],
+    computed: Mapping[tuple[int, ...], Mapping[str, Mapping[str, Any]]] | None = None,
+) -> dict[str, Mapping[str, Any]]:
+    """Return RotD of each record that has a pair, and the reason for each horizontal that has none.
+
+    `record` reads the record of a channel by its number; one motion is in memory at a time. Motions
+    that `computed` has, by the numbers of their channels, are not computed again.
     """
-    where = slices(values["row_size"])
-    measures_of: dict[str, dict[str, Any]] = {}
-
-    def record(row: int) -> Record:
-        samples = written.appended("acceleration", where[row])
-        return _record({name: column[row] for name, column in values.items()}, samples)
-
-    channels = channels_of(values)
+    measures_of: dict[str, Mapping[str, Any]] = {}
     alone = reasons_alone(channels)
     for rows in motions_of(channels):
-        across = [row for row in rows if not values["orientation"][row].upright]
+        across = [row for row in rows if not channels[row].orientation.upright]
         if len(across) < 2:  # no samples are needed to say so
-            names = [values["record_id"][row] for row in across]
+            names = (channels[row].record_id for row in across)
             measures_of |= {name: {"unpaired": alone[name]} for name in names}
             continue
+        if (of_motion := (computed or {}).get(tuple(rows))) is not None:
+            measures_of |= of_motion
+            continue
         pairs, unpaired = pair_horizontals(map(record, rows))
-        for reason in unpaired:
-            measures_of[reason.record_id] = {"unpaired": reason.reason}
+        measures_of |= {reason.record_id: {"unpaired": reason.reason} for reason in unpaired}
         for pair in pairs:
             of_pair = _rotd_of(pair, periods)
             measures_of |= {component.record_id: of_pair for component in (pair.first, pair.second)}
@@ -225,16 +236,11 @@ def _rotd_of_pairs(
 def _rotd_of(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, Any]:
     pga, pgv = rotd_of(pair), rotd_of(pair, transform=integrate)
     shares = [value.percentile(share) for value in (pga, pgv) for share in (50, 100)]
-    values = dict(zip(_ROTD, (*shares, pga.strongest_azimuth), strict=True))
-    return values | (_rotd_of_spectra(pair, periods) if periods else {})
-
-
-def _rotd_of_spectra(pair: HorizontalPair, periods: Sequence[float]) -> dict[str, list[float]]:
-    sweeps = on_threads(partial(rotd_spectral_acceleration, pair), periods)
-    return {
-        name: [sweep.percentile(share) for sweep in sweeps]
-        for name, share in zip(_ROTD_OF_SPECTRA, (50, 100), strict=True)
-    }
+    values: dict[str, Any] = dict(zip(_ROTD, (*shares, pga.strongest_azimuth), strict=True))
+    sweeps = on_threads(partial(rotd_spectral_acceleration, pair), periods) if periods else []
+    for name, share in zip(_ROTD_OF_SPECTRA, (50, 100), strict=True) if periods else ():
+        values[name] = [sweep.percentile(share) for sweep in sweeps]
+    return values
 
 
 def _row(

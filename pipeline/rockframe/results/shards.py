@@ -21,12 +21,14 @@ from numpy.typing import NDArray
 from rockframe.errors import InputError
 from rockframe.interruption import raise_if_interrupted
 from rockframe.provenance import sha256_of
-from rockframe.results.schema import KINDS
+from rockframe.results.schema import KINDS, RECORDS
 from rockframe.results.schema.arrays import Array, Arrays, Index
 from rockframe.results.stored import SHARDS, Holder, Stored, alone, not_of, open_netcdf, opened_one
 
-#: Attributes that the shards of an index have in common with it.
+#: Attributes that the shards of an index have in common with it; records have some of its inputs.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
+#: Attribute of a batch of records: the outcomes of its files, as JSON, which its index needs.
+INGESTED: Final = "ingested"
 #: Size of open shards beyond which all but the last two are closed [bytes].
 _MOST_OPEN: Final = 2**26
 #: Memory that netCDF needs for an open file, whatever its size: 3.0 MB for one of 37 variables.
@@ -123,8 +125,11 @@ class BatchFiles:
         if first is None:
             reason = next(iter(left_out.values()), "no record")
             raise InputError(parts[0], f"no batch contains a record: {reason}")
+        others = batches if kind == RECORDS else []  # each has read other files
+        inputs = {name: h for b in (first, *others) for name, h in _inputs(b.attrs).items()}
+        attrs = {**first.attrs, "input_sha256": json.dumps(inputs, sort_keys=True)}
         for batch in batches:
-            _require_same_run(batch.path, batch.attrs, batches[0].attrs, batches[0].path)
+            _require_same_run(batch.path, batch.attrs, attrs, first.path)
             if batch.variables:
                 _require_alike(batch, first)
         names = [name for batch in batches for name in batch.names]
@@ -135,7 +140,7 @@ class BatchFiles:
             Shard(_from(output.parent, b.path), sha256_of(b.path), len(b.names), b.samples)
             for b in batches
         ]
-        attrs = {name: value for name, value in first.attrs.items() if name != "batch"}
+        attrs = {name: value for name, value in attrs.items() if name not in ("batch", INGESTED)}
         index = Arrays(
             {"record_id": KINDS[kind]["record_id"].holding(names), **first.shared},
             {**attrs, SHARDS: json.dumps([astuple(shard) for shard in shards])},
@@ -158,10 +163,12 @@ class BatchFiles:
         _require_same_run(self.paths[0], attrs, {**attrs, **texts}, output)
 
 
-def write_index(parts: Sequence[Path], output: Path, kind: str) -> Mapping[str, str]:
+def write_index(
+    parts: Sequence[Path], output: Path, kind: str, own: Mapping[str, Array] | None = None
+) -> Mapping[str, str]:
     """Write the index of all batches of a stage, whose files stay where they are.
 
-    The index itself has the names of the records and what all batches share.
+    It has the names of the records and what all batches share; that of records all but the samples.
 
     Parameters
     ----------
@@ -171,6 +178,8 @@ def write_index(parts: Sequence[Path], output: Path, kind: str) -> Mapping[str, 
         The file to write. It names the shards by their paths from its folder.
     kind : str
         Kind of the files.
+    own : mapping of str to Array, optional
+        Further variables of the index itself, in place of those of the shards.
 
     Returns
     -------
@@ -189,7 +198,8 @@ def write_index(parts: Sequence[Path], output: Path, kind: str) -> Mapping[str, 
     inputs, parameters = (json.loads(attrs[name]) for name in ("input_sha256", "parameters"))
     with named(output) as partial:
         put(
-            *(batches.index, partial, kind),
+            batches.index.with_variables({**batches.index.variables, **(own or {})}),
+            *(partial, kind),
             input_sha256=inputs,
             parameters=parameters,
             left_out=left_out,
@@ -239,6 +249,11 @@ def _from(folder: Path, path: Path) -> str:
     return Path(os.path.relpath(path, folder)).as_posix()
 
 
+def _inputs(attrs: Mapping[str, Any]) -> dict[str, str]:
+    """Return name and SHA-256 of the inputs that a file states."""
+    return dict(json.loads(attrs["input_sha256"]))
+
+
 def _require_same_run(
     path: Path, attrs: Mapping[str, Any], others: Mapping[str, Any], other: Path
 ) -> None:
@@ -247,16 +262,17 @@ def _require_same_run(
     An index may state more parameters: those of the results of all records.
     """
     for name in _COMMON:
-        if _as_in_batch(name, attrs[name], others[name]) != attrs[name]:
+        if _as_in_batch(name, attrs, others) != attrs[name]:
             raise InputError(path, f"not the {name} of {other}. Must be batches of one run.")
 
 
-def _as_in_batch(name: str, of_batch: str, of_run: str) -> str:
-    """Return an attribute of a run; of its parameters, only those that the batch states."""
-    if name != "parameters":
-        return of_run
-    stated = json.loads(of_run)
-    some = {key: stated[key] for key in json.loads(of_batch) if key in stated}
+def _as_in_batch(name: str, of_batch: Mapping[str, Any], of_run: Mapping[str, Any]) -> Any:
+    """Return an attribute of a run; of parameters and files of records, what the batch states."""
+    of_records = name == "input_sha256" and of_run["rockframe_kind"] == RECORDS
+    if name != "parameters" and not of_records:
+        return of_run[name]
+    stated = json.loads(of_run[name])
+    some = {key: stated[key] for key in json.loads(of_batch[name]) if key in stated}
     return json.dumps(some, sort_keys=True)
 
 
@@ -519,22 +535,28 @@ def opened_file(
             raise InputError(path, f"{what} State the file of all batches.")
         if SHARDS in attrs:
             shards = OpenShards(path, kind, attrs, held)
-            if sum(shard.records for shard in shards.all) != _records(stored):
+            if not _are_of(shards, stored, kind):
                 raise not_of(path, kind, "names shards of other records than its own.")
             stack.callback(shards.close)
             stored = _with_shards(stored, shards, kind)
         yield attrs, stored
 
 
-def _records(stored: Sequence[Stored]) -> int:
-    """Return the number of records of an index."""
-    return next((v.shape[0] for v in stored if v.declared.name == "record_id"), 0)
+def _are_of(shards: OpenShards, stored: Sequence[Stored], kind: str) -> bool:
+    """Return True if shards have as many records, and samples of records, as their index states."""
+    own = {variable.declared.name: variable for variable in stored}
+    ends = [int(shards.ends(dimension)[-1]) for dimension in ("record", "obs")]
+    records = own["record_id"].shape[0] if "record_id" in own else 0
+    of_records = kind == RECORDS and "row_size" in own
+    return ends == [records, own["row_size"].values.sum() if of_records else ends[1]]
 
 
 def _with_shards(stored: Sequence[Stored], shards: OpenShards, kind: str) -> list[Stored]:
     """Return the variables of an index and of its shards, in the order of the kind."""
     own = {variable.declared.name: variable for variable in stored}
-    own["record_id"].chunks = shards.chunks("record")
+    for variable in stored:
+        if "record" in variable.dims:
+            variable.chunks = shards.chunks("record")
     further = shards.variables(shards.first)
     joined = {
         name: Joined(v, shards)
@@ -568,11 +590,11 @@ def opened_arrays(path: Path, kind: str, *, empty: bool = False) -> Iterator[Arr
 
 def read_whole(stored: Stored) -> bool:
     """Return True for a small variable: netCDF takes 0.2 ms for each part, so all is read once."""
-    small = not stored.chunks and "obs" not in stored.dims and stored.bytes <= _SMALL
+    small = "obs" not in stored.dims and stored.bytes <= _SMALL and not isinstance(stored, Joined)
     return stored.is_read or small
 
 
 def _read(stored: Stored, key: tuple[Index, ...]) -> Any:
     # netCDF reads scattered values slowly
-    scattered = not stored.chunks and any(isinstance(index, Sequence) for index in key)
+    scattered = any(isinstance(index, Sequence) for index in key) and not isinstance(stored, Joined)
     return stored.values[key] if scattered or read_whole(stored) else stored.read(key)

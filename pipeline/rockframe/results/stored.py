@@ -497,7 +497,7 @@ def _require_allowed(
         if (counts > 1).any():
             twice = str(names[counts > 1][0])
             raise InputError(path, f"{variable.name} {twice!r} occurs twice. Must be unique.")
-    if "sample_dimension" in variable.attrs:
+    if "sample_dimension" in variable.attrs and "obs" in sizes:  # an index has no samples
         claimed, present = sum(stored.values.tolist()), sizes["obs"]
         if claimed != present:
             raise InputError(

@@ -279,6 +279,7 @@ def write_rows(
     *,
     further: Callable[[Mapping[str, list[Any]], Growing], Mapping[str, Any]] | None = None,
     batch: str = "",
+    attrs: Mapping[str, str] | None = None,
     **origin: Unpack[Origin],
 ) -> Arrays:
     """Write a file, complete or not at all; the series of one record are in memory at a time.
@@ -302,6 +303,8 @@ def write_rows(
         values of more variables.
     batch : str
         The batch of the records, ``2/3``; empty for all records.
+    attrs : mapping of str to str, optional
+        Further global attributes; it is read last, so that it can be filled during writing.
     **origin
         Keywords of `Origin`.
 
@@ -326,7 +329,7 @@ def write_rows(
                 more = {} if further is None else further(columns, written)
             dataset = kind.holding({**complete(columns), **more})
         if batch:
-            dataset = dataset.with_attrs(batch=batch)
+            dataset = dataset.with_attrs(batch=batch, **(attrs or {}))
         put(dataset, partial, kind.name, mode="a" if columns else "w", **origin)
     left_out = json.dumps(dict(origin.get("left_out") or {}), sort_keys=True)
     parameters = json.dumps(dict(origin["parameters"]))

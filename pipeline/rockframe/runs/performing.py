@@ -27,9 +27,10 @@ from rockframe.provenance import (
 )
 from rockframe.runs.plan import KEPT, SHARD_FOLDER, Plan, Step, waves
 from rockframe.runs.state import finish, read_plan, remove_partials, stamp
-from rockframe.stages.acceptance import Ingested
 from rockframe.stages.common import Batch
 from rockframe.stages.ingest import ingest_stage
+from rockframe.stages.ingesting.acceptance import Ingested
+from rockframe.stages.ingesting.batches import index_batches, ingest_batch
 from rockframe.stages.table import index_stage, shipped_table_stage, table_stage
 
 #: Callback that takes the name of a step under way, the number of its finished parts, and of all.
@@ -220,7 +221,7 @@ def _parallel_work(
 #: Number of files that a run in batches reads from which it is large.
 _MANY_FILES: Final = 400
 #: Steps of a large run, besides batches, that its own process does not perform.
-_OUTSIDE: Final = frozenset(["table", "report"])
+_OUTSIDE: Final = frozenset(["index-ingest", "table", "report"])
 
 
 def _is_large(plan: Plan, resources: Resources) -> bool:
@@ -260,16 +261,36 @@ def _compute(stage: Stage, work: Work) -> Any:
     return loaded(stage.function)(output=work.output, options=options, **values)
 
 
-def _ingest(work: Work) -> Ingested:
-    options = work.step.options
-    return ingest_stage(
-        [Path(path) for path in options["paths"]],
-        work.output,
-        IngestOptions(**options["records"]),
-        filters=Filters(**options["filters"]),
-        workers=work.workers,
-        progress=lambda file: work.report(f"{work.step.name} {file}", 0, None),
+def _ingest(work: Work) -> Ingested | Sequence[InputOutcome]:
+    paths, options, filters = _asked(work)
+
+    def progress(file: str) -> None:
+        work.report(f"{work.step.name} {file}", 0, None)
+
+    if work.batch.whole:
+        return ingest_stage(
+            *(paths, work.output, options),
+            filters=filters,
+            workers=work.workers,
+            progress=progress,
+        )
+    return ingest_batch(
+        *(paths, work.output, options, filters, work.batch),
+        workers=1 if work.given is None else work.workers,  # batches are performed side by side
+        progress=progress,
     )
+
+
+def _index_ingest(work: Work) -> Sequence[InputOutcome]:
+    again = (work.into or work.folder) / work.step.outputs[-1]
+    return index_batches(work.inputs[1:], work.output, *_asked(work), again)
+
+
+def _asked(work: Work) -> tuple[list[Path], IngestOptions, Filters]:
+    """Return the record files of a run, the options of reading them, and the filters."""
+    asked = work.step.options
+    paths = [Path(path) for path in asked["paths"]]
+    return paths, IngestOptions(**asked["records"]), Filters(**asked["filters"])
 
 
 def _table(work: Work) -> None:
@@ -316,6 +337,7 @@ def _verify(work: Work) -> None:
 #: Functions of the steps around the stages that compute: they read, index, show and check.
 _AROUND: Final[dict[str, Callable[..., Any]]] = {
     "ingest": _ingest,
+    "index-ingest": _index_ingest,
     "index": lambda work: index_stage(work.inputs, work.output),
     "table": _table,
     "table1": _table1,

@@ -151,11 +151,19 @@ PAGE: Final = "report.html"
 SHARD_FOLDER: Final = "shards"
 #: Largest number of batches of the default size: three stages stay below 500 jobs of a scheduler.
 _MOST_BATCHES: Final = 150
+#: Number of record files that are worth a step of ingest, and largest number of these steps: each
+#: starts in a second and lists all files.
+_FILES_OF_A_STEP: Final = 1000
+_MOST_STEPS_OF_INGEST: Final = 32
+#: Folder of batches of records that were read again because of files in others.
+_AGAIN: Final = f"{SHARD_FOLDER}/again/"
 #: Processes of a step that computes in a pool of its own.
 _THREADS: Final = 8
 
 
-def steps_of(study: Study, files: int, then: Sequence[Step] | None = None) -> list[Step]:
+def steps_of(
+    study: Study, files: int, then: Sequence[Step] | None = None, opened: int = 1
+) -> list[Step]:
     """Return the steps of a study, each after the steps that it needs.
 
     Parameters
@@ -163,9 +171,11 @@ def steps_of(study: Study, files: int, then: Sequence[Step] | None = None) -> li
     study : Study
         The study.
     files : int
-        Number of record files of the study.
+        Number of record files of the study, with those in archives.
     then : sequence of Step, optional
         Steps in place of table, figures and page.
+    opened : int
+        Number of files with records, of which an archive is one.
     """
     options_of_batches = study.tables.batches
     batches = -(-files // options_of_batches.records)
@@ -178,7 +188,8 @@ def steps_of(study: Study, files: int, then: Sequence[Step] | None = None) -> li
             f"{files} or more."
         )
     options = {name: study.options(name) for name in ("records", "filters", *STAGES)}
-    steps = [_ingest(options, study.records)] if study.records else []
+    parts = min(batches, opened // _FILES_OF_A_STEP, _MOST_STEPS_OF_INGEST)
+    steps = _ingest(options, study.records, parts) if study.records else []
     for stage in STAGES.values():
         if options[stage.name] is not None and (study.records or not stage.of_records):
             steps += _steps(stage, _json(options[stage.name]), batches)
@@ -195,7 +206,8 @@ def _json(options: Options) -> dict[str, Any]:
     return options.model_dump(mode="json")
 
 
-def _ingest(tables: Mapping[str, Any], records: Sequence[Path]) -> Step:
+def _ingest(tables: Mapping[str, Any], records: Sequence[Path], batches: int) -> list[Step]:
+    """Return the steps that read records: one, or batches followed by their index."""
     read = _json(tables["records"])
     options = {
         "paths": [str(path) for path in records],
@@ -203,12 +215,16 @@ def _ingest(tables: Mapping[str, Any], records: Sequence[Path]) -> Step:
         "filters": _json(tables["filters"]),
     }
     outputs = ("records.nc", "records.csv")
-    return Step(
-        *("ingest", "ingest", (INPUTS,), outputs, options),
-        threads=_THREADS,
-        workers=True,
-        memory=4000,
-    )
+    whole = Step("ingest", "ingest", (INPUTS,), outputs, options, memory=4000)
+    if batches <= 1 or tables["records"].azimuths:  # a rotation needs both records of a motion
+        return [replace(whole, threads=_THREADS, workers=True)]
+    shards = [f"{SHARD_FOLDER}/records-{k:03d}.nc" for k in range(1, batches + 1)]
+    steps = [
+        replace(whole, name=f"ingest-{k:03d}", outputs=(shard,), batch=(k, batches), memory=2000)
+        for k, shard in enumerate(shards, 1)
+    ]
+    index = replace(whole, name="index-ingest", stage="index-ingest")
+    return [*steps, replace(index, inputs=(INPUTS, *shards), outputs=(*outputs, _AGAIN))]
 
 
 def _steps(stage: Stage, options: dict[str, Any], batches: int) -> list[Step]:
@@ -360,7 +376,8 @@ def make_plan(study: Study, folder: Path, then: Sequence[Step] | None = None) ->
     """
     inputs = tuple(_inputs(study, folder))
     _validate_inputs(study)
-    steps = tuple(steps_of(study, _count(inputs), then))
+    with_records = [file for file in inputs if _may_have_records(file)]
+    steps = tuple(steps_of(study, _count(with_records), then, len(with_records)))
     files = {INPUTS: _listed(inputs)}
     if study.records:
         files[STRUCTURES] = structures_text(study)
@@ -401,8 +418,8 @@ def _is_planned(plan: Plan, folder: Path) -> bool:
 
 def _external_inputs(step: Step, inputs: Sequence[Input], places: Mapping[str, int]) -> list[Input]:
     """Return the files outside the run that a step reads; `places` has them by path."""
-    if step.stage == "ingest":
-        return list(inputs)
+    if step.stage in ("ingest", "index-ingest"):  # of batches, the index stands for all
+        return list(inputs) if step.batch == (1, 1) else []
     values = {value for value in step.options.values() if isinstance(value, str)}
     return [
         inputs[place] for place in sorted(places[location] for location in values & places.keys())
@@ -508,13 +525,14 @@ def _is_readable(path: Path) -> bool:
         return False
 
 
-def _count(inputs: tuple[Input, ...]) -> int:
+def _may_have_records(file: Input) -> bool:
+    """Return False for a file beside records: metadata, or a catalogue."""
+    return file.path.suffix.lower() not in _BESIDE and not is_catalogue(file.path)
+
+
+def _count(files: Sequence[Input]) -> int:
     """Return the approximate number of records, which limits the number of batches."""
-    count = 0
-    for file in inputs:
-        if file.path.suffix.lower() not in _BESIDE and not is_catalogue(file.path):
-            count += _count_archived(file.path)
-    return max(count, 1)
+    return max(1, sum(_count_archived(file.path) for file in files))
 
 
 def _count_archived(path: Path) -> int:

@@ -4,44 +4,32 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from rockframe.cells import TABLE_FORMATS
 from rockframe.components import HorizontalPair, pair_horizontals, rotate
 from rockframe.engines.pool import Limits
-from rockframe.errors import InputError, ParameterError, RockframeWarning
-from rockframe.ingest import (
-    Source,
-    collect_sources,
-    is_catalogue,
-    read_catalogue,
-    sources_of,
-)
-from rockframe.ingest.collection import read_and_measured
-from rockframe.ingest.options import read_options
+from rockframe.errors import InputError, ParameterError
 from rockframe.interruption import undoing
 from rockframe.options.ingest import Filters, IngestOptions, PassportLimits
 from rockframe.outcome import InputOutcome
-from rockframe.provenance import make_folder, refuse_overwriting, scratch_folder, sha256_of
+from rockframe.provenance import make_folder, scratch_folder
 from rockframe.record import Record, in_sequence
 from rockframe.results.records import RecordsFile, open_records, write_records
-from rockframe.results.tables.entries import refuse_strange_entries
-from rockframe.results.writing import require_ending
 from rockframe.signals.processing import AsRead
-from rockframe.stages.acceptance import (
+from rockframe.stages.ingesting.acceptance import (
     Acceptance,
-    Accepted,
     Ingested,
     Inspected,
     checked,
     inspected,
 )
+from rockframe.stages.ingesting.request import Request, warn_of_idle_options
 
 
 def rotated(
@@ -240,45 +228,24 @@ def ingest_stage(
     """
     options, output = options or IngestOptions(), Path(output)
     outputs = (output, output.with_suffix(TABLE_FORMATS[table_format]))
-    catalogue, azimuths = options.catalogue, options.azimuths
-    columns = options.catalogue_columns or ()
-    entries = read_catalogue(catalogue, columns=columns) if catalogue else None
-    sources = sources_of(paths, entries, outputs)
-    catalogues = _catalogues(sources, catalogue)
-    files_stated = catalogues
-    if options.selection is not None:
-        files_stated = {**catalogues, options.selection.name: options.selection}
-    _refuse(outputs, sources, files_stated.values())
-    checks = _limits(options)
-    filters = filters or Filters()
+    azimuths, filters = options.azimuths, filters or Filters()
+    wanted = Request.of(paths, options, filters, outputs)
+    wanted.refuse(outputs)
+    checks = wanted.checks
     first = partial(Acceptance, outputs[1], strict=options.strict, listed=listed)
-    accepting = partial(first, factors=_factors(options.selection))
+    accepting = partial(first, factors=wanted.factors)
     # Filters of peaks and the selection are applied after the rotation: a pair needs both records.
     acceptance = first(Filters()) if azimuths else accepting(filters)
-    parameters = options.stated() | {"filters": filters.bounds(), "passport": checks.stated()}
     with (
-        closing(
-            collect_sources(
-                sources,
-                read_options(options),
-                progress,
-                workers=workers,
-                limits=limits,
-                read=partial(
-                    read_and_measured,
-                    uncorrected=options.uncorrected,
-                    ratio=checks.signal_to_noise_ratio,
-                ),
-            )
-        ) as readings,
+        closing(wanted.readings(progress, workers=workers, limits=limits)) as readings,
         _place(output, rotated=bool(azimuths)) as place,
     ):
         read = inspected(readings, options, checks)
         inputs, content = write_records(
             acceptance.passed(_and_sequence(read, None if azimuths else options, checks)),
             place,
-            input_sha256={name: sha256_of(path) for name, path in files_stated.items()},
-            parameters=parameters,
+            input_sha256=wanted.hashes(),
+            parameters=wanted.parameters,
             spectral_periods=options.spectral_periods_s or (),
         )
         if azimuths:
@@ -290,56 +257,14 @@ def ingest_stage(
                     acceptance.passed(_and_sequence(toward, options, checks)),
                     output,
                     input_sha256=inputs,
-                    parameters=parameters,
+                    parameters=wanted.parameters,
                     rotd=rotd,
                     spectral_periods=options.spectral_periods_s or (),
                 )
     rows = acceptance.publish()
-    _warn_of_idle_options(options, acceptance.accepted, rows)
+    warn_of_idle_options(options, [record.source_format for record in acceptance.accepted], rows)
     rejections = tuple(row for row in rows if row.status == "rejected")
     return Ingested(tuple(acceptance.accepted), rejections, rows, inputs, content)
-
-
-#: Formats of the files that an option concerns.
-_OF_FORMATS: Final = {
-    **dict.fromkeys(
-        (
-            *("column", "skip_lines", "comment", "separator", "decimal", "first_line"),
-            *("values_per_line", "time_column", "channels"),
-        ),
-        ("acceleration_text",),
-    ),
-    "streams": ("asdf",),
-    "station_xml": ("miniseed", "sac"),
-    "water_level_db": ("miniseed",),
-}
-
-
-def _warn_of_idle_options(
-    options: IngestOptions, accepted: Sequence[Accepted], rows: Sequence[InputOutcome]
-) -> None:
-    """Warn of options for which there is no record, if all inputs were accepted."""
-    if any(row.status not in ("accepted", "rotated") for row in rows):
-        return
-    formats = {record.source_format for record in accepted}
-    for name, concerned in _OF_FORMATS.items():
-        if getattr(options, name) not in (None, 0) and formats.isdisjoint(concerned):
-            kinds = " or ".join(concerned)
-            words = f"{name} has no effect: none of the {len(accepted)} records is of {kinds}."
-            warnings.warn(words, RockframeWarning, stacklevel=3)
-    if options.band_pass_hz is not None and not any(row.corrected_here for row in rows):
-        words = "band_pass_hz has no effect: all records count as corrected."
-        advice = "State uncorrected to filter them all the same."
-        warnings.warn(f"{words} {advice}", RockframeWarning, stacklevel=3)
-
-
-def _factors(selection: Path | None) -> dict[str, float] | None:
-    """Return the factors of a selection by record; None without a selection."""
-    if selection is None:
-        return None
-    from rockframe.stages.select import read_selection  # few runs state a selection
-
-    return read_selection(selection)
 
 
 def _and_sequence(
@@ -371,14 +296,6 @@ def _and_sequence(
     yield joined, outcome, None
 
 
-def _limits(options: IngestOptions) -> PassportLimits:
-    if options.limits is None:
-        return PassportLimits()
-    from rockframe.study.toml import read_limits  # few runs state limits
-
-    return read_limits(options.limits)
-
-
 @contextmanager
 def _place(output: Path, *, rotated: bool) -> Iterator[Path]:
     """Yield the path for the recorded components: a temporary path if they are rotated
@@ -396,26 +313,3 @@ def _place(output: Path, *, rotated: bool) -> Iterator[Path]:
         raise InputError(output, f"cannot be written: {error.strerror}.") from None
     with folder as name, undoing(lambda: shutil.rmtree(name, ignore_errors=True)):
         yield Path(name, "recorded.nc")
-
-
-def _catalogues(sources: Sequence[Source], given: Path | None) -> dict[str, Path]:
-    """Return the catalogues in use, by name."""
-    if given:
-        return {given.name: given}
-    return {s.name: s.path for s in sources if s.note and is_catalogue(s.path)}
-
-
-def _refuse(outputs: Sequence[Path], sources: Sequence[Source], used: Iterable[Path]) -> None:
-    """Refuse outputs that would overwrite an input; earlier outputs may be overwritten."""
-    strange = [s.path for s in sources if s.path.suffix == ".nc" and not _is_netcdf(s.path)]
-    read = [*used, *strange, *(s.path for s in sources if s.is_read)]
-    refuse_overwriting(outputs, read, beside=outputs[0])
-    refuse_strange_entries(outputs[1])
-    require_ending(outputs[0])
-
-
-def _is_netcdf(path: Path) -> bool:
-    if not path.is_file():
-        return False
-    with path.open("rb") as stream:
-        return stream.read(4) == b"\x89HDF"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rockframe.fetch.coverage import Coverage
     from rockframe.outcome import InputOutcome
     from rockframe.signals.passport import Passport
-    from rockframe.stages.acceptance import Ingested
+    from rockframe.stages.ingesting.acceptance import Ingested
 
 
 #: Beginning of the note of a record on the layout of its table.

@@ -345,26 +345,26 @@ def write_entries(entries: Sequence[InputOutcome], path: Path) -> None:
     ParameterError
         If the format needs packages that are missing.
     """
+    write_rows_as(path, entry_rows(entries))
+
+
+def entry_rows(entries: Sequence[InputOutcome]) -> Iterator[dict[str, object]]:
+    """Yield the rows of the table of `write_entries`."""
     passports = [entry.passport for entry in entries if entry.passport is not None]
     names = [check.name for check in passports[0].checks] if passports else []
     heads = [
         *("passport", "corner_hz", "corner_source"),
         *(f"{name}{part}" for name in names for part in ("", "_limit", "_verdict")),
     ]
-    write_rows_as(
-        path,
-        (
-            {
-                "file": entry.file,
-                "record_id": entry.record_id,
-                "status": entry.status,
-                "line": entry.line,
-                "reason": entry.reason,
-                **dict(zip_longest(heads, _cells(entry.passport))),
-            }
-            for entry in entries
-        ),
-    )
+    for entry in entries:
+        yield {
+            "file": entry.file,
+            "record_id": entry.record_id,
+            "status": entry.status,
+            "line": entry.line,
+            "reason": entry.reason,
+            **dict(zip_longest(heads, _cells(entry.passport))),
+        }
 
 
 #: Columns of records.csv that are texts, besides the verdicts of the checks.

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rockframe.results.schema.arrays import Arrays
+
+T = TypeVar("T")
 
 #: A record, if it can be read and processed; the outcome of its input, with its passport; and the
 #: samples before the correction, if it was corrected here.
@@ -119,6 +121,8 @@ class Acceptance:
         Called with the rows of the written table.
     factors : mapping of str to float, optional
         Records to accept, by identifier, with the factor on each; by default all, as recorded.
+    whole : bool
+        False if the inputs are a batch of all: then nothing is required of them together.
     """
 
     def __init__(
@@ -129,7 +133,9 @@ class Acceptance:
         strict: bool,
         listed: Callable[[Sequence[InputOutcome]], None] | None,
         factors: Mapping[str, float] | None = None,
+        whole: bool = True,
     ) -> None:
+        self._whole = whole
         self._table = table
         self._filters = filters
         self._strict = strict
@@ -171,8 +177,9 @@ class Acceptance:
                     )
                 )
                 yield record, noted.passport, as_read
-        self._require_some()
-        self._require_selected()
+        if self._whole:
+            self._require_some()
+            self._require_selected()
 
     def _require_some(self) -> None:
         """Raise an error if no record was accepted, after writing the table.
@@ -182,32 +189,16 @@ class Acceptance:
         InputError
             If no record was accepted. The message has the first reason, preferably of a filter.
         """
-        if self.accepted:
-            return
-        rows = self.publish()
-        first = min(rows, key=lambda row: row.status != "filtered")  # or the first of all
-        statuses: list[str] = [row.status for row in rows]
-        counted = ", ".join(
-            f"{count} {'more ' if status == first.status else ''}{words}"
-            for status, words in (("filtered", "filtered out"), ("rejected", "rejected"))
-            if (count := statuses.count(status) - (status == first.status)) > 0
-        )
-        said = first.reason + (f" ({counted}.)" if counted else "")
-        raise InputError(first.file, said, first.line)
+        if not self.accepted:
+            raise nothing_accepted(self.publish())
 
     def _require_selected(self) -> None:
         """Raise an error if a record of the selection was not accepted."""
-        for name in {*(self._factors or ())} - {outcome.record_id for outcome in self.accepted}:
-            reasons = [outcome.reason for outcome in self.outcomes if outcome.record_id == name]
-            why = (
-                f"was not accepted: {reasons[0].rstrip('.')}" if reasons else "is not in the files"
-            )
-            advice = "Change files and filters, or remove it from the selection."
-            raise ParameterError(f"record {name!r} of the selection {why}. {advice}")
+        require_selected(self._factors, self.outcomes)
 
     def publish(self) -> tuple[InputOutcome, ...]:
         """Write the table, sorted by status, and return its rows."""
-        rows = tuple(sorted(self.outcomes, key=lambda outcome: STATUSES.index(outcome.status)))
+        rows = in_order(self.outcomes)
         # For a single rejected file, the error already says everything.
         if self.accepted or len(rows) > 1:
             write_entries(rows, self._table)
@@ -216,8 +207,75 @@ class Acceptance:
         return rows
 
 
+def in_order(outcomes: Iterable[InputOutcome]) -> tuple[InputOutcome, ...]:
+    """Return outcomes in the order of the table: sorted by status."""
+    return tuple(sorted(outcomes, key=lambda outcome: STATUSES.index(outcome.status)))
+
+
+def nothing_accepted(rows: Sequence[InputOutcome]) -> InputError:
+    """Return the error of inputs without an accepted record, from the rows of their table.
+
+    The message has the first reason, preferably of a filter.
+    """
+    first = min(rows, key=lambda row: row.status != "filtered")  # or the first of all
+    statuses: list[str] = [row.status for row in rows]
+    counted = ", ".join(
+        f"{count} {'more ' if status == first.status else ''}{words}"
+        for status, words in (("filtered", "filtered out"), ("rejected", "rejected"))
+        if (count := statuses.count(status) - (status == first.status)) > 0
+    )
+    said = first.reason + (f" ({counted}.)" if counted else "")
+    return InputError(first.file, said, first.line)
+
+
+def require_selected(factors: Mapping[str, float] | None, rows: Sequence[InputOutcome]) -> None:
+    """Raise an error if a record of the selection was not accepted.
+
+    Raises
+    ------
+    ParameterError
+        If a record is not among the accepted ones of these rows.
+    """
+    accepted = {row.record_id for row in rows if row.status == "accepted"}
+    for name in {*(factors or ())} - accepted:
+        reasons = [row.reason for row in rows if row.record_id == name]
+        why = f"was not accepted: {reasons[0].rstrip('.')}" if reasons else "is not in the files"
+        advice = "Change files and filters, or remove it from the selection."
+        raise ParameterError(f"record {name!r} of the selection {why}. {advice}")
+
+
+@dataclass(frozen=True)
+class CornerOf:
+    """The lower corner of a record, and the channel, which tells its other horizontal.
+
+    Parameters
+    ----------
+    channel : Channel
+        The channel of the record, with the metadata that the user states.
+    upright : bool
+        True if the record is vertical.
+    own, used : Corner, optional
+        The corner that follows from the record alone, and the one that it got; None if it is not
+        corrected here.
+    """
+
+    channel: Channel
+    upright: bool
+    own: Corner | None
+    used: Corner | None
+
+
+#: Each input in order: the corner of a record, or None for another input.
+Order = list[CornerOf | None]
+
+
 def inspected(
-    readings: Iterable[Reading | InputOutcome], options: IngestOptions, limits: PassportLimits
+    readings: Iterable[Reading | InputOutcome],
+    options: IngestOptions,
+    limits: PassportLimits,
+    *,
+    stated: Mapping[str, Corner | None] | None = None,
+    order: Order | None = None,
 ) -> Iterator[Inspected]:
     """Yield each record, complete and corrected if necessary, with its passport.
 
@@ -232,32 +290,46 @@ def inspected(
         Options of processing.
     limits : PassportLimits
         Limits of the checks.
+    stated : mapping of str to Corner, optional
+        Corners of records whose other horizontal is in another batch, by identifier.
+    order : list, optional
+        Each input is appended to it, with the corner of a record.
     """
-    for together in _consecutive(readings):
-        if isinstance(together, InputOutcome):
-            yield None, together, None
+    order = [] if order is None else order
+    for together in _consecutive(
+        readings, lambda item: _channel(item) if isinstance(item, Reading) else None
+    ):
+        records = [reading for reading in together if isinstance(reading, Reading)]
+        if not records:
+            order.append(None)
+            yield from ((None, outcome, None) for outcome in together)  # type: ignore[misc]
             continue
-        corners = _corners(together, options, limits.signal_to_noise_ratio)
-        for reading, corner in zip(together, corners, strict=True):
+        own = _corners(records, options, limits.signal_to_noise_ratio)
+        channels = [_channel(reading) for reading in records]
+        upright = [reading.record.orientation.upright for reading in records]
+        used = _shared(channels, upright, own)
+        for place, reading in enumerate(records):
+            corner = (stated or {}).get(reading.facts["record_id"], used[place])
+            order.append(CornerOf(channels[place], upright[place], own[place], corner))
             yield _inspected(reading, corner, options.band_pass_hz, limits)
 
 
 def _consecutive(
-    readings: Iterable[Reading | InputOutcome],
-) -> Iterator[list[Reading] | InputOutcome]:
-    """Yield records that follow one another and overlap in time together, and other inputs."""
-    together: list[Reading] = []
-    for reading in readings:
-        apart = isinstance(reading, InputOutcome) or not (
-            together and _channel(together[-1]).overlaps(_channel(reading))
-        )
-        if apart and together:
+    inputs: Iterable[T], channel_of: Callable[[T], Channel | None]
+) -> Iterator[list[T]]:
+    """Yield records that follow one another and overlap in time together, and other inputs alone.
+
+    Other inputs have no channel.
+    """
+    together: list[T] = []
+    last: Channel | None = None
+    for item in inputs:
+        channel = channel_of(item)
+        if together and not (last and channel and last.overlaps(channel)):
             yield together
             together = []
-        if isinstance(reading, InputOutcome):
-            yield reading
-        else:
-            together.append(reading)
+        together.append(item)
+        last = channel
     if together:
         yield together
 
@@ -271,19 +343,25 @@ def _channel(reading: Reading) -> Channel:
 def _corners(
     together: Sequence[Reading], options: IngestOptions, ratio: float
 ) -> list[Corner | None]:
-    """Return the lower corner for each record; None if it is not corrected here.
-
-    The two horizontals of one motion get the higher one of theirs, because their rotations mix
-    them.
-    """
-    corners = [
+    """Return the lower corner for each record by itself; None if it is not corrected here."""
+    return [
         _corner(reading.record, options.band_pass_hz, ratio)
         if options.uncorrected or reading.record.uncorrected
         else None
         for reading in together
     ]
-    for motion in motions_of([_channel(reading) for reading in together]):
-        across = [place for place in motion if not together[place].record.orientation.upright]
+
+
+def _shared(
+    channels: Sequence[Channel], upright: Sequence[bool], corners: list[Corner | None]
+) -> list[Corner | None]:
+    """Return the corners of records that follow one another.
+
+    The two horizontals of one motion get the higher one of theirs, because their rotations mix
+    them.
+    """
+    for motion in motions_of(channels):
+        across = [place for place in motion if not upright[place]]
         both = [corner for corner in (corners[place] for place in across) if corner is not None]
         if len(across) == len(both) == 2:
             higher = max(both, key=lambda corner: corner.frequency)
@@ -291,6 +369,31 @@ def _corners(
                 higher if place in across else corner for place, corner in enumerate(corners)
             ]
     return corners
+
+
+def other_corners(order: Order) -> dict[int, Corner | None]:
+    """Return the corners that records of several batches get if all are read in one, by their
+    places, where they differ from those that they got.
+
+    Parameters
+    ----------
+    order : list of CornerOf or None
+        The inputs of all batches in order.
+    """
+    others: dict[int, Corner | None] = {}
+    for together in _consecutive(
+        enumerate(order), lambda item: item[1].channel if item[1] else None
+    ):
+        records = [record for _, record in together if record is not None]
+        corners = _shared(
+            [record.channel for record in records],
+            [record.upright for record in records],
+            [record.own for record in records],
+        )
+        for (place, _), record, corner in zip(together, records, corners, strict=False):
+            if corner != record.used:
+                others[place] = corner
+    return others
 
 
 def _corner(record: Record, corners: tuple[float, float] | None, ratio: float) -> Corner:
