@@ -6,7 +6,7 @@ A page has up to thousands of rows. Jinja needs 10 us for each cell of them, thi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final, Self, TypeVar
@@ -159,18 +159,29 @@ def shown(rows: Sequence[Mapping[str, str]], verdicts: Sequence[SpreadVerdict]) 
     >>> [column.head for column in shown(rows, [SpreadVerdict(Verdict.STANDS)])]
     ['Record', 'Nominal verdict']
     """
-    ruled = (critical_scale, band_words)  # their values are in several columns of the table
-    there = {
-        column.key: column
-        for column in OVERVIEW
-        if any(row.get(column.key) for row in rows)
-        or (column.rule in ruled and any(column.cell(row) != DASH for row in rows))
-    }
+    heads = {*rows[0]} if rows else set()
+    empty = heads
+    for row in rows:
+        empty = {head for head in empty if not row[head]}
+    filled = heads - empty
+    there = {column.key: column for column in OVERVIEW if _has_value(column, rows, filled)}
     if "robust_scale_10" in there:  # a table has one margin
         there.pop("critical_scale", None)
     if "verdict" in there and all(verdict.is_nominal for verdict in verdicts):
         there["verdict"] = replace(there["verdict"], head="Nominal verdict")
     return [*there.values()]
+
+
+def _has_value(column: Column, rows: Sequence[Mapping[str, str]], filled: Collection[str]) -> bool:
+    """Return True if a column has a value in any row, of which these columns are not empty."""
+    if column.key in filled:
+        return True
+    if column.rule not in (critical_scale, band_words):
+        return False
+    # their values are in several columns of the table
+    start = "largest_" if column.rule is critical_scale else column.key.partition("*")[0]
+    some = any(head.startswith(start) for head in filled)
+    return some and any(column.cell(row) != DASH for row in rows)
 
 
 def _strips(run: Run) -> list[Markup]:
