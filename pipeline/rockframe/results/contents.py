@@ -74,9 +74,9 @@ def describe(path: Path, kind: str, workers: int | None = 1) -> Described:
         If a file is missing, of another kind or run, or corrupted: each block has a checksum.
     """
     with opened_one(path, kind, empty=True) as (attrs, stored):
-        structures = sizes_of(stored).get("structure", 0)
+        structures, own = sizes_of(stored).get("structure", 0), _read_all(stored)
         if SHARDS not in attrs:
-            return _described([_read_all(stored)], attrs, structures)
+            return _described([own], attrs, structures)
     from rockframe.engines.choice import choose_engine  # a single file is read here
     from rockframe.engines.engine import map_tasks
 
