@@ -11,9 +11,12 @@ from rockframe import watch
 from rockframe.engines.engine import OneProcess, map_tasks
 
 
-@pytest.mark.parametrize("slow", [1, 3])
+@pytest.mark.parametrize(
+    ("slow", "names", "name"),
+    [(1, (), "batch 1 of 3"), (3, (), "batch 3 of 3"), (2, ("a", "ingest", "b"), "ingest")],
+)
 def test_a_batch_that_takes_long_is_named_while_it_is_computed(
-    monkeypatch: pytest.MonkeyPatch, slow: int
+    monkeypatch: pytest.MonkeyPatch, slow: int, names: tuple[str, ...], name: str
 ) -> None:
     """The batch ends only after it was named, again and again."""
     monkeypatch.setattr(watch, "_LEAST", 0.05)
@@ -23,7 +26,7 @@ def test_a_batch_that_takes_long_is_named_while_it_is_computed(
 
     def tell(line: str) -> None:
         lines.append(line)
-        if sum(one.startswith(f"batch {slow} of 3 ") for one in lines) == 2:
+        if sum(one.startswith(f"{name} is ") for one in lines) == 2:
             named.set()
 
     def compute(number: int) -> int:
@@ -32,8 +35,8 @@ def test_a_batch_that_takes_long_is_named_while_it_is_computed(
         return number
 
     with watch.telling(tell):
-        assert list(map_tasks(compute, [1, 2, 3], engine=OneProcess())) == [1, 2, 3]
-    first = next(line for line in lines if line.startswith(f"batch {slow} of 3 "))
+        assert list(map_tasks(compute, [1, 2, 3], engine=OneProcess(), names=names)) == [1, 2, 3]
+    first = next(line for line in lines if line.startswith(f"{name} is "))
     assert "is still being computed, after" in first
     assert ("others took" in first) == (slow > 1)
 

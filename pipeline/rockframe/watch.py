@@ -32,7 +32,9 @@ def telling(tell: Callable[[str], None]) -> Iterator[None]:
         _TELL.remove(tell)
 
 
-def watched(results: Iterator[Result], total: int | None) -> Generator[Result, None, None]:
+def watched(
+    results: Iterator[Result], total: int | None, names: Sequence[str] = ()
+) -> Generator[Result, None, None]:
     """Yield the results of batches, and report those that take long while they are awaited.
 
     Parameters
@@ -41,6 +43,8 @@ def watched(results: Iterator[Result], total: int | None) -> Generator[Result, N
         The results, in the order of the batches; closed at the end, if it can be closed.
     total : int, optional
         Number of batches, if it is known.
+    names : sequence of str, optional
+        Names of the batches in reports, by default their numbers.
 
     Examples
     --------
@@ -54,6 +58,7 @@ def watched(results: Iterator[Result], total: int | None) -> Generator[Result, N
             return
         for number in count(1):
             name = f"batch {number}" + (f" of {total}" if total else "")
+            name = names[number - 1] if number <= len(names) else name
             began = monotonic()
             with _alarm(name, spent):
                 result = next(results, _NOTHING)

@@ -345,7 +345,11 @@ class ProcessPool:
 
 
 def map_tasks(
-    function: Callable[[Task], Result], tasks: Iterable[Task], *, engine: Engine | None = None
+    function: Callable[[Task], Result],
+    tasks: Iterable[Task],
+    *,
+    engine: Engine | None = None,
+    names: Sequence[str] = (),
 ) -> Generator[Result, None, None]:
     """Call a function on each task, and yield its results in the order of the tasks.
 
@@ -361,6 +365,8 @@ def map_tasks(
         Tasks of about 0.1 to 1 s each. For a list, the engine knows how much work is left.
     engine : Engine, optional
         Anything with `map` that keeps the rules of `Engine`; by default a `ProcessPool`.
+    names : sequence of str, optional
+        Names of the tasks in reports of those that take long, by default their numbers.
 
     Raises
     ------
@@ -376,7 +382,7 @@ def map_tasks(
     """
     total = len(tasks) if isinstance(tasks, Sized) else None
     results = (ProcessPool() if engine is None else engine).map(function, tasks)
-    with closing(watched(iter(results), total)) as awaited_results:
+    with closing(watched(iter(results), total, names)) as awaited_results:
         for result in awaited_results:
             raise_if_interrupted()
             yield result

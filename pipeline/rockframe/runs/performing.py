@@ -184,7 +184,8 @@ def _perform(
     done = 0
     for works, how, where in _parallel_work(plan, todo, folder, engine, on_progress):
         raise_if_interrupted()
-        for work, _ in zip(works, map_tasks(how, works, engine=where), strict=True):
+        names = [work.step.name for work in works]
+        for work, _ in zip(works, map_tasks(how, works, engine=where, names=names), strict=True):
             done += 1
             on_step(work.step.name, done, len(todo))
         remove_partials(plan, folder)  # killed workers left partial files
