@@ -157,6 +157,8 @@ _FILES_OF_A_STEP: Final = 1000
 _MOST_STEPS_OF_INGEST: Final = 32
 #: Folder of batches of records that were read again because of files in others.
 _AGAIN: Final = f"{SHARD_FOLDER}/again/"
+#: Largest memory of a batch [MB]; a stage may need more for the results of all records.
+_MEMORY_OF_BATCH: Final = 2000
 #: Processes of a step that computes in a pool of its own.
 _THREADS: Final = 8
 
@@ -247,6 +249,7 @@ def _steps(stage: Stage, options: dict[str, Any], batches: int) -> list[Step]:
             replace(whole, name=f"{stage.name}-{k:03d}", outputs=(shard,)),
             options=of_batch,
             batch=(k, batches),
+            memory=min(stage.memory, _MEMORY_OF_BATCH),
         )
         for k, shard in enumerate(shards, 1)
     ]
