@@ -11,7 +11,9 @@ import pytest
 from tests.runs.small import FEW, contents, make_study, run
 
 from rockframe.cli.main import main
+from rockframe.engines.engine import ProcessPool
 from rockframe.results.records import read_records
+from rockframe.runs.performing import _parallel_work, unreported
 from rockframe.runs.plan import _FILES_OF_A_STEP as FILES_OF_A_STEP
 from rockframe.runs.plan import make_plan, steps_of
 from rockframe.study.study import read_study
@@ -84,6 +86,16 @@ def test_only_what_is_lost_is_read_again(
     after = contents(home / "run")
     same = {name for name in before if not name.endswith(("manifest.json", "report.html"))}
     assert {name for name in same if after[name] != before[name]} == set()
+
+
+def test_steps_of_ingest_are_long_enough_for_processes(finished: Path) -> None:
+    """Two steps would be performed one after the other, while it is found out if they are long."""
+    plan = make_plan(read_study(finished / "small.toml"), finished / "run")
+    groups = _parallel_work(plan, plan.steps, finished / "run", ProcessPool(2), unreported)
+    works, _, engine = next(groups)
+    assert [work.step.name for work in works] == ["ingest-001", "ingest-002", "ingest-003"]
+    assert engine == ProcessPool(2, patience=0.0)
+    assert [where for works, _, where in groups if len(works) > 1] == [ProcessPool(2)] * 2
 
 
 def test_a_changed_file_is_read_again(

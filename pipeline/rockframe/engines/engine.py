@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence, Sized
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 from typing import Any, Final, Protocol, TypeVar
@@ -342,6 +342,17 @@ class ProcessPool:
         if spent < self.patience:
             return False
         return total is None or done == 0 or spent / done * (total - done) > self.patience
+
+
+def at_once(engine: Engine) -> Engine:
+    """Return the engine for tasks that are known to be long: processes are started at once.
+
+    Examples
+    --------
+    >>> at_once(ProcessPool(2))
+    ProcessPool(workers=2, patience=0.0)
+    """
+    return replace(engine, patience=0.0) if isinstance(engine, ProcessPool) else engine
 
 
 def map_tasks(

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rockframe.engines.choice import choose_engine
-from rockframe.engines.engine import Engine, Resources, map_tasks, resources_of, serve
+from rockframe.engines.engine import Engine, Resources, at_once, map_tasks, resources_of, serve
 from rockframe.errors import InputError, RockframeError
 from rockframe.interruption import raise_if_interrupted
 from rockframe.options import STAGES, Stage, loaded
@@ -210,7 +210,8 @@ def _parallel_work(
             continue
         batches = [work for work in works if resources.local and not work.step.workers]
         if len(batches) > 1:  # one step needs no worker
-            yield batches, outside, engine
+            are_long = all(work.step.stage == "ingest" for work in batches)  # a thousand files
+            yield batches, outside, at_once(engine) if are_long else engine
             works = [work for work in works if work.step.workers]
         for work in works:
             if outside is not perform and work.step.stage in _OUTSIDE:
