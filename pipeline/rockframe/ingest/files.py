@@ -84,6 +84,8 @@ class Source:
         Metadata of the file, and of other files.
     others : mapping of str to CatalogueEntry
         Metadata of the catalogues of archives, which every `catalogue.csv` overrides.
+    pending : bool
+        True if its name or first bytes may still tell that it is skipped (`looked_into`).
     note : str
         Reason why the file is skipped, or "".
     refusal : str
@@ -102,6 +104,7 @@ class Source:
     sha256: str = ""
     requested: bool = False
     others: Catalogue = field(default_factory=dict)
+    pending: bool = False
 
     @property
     def is_read(self) -> bool:
@@ -113,6 +116,8 @@ def sources_of(
     paths: Iterable[str | Path],
     catalogue: Catalogue | None = None,
     outputs: Collection[Path] = (),
+    *,
+    look: bool = True,
 ) -> list[Source]:
     r"""Return the requested files, and all files in requested folders and their subfolders.
 
@@ -124,6 +129,8 @@ def sources_of(
         Metadata by file name (default: the `catalogue.csv` of each folder, for the files in it).
     outputs : collection of Path
         Files that are about to be written; they are skipped in folders.
+    look : bool
+        False to leave files in folders pending, without opening them.
 
     Returns
     -------
@@ -158,11 +165,17 @@ def sources_of(
             sources.append(Source(path, printable(path.name), catalogue or {}, requested=True))
             continue
         within = list(_files_in(path, _entries(path), "", catalogue, replaced))
-        if not any(source.is_read or source.refusal for source in within):
+        if not any(looked_into(source).is_read or source.refusal for source in within):
             raise InputError(path, "the folder contains no record files.")
         before = f"{called}/" if len(requested) > 1 else ""
         sources += [replace(source, name=before + source.name) for source in within]
-    return sources
+    return [*map(looked_into, sources)] if look else sources
+
+
+def looked_into(source: Source) -> Source:
+    """Return a file with a note if its name or its first bytes tell that it is skipped."""
+    note = _note_of_content(source.path) if source.pending else source.note
+    return replace(source, note=note, pending=False) if source.pending else source
 
 
 def _files_in(
@@ -185,7 +198,9 @@ def _files_in(
             folders.append(path)
         else:
             yield Source(
-                path, name, listed, note, refusal, received.get(path.name, ""), others=others
+                *(path, name, listed, note, refusal, received.get(path.name, "")),
+                others=others,
+                pending=not (note or refusal),
             )
     # Metadata under a misspelt file name must not be lost silently.
     for missing in {**own, **received}:
@@ -221,19 +236,22 @@ def _catalogues(
 
 
 def _note_and_refusal(path: Path, replaced: Collection[Path]) -> tuple[str, str]:
-    """Return note and refusal of an entry in a folder; both empty if the entry is read."""
+    """Return note and refusal of an entry in a folder before its contents are looked at."""
     if path.name.startswith("."):
         return _HIDDEN, ""
     refusal = _refusal(path)
     if refusal or path.is_dir():
         return "", refusal
-    if replaced and path.resolve() in replaced:
-        return _OUTPUT, ""
+    return _OUTPUT if replaced and path.resolve() in replaced else "", ""
+
+
+def _note_of_content(path: Path) -> str:
+    """Return the reason why a file in a folder is skipped, from its name and first bytes, or ""."""
     if is_catalogue(path):
-        return _CATALOGUE, ""
+        return _CATALOGUE
     if path.suffix == ".csv" and _TABLE.match(read_head(path)):
-        return _DOCUMENT, ""
-    return note_on(Path(path.name)) or (_STATION_XML if is_station_xml(path) else ""), ""
+        return _DOCUMENT
+    return note_on(Path(path.name)) or (_STATION_XML if is_station_xml(path) else "")
 
 
 def _refusal(path: Path) -> str:

@@ -26,6 +26,7 @@ from rockframe.cells import write_table
 from rockframe.components import Channel, motions_of
 from rockframe.errors import InputError
 from rockframe.ingest.collection import Claim, Claims, Owners
+from rockframe.ingest.files import looked_into
 from rockframe.options.ingest import Filters, IngestOptions
 from rockframe.outcome import STATUSES, InputOutcome
 from rockframe.provenance import make_folder, refuse_overwriting, scratch_folder, whole_file
@@ -192,10 +193,10 @@ def ingest_batch(
     InputError
         If a path does not exist, or the output would replace an input or cannot be written.
     """
-    asked = Request.of(paths, options, filters, ())
+    asked = Request.of(paths, options, filters, (), look=False)
     listing = _listing(asked)
     hashes = asked.hashes()  # of the catalogues of all files
-    part = replace(asked, sources=tuple(batch.of(asked.sources)))
+    part = replace(asked, sources=tuple(map(looked_into, batch.of(asked.sources))))
     refuse_overwriting([output], [source.path for source in part.sources if source.is_read])
     acceptance = Acceptance(
         *(output, filters), strict=False, listed=None, factors=asked.factors, whole=False
@@ -322,7 +323,7 @@ class _Joint:
             make_folder(self.again)
         except OSError as error:
             raise InputError(self.again, f"cannot be written: {error.strerror}.") from None
-        listing = _listing(Request.of(self.paths, self.options, self.filters, ()))
+        listing = _listing(Request.of(self.paths, self.options, self.filters, (), look=False))
         for number, notes in enumerate(self.notes):
             if notes.listing != listing:  # else a file could be in no batch, or in two
                 self._read_again(number, Settled())

@@ -46,8 +46,12 @@ class Request:
         options: IngestOptions,
         filters: Filters,
         outputs: Sequence[Path],
+        *,
+        look: bool = True,
     ) -> Self:
         """Return the request for files and folders, in which outputs are skipped.
+
+        Without `look`, files are pending (`Source`).
 
         Raises
         ------
@@ -56,7 +60,7 @@ class Request:
         """
         catalogue, columns = options.catalogue, options.catalogue_columns or ()
         entries = read_catalogue(catalogue, columns=columns) if catalogue else None
-        return cls(tuple(sources_of(paths, entries, outputs)), options, filters)
+        return cls(tuple(sources_of(paths, entries, outputs, look=look)), options, filters)
 
     @cached_property
     def files_stated(self) -> Mapping[str, Path]:
@@ -130,7 +134,7 @@ class Request:
 
 def _catalogues(sources: Iterable[Source]) -> dict[str, Path]:
     """Return the catalogues in use, by name."""
-    return {s.name: s.path for s in sources if s.note and is_catalogue(s.path)}
+    return {s.name: s.path for s in sources if (s.note or s.pending) and is_catalogue(s.path)}
 
 
 def _is_other(path: Path) -> bool:
