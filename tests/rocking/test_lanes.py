@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -193,6 +194,35 @@ def test_only_lanes_that_turn_in_a_hop_have_a_new_peak() -> None:
 
 def relative(ours: Float, theirs: Float) -> Float:
     return np.abs(ours - theirs) / np.maximum(np.abs(theirs), np.finfo(np.float64).tiny)
+
+
+def test_closing_a_block_keeps_its_scenarios_and_those_that_wait() -> None:
+    block, who = 3 * vectors.WIDTH, 2 * vectors.WIDTH
+    pool = np.random.default_rng(2).uniform(size=(3, 3, vectors.WIDTH))
+    scenario = pool[:, 2]
+    scenario[:] = np.arange(3 * vectors.WIDTH).reshape(3, -1)
+    scenario[:2, 3::4] = scenario[2, ::2] = -1.0
+    seated = {lane[2]: tuple(lane) for lane in pool.transpose(0, 2, 1).reshape(-1, 3)} | {-1.0: ()}
+    waiting = np.array([2 * block + 1, 4, 2 * block + 15, 2 * block + 1], dtype=np.uint32)
+    awaited = pool.ravel()[waiting[:3] + who]
+    close = cast("Any", vectors.close_block).py_func
+    close(pool.reshape(-1), 2 * block, block, who, waiting, 3)
+    left = {lane[2]: tuple(lane) for lane in pool[:2].transpose(0, 2, 1).reshape(-1, 3)}
+    assert left | {-1.0: ()} == seated
+    np.testing.assert_array_equal(pool.ravel()[waiting[:3] + who], awaited)
+    assert max(waiting[:3]) < 2 * block
+    assert waiting[3] == 2 * block + 1  # no lane waits there
+
+
+def test_vectors_of_the_lanes_lie_on_one_cache_line_each() -> None:
+    zeros = cast("Any", vectors.zeros).py_func
+    arrays = [zeros(count) for count in (3, 40, 700)]
+    assert [(array.size, array.any()) for array in arrays] == [
+        (3, False),
+        (40, False),
+        (700, False),
+    ]
+    assert {array.ctypes.data % 64 for array in arrays} == {0}
 
 
 def test_same_verdicts_and_times(asked: Asked) -> None:

@@ -66,6 +66,19 @@ def test_same_bits_in_any_company_and_order() -> None:
         same_bits(alone, together, slice(k, k + 1))
 
 
+def test_same_bits_in_requests_of_any_size() -> None:
+    """When no scenario is left, the last ones move to other lanes, and hop in smaller packs."""
+    rng = np.random.default_rng(6)
+    grounds, frames = [noise(1), noise(4).scaled(0.5)], [BENT, COLUMN]
+    ground, frame = rng.integers(0, 2, 250), rng.integers(0, 2, 250)
+    scale = rng.uniform(0.2, 40.0, 250)
+    together = respond_scenarios(grounds, frames, ground, frame, scale)
+    assert len(np.unique(together.overturning_time)) > 50  # lanes end at many times
+    for count in (2, 9, 17, 40, 145, 180):
+        some = respond_scenarios(grounds, frames, ground[:count], frame[:count], scale[:count])
+        same_bits(some, together, slice(count))
+
+
 def test_full_packs_are_computed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """A pack that is full does not wait for other motions; the bits are the same."""
 

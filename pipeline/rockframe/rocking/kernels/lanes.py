@@ -4,8 +4,9 @@ The scalar kernel is the reference, and its functions compute rare cases; the st
 `vectors` compute the rest. A pool of lanes is filled with scenarios and computed in rounds. In a
 round, all lanes take a stride to the end of their interval. Lanes in which an event happens wait
 until a pack of them can hop. Lanes at rest are moved to their next uplift. Lanes at the end of
-their motion take the next scenario. So no lane waits for another one's motion, and the result of a
-scenario has the same bits whatever the other lanes contain.
+their motion take the next scenario; when none is left, the last ones move together, and blocks of
+empty lanes are closed. So no lane waits for another one's motion, and the result of a scenario has
+the same bits whatever the other lanes contain.
 
 Private functions are compiled into their callers, as in the scalar kernel; they make the file long.
 """
@@ -103,9 +104,11 @@ from rockframe.rocking.kernels.vectors import (
     WIDTH,
     A,
     V,
+    close_block,
     demands,
     hop,
     stride,
+    zeros,
 )
 
 Float = NDArray[np.float64]
@@ -138,8 +141,9 @@ COARSE: Final = 16
 #: Bounces that die out within an interval are summed in closed form, not followed, if until then
 #: the pull of gravity and ground changes by at most this share [1]: then their number is exact.
 _EVEN_PULL: Final = 1e-2
-#: Number of blocks: enough lanes to fill packs, few enough to fit into the first-level cache.
-_BLOCKS: Final = 6
+#: Number of blocks. With more lanes, a smaller share of them waits for a pack; but the rows that a
+#: stride reads must fit into the first-level cache.
+_BLOCKS: Final = 9
 _LANES: Final = _BLOCKS * WIDTH
 
 # Further rows of a block, which `vectors` does not use.
@@ -957,11 +961,11 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
     weighed : NO or YES
         YES to compute the demands on the joints, which takes a tenth longer.
     """
-    pool = np.zeros(_BLOCKS * _BLOCK)
+    pool = zeros(_BLOCKS * _BLOCK)
     # empty lanes take as long as others, so a few scenarios use only a few blocks; the loops below
     # keep constant bounds, because the compiler vectorises them only then
     used = min(_BLOCKS, (asked.shape[0] + WIDTH - 1) // WIDTH) * _BLOCK
-    pack = np.zeros(PACK_SIZE)
+    pack = zeros(PACK_SIZE)
     tie_log = np.zeros((2, TIE_LOG_SIZE))
     # unsigned, so that the compiler need not check for negative indices
     fresh = np.zeros(_LANES, dtype=np.uint32)  # lanes that need attention
@@ -1000,8 +1004,8 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
                     pending[waiting] = q
                     waiting += 1
             freshes = 0
-            # a pack that is not full waits until it is, or until no other lane moves
-            if waiting == 0 or (waiting < WIDTH and waiting < counts[_LIVE]):
+            # a pack that is not full waits until it is, or until half of the lanes wait
+            if waiting == 0 or (waiting < WIDTH and 2 * waiting < counts[_LIVE]):
                 break
             taken = min(waiting, WIDTH)
             waiting -= taken
@@ -1035,4 +1039,8 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
                     waiting += 1
         if counts[_LIVE] == 0:
             break
+        if counts[_BEGUN] == asked.shape[0]:
+            while counts[_LIVE] <= (used // _BLOCK - 1) * WIDTH:
+                used -= _BLOCK
+                close_block(pool, used, _BLOCK, _WHO, pending, waiting)
         freshes = _advance(pool, used, fresh, ground, curved, lifts, tied, weighed)

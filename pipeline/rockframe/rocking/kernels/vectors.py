@@ -20,7 +20,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rockframe.compiled import inlined
+from rockframe.compiled import compiled, inlined
 from rockframe.rocking.kernels.steps import FROM_UPLIFT, HALF_PI, MOVING, Marker, Polynomial, shift
 
 Float = NDArray[np.float64]
@@ -86,6 +86,35 @@ _LANDING_STEPS: Final = 12
 #: Newton steps to the time of a peak. They start from the top of a parabola, and the error of theta
 #: is the square of the error in time.
 _TURNING_STEPS: Final = 4
+
+
+@compiled
+def zeros(numbers: int) -> Float:
+    """Return zeros that begin at a multiple of 64 bytes: no vector then lies on two cache lines."""
+    space = np.zeros(numbers + 8)
+    first = -space.ctypes.data % 64 // 8
+    return space[first : first + numbers]
+
+
+@compiled
+def close_block(
+    pool: Float, last: int, block: int, who: int, pending: NDArray[np.uint32], waiting: int
+) -> None:
+    """Move the scenarios of the block at `last` to empty lanes of the blocks before it.
+
+    A block has `block` numbers; its row `who` is negative in empty lanes. The first `waiting` of
+    the lanes in `pending` are renamed.
+    """
+    to = 0
+    for q in range(last, last + WIDTH):
+        if pool[q + who] >= 0.0:
+            while pool[to + who] >= 0.0:
+                to += 1 if to % block < WIDTH - 1 else block - WIDTH + 1
+            for r in range(0, block, WIDTH):
+                pool[to + r] = pool[q + r]
+            for k in range(waiting):
+                if pending[k] == q:
+                    pending[k] = to
 
 
 @inlined

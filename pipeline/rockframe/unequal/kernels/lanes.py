@@ -56,8 +56,10 @@ from rockframe.rocking.kernels.vectors import (
     A,
     V,
     advance,
+    close_block,
     locate,
     take_off,
+    zeros,
 )
 from rockframe.unequal.kernels import kernel
 from rockframe.unequal.kernels.steps import (
@@ -94,7 +96,7 @@ ASKED_SIZE: Final = 7
 
 #: As in the kernel of equal columns: largest change of the pull within bounces that are summed.
 _EVEN_PULL: Final = 1e-2
-_BLOCKS: Final = 6
+_BLOCKS: Final = 9
 _LANES: Final = _BLOCKS * WIDTH
 
 # Rows of a block beside those of `vectors`; a pack has the first ones, too.
@@ -732,9 +734,9 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
     summaries : array, shape (scenarios, kernel.SUMMARY_SIZE)
         Filled with the kernel's named slots, except the time of the peak (NaN).
     """
-    pool = np.zeros(_BLOCKS * _BLOCK)
+    pool = zeros(_BLOCKS * _BLOCK)
     used = min(_BLOCKS, (asked.shape[0] + WIDTH - 1) // WIDTH) * _BLOCK
-    pack = np.zeros(_PACK)
+    pack = zeros(_PACK)
     fresh = np.zeros(_LANES, dtype=np.uint32)  # lanes that need attention
     pending = np.zeros(_LANES, dtype=np.uint32)  # lanes that wait for a hop
     counts = np.zeros(2, dtype=np.int64)
@@ -767,8 +769,8 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
                     pending[waiting] = q
                     waiting += 1
             freshes = 0
-            # a pack that is not full waits until it is, or until no other lane moves
-            if waiting == 0 or (waiting < WIDTH and waiting < counts[_LIVE]):
+            # a pack that is not full waits until it is, or until half of the lanes wait
+            if waiting == 0 or (waiting < WIDTH and 2 * waiting < counts[_LIVE]):
                 break
             taken = min(waiting, WIDTH)
             waiting -= taken
@@ -800,4 +802,8 @@ def integrate_lanes(  # noqa: C901  rounds, as described above
                     waiting += 1
         if counts[_LIVE] == 0:
             break
+        if counts[_BEGUN] == asked.shape[0]:
+            while counts[_LIVE] <= (used // _BLOCK - 1) * WIDTH:
+                used -= _BLOCK
+                close_block(pool, used, _BLOCK, _WHO, pending, waiting)
         freshes = _advance(pool, used, fresh, ground, curved, lifts)
