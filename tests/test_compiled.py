@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import gc
 import hashlib
+import operator
 import os
 import signal
 import subprocess
@@ -17,7 +18,9 @@ from typing import Any, cast
 import numba
 import numpy as np
 import pytest
-from numba.core import caching, codegen
+from numba.core import caching, codegen, types
+from numba.core.registry import cpu_target
+from numba.core.types.functions import BaseFunction
 
 import rockframe.compiled as compilation
 from rockframe import GroundAcceleration, Pulse, PulseOptions, RockingFrame, find_pulses, respond
@@ -370,3 +373,33 @@ def test_the_bits_do_not_depend_on_the_processor(bundled_records: Path, tmp_path
     subprocess.run(command, env=os.environ | other, capture_output=True, check=True)
     for name in ("records.nc", "pulses.nc", "response.nc"):
         assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
+
+
+def test_numba_searches_for_the_type_of_an_operation_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    again()(1.0)  # numba is prepared
+    search: Any = BaseFunction.get_call_type
+    searched: list[tuple[Any, ...]] = []
+
+    def counted(function: Any, context: Any, arguments: Any, named: Any) -> Any:
+        searched.append(arguments)
+        return search(function, context, arguments, named)
+
+    monkeypatch.setattr(BaseFunction, "get_call_type", counted)
+    compilation._remember_types_of_operators()  # noqa: SLF001
+    real, whole, flag, row = types.float64, types.int64, types.boolean, types.float64[:]
+    operations = {
+        (operator.add, real, whole): real,
+        (operator.add, whole, whole): whole,
+        (operator.add, whole, cast("Any", types).literal(2)): whole,
+        (operator.add, flag, flag): whole,
+        (operator.truediv, whole, whole): real,
+        (operator.lt, whole, real): flag,
+    }
+    resolve: Any = cpu_target.typing_context.resolve_function_type
+    for _ in range(2):
+        for (sign, *pair), expected in operations.items():
+            assert resolve(sign, tuple(pair), {}).return_type == expected
+    assert searched == [tuple(pair) for _, *pair in operations]
+    for _ in range(2):  # there may be new forms of arrays
+        assert resolve(operator.lt, (row, real), {}).return_type.dtype == flag
+    assert searched[len(operations) :] == 2 * [(row, real)]

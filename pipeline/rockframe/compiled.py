@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import operator
 import pickle
 import warnings
 from collections.abc import Callable
@@ -11,7 +12,6 @@ from contextlib import suppress
 from functools import cache, update_wrapper
 from importlib import import_module
 from importlib.metadata import version
-from operator import attrgetter
 from pathlib import Path
 from threading import RLock
 from typing import IO, Any, Final, TypeVar, cast
@@ -102,7 +102,10 @@ INTERNALS: Final = (
     *(("numba.core.config", name) for name in ("CPU_NAME", "CPU_FEATURES")),
     ("numba.core.codegen", "get_host_cpu_features"),
     ("numba.core.types", "unliteral"),
+    ("numba.core.types.functions", "BaseFunction.get_call_type"),
 )
+#: Functions whose types numba searches for only once for each kind of numbers.
+_OPERATORS: Final = frozenset(getattr(operator, name) for name in operator.__all__)
 #: The feature of a processor that LLVM takes as advice against vectors of 512 bits.
 _NARROW: Final = "prefer-256-bit"
 #: Options that every version of numba has. They give the same results.
@@ -114,7 +117,7 @@ def has_internals() -> bool:
     """Return True if numba has all parts that this module uses; otherwise warn once."""
     for module, name in INTERNALS:
         try:
-            attrgetter(name)(import_module(module))
+            operator.attrgetter(name)(import_module(module))
         except (ImportError, AttributeError):
             warnings.warn(
                 f"numba {version('numba')} has no {module}.{name}: functions are compiled without "
@@ -232,6 +235,7 @@ def _prepared_numba() -> Any:
 
     if has_internals():
         _allow_wide_vectors()
+        _remember_types_of_operators()
     _put_off_check_for_blas()
 
     @typeof_impl.register(_Compiled)
@@ -239,6 +243,30 @@ def _prepared_numba() -> Any:
         return numba.typeof(value.inner_function())  # type: ignore[no-untyped-call]
 
     return numba
+
+
+def _remember_types_of_operators() -> None:
+    """Let numba search for the type of an operation on numbers once, not at each place in the code.
+
+    At each place it tries the forms that an operator has for arrays, sets and so on, which takes a
+    tenth of the time of compiling. An operator with new forms is another object.
+    """
+    from numba.core.types import Boolean, Number, functions
+
+    search: Any = functions.BaseFunction.get_call_type
+    signatures: dict[tuple[Any, ...], tuple[Any, Any]] = {}
+    numbers = (Number, Boolean)
+
+    def remembered(function: Any, context: Any, arguments: Any, named: Any) -> Any:
+        remembers = not named and function.typing_key in _OPERATORS
+        if not (remembers and all(isinstance(argument, numbers) for argument in arguments)):
+            return search(function, context, arguments, named)
+        key = (context, function.typing_key, *arguments)
+        if key not in signatures or signatures[key][0] is not function:
+            signatures[key] = function, search(function, context, arguments, named)
+        return signatures[key][1]
+
+    cast("Any", functions.BaseFunction).get_call_type = remembered
 
 
 def _put_off_check_for_blas() -> None:
