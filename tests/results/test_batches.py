@@ -25,11 +25,12 @@ from rockframe.options.respond import RespondOptions, ScreenOptions
 from rockframe.results.contents import describe
 from rockframe.results.pulses import best_pulses, recordings_of
 from rockframe.results.response import open_response
-from rockframe.results.shards import OpenShards, opened_arrays, shards_of, write_index
+from rockframe.results.shards import OpenShards, opened_arrays, shards_of
 from rockframe.results.stored import alone, open_netcdf, opened_one
 from rockframe.results.tables.entries import write_rows_as
 from rockframe.results.tables.summary import summary_rows
 from rockframe.results.tables.table import response_rows
+from rockframe.results.writing import write_index
 from rockframe.stages.common import Batch
 from rockframe.stages.respond import respond_stage
 from rockframe.stages.screen import screen_stage

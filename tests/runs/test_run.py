@@ -252,6 +252,7 @@ def test_half_written_files_are_swept_and_those_of_others_stay(
     [
         ".records-abcd1234.partial.nc/recorded.nc",
         ".screen-0123456789abcdef.batches/.peaks-1-abcd1234.partial.npz",
+        "shards/.screen-009-0123456789abcdef.batches/peaks-1.npz",
     ],
 )
 def test_folder_left_by_a_kill_is_swept(

@@ -207,6 +207,11 @@ def test_batches_of_another_screening_or_out_of_order_are_named(tmp_path: Path) 
     assert joined(*paths[:2], seed=1).motions == 3
     with pytest.raises(ParameterError, match="State the files as shards of `screen_stage`"):
         index_stage(paths[:2], output)
+    with pytest.raises(ParameterError, match="batch 1/2 and shards both stated"):
+        screen_stage(records, output, options, shards=paths[:2], batch=Batch(1, 2))
+    alone = options.replaced(measures=("pgv_rotd50",))
+    with pytest.raises(ParameterError, match="pgv_rotd50 is unknown for all motions"):
+        screen_stage(records, paths[0], alone, structures_path=kinds, batch=Batch(1, 2))
 
 
 def test_a_record_without_any_motion_is_an_error_of_the_index(tmp_path: Path) -> None:
@@ -218,5 +223,5 @@ def test_a_record_without_any_motion_is_an_error_of_the_index(tmp_path: Path) ->
     for number, path in enumerate(paths, 1):
         done = screen_stage(records, path, options, batch=Batch(number, 2), **call)  # type: ignore[arg-type]
         assert (done.motions, done.scenarios) == (0, 0)
-    with pytest.raises(InputError, match=r"no batch contains a record: pga_g 0.05\d+"):
+    with pytest.raises(InputError, match=r"no batch contains a record; 's00': pga_g 0.05\d+"):
         screen_stage(records, tmp_path / "screen.nc", options, shards=paths, **call)  # type: ignore[arg-type]

@@ -143,8 +143,8 @@ def write_screening(
             put(Arrays({}, attrs | {"title": WITHOUT_RECORDS}), partial, SCREEN, **origin)
             return None
         with _filling(partial, filled, sizes) as fill:
-            for row, scenario in enumerate(chain(first, source)):
-                fill(row, scenario)
+            for scenario in chain(first, source):
+                fill(scenario)
                 for name, rows in at_reference.items():
                     rows.append(scenario[name][:, reference])
         write = _PartsInFile(partial)
@@ -323,8 +323,11 @@ def design_units(design: Design) -> dict[str, str]:
 @contextmanager
 def _filling(
     partial: Path, names: Sequence[str], sizes: Mapping[str, int]
-) -> Iterator[Callable[[int, Scenario], None]]:
-    """Yield a function that writes the scenarios of one motion."""
+) -> Iterator[Callable[[Scenario], None]]:
+    """Yield a function that writes the scenarios of the next motion.
+
+    Motions are written some at a time, because netCDF takes 0.1 ms for each part.
+    """
     width = min(sizes["scale"], CHUNK)
     file = open_netcdf(partial, "w")
     try:
@@ -340,13 +343,28 @@ def _filling(
             like = declared.holding(np.empty((0,) * len(declared.dims)))
             chunk = (rows, sizes["structure"], *further)
             create_variable(file, name, like, chunk, chunks=2)
+        held: dict[str, list[NDArray[Any]]] = {name: [] for name in names}
+        together = max(1, CHUNK // (sizes["structure"] * sizes["scale"]))
+        written = 0
 
-        def fill(row: int, scenario: Scenario) -> None:
+        def write() -> None:
+            nonlocal written
+            some = slice(written, written + len(held[names[0]]))
             with as_os_error():
-                for name in names:
-                    file[name][row] = scenario[name]
+                for name, rows in held.items():
+                    file[name][some] = np.array(rows)
+                    rows.clear()
+            written = some.stop
+
+        def fill(scenario: Scenario) -> None:
+            for name, rows in held.items():
+                rows.append(scenario[name])
+            if len(held[names[0]]) == together:
+                write()
 
         yield fill
+        if held[names[0]]:
+            write()
     finally:
         with as_os_error():
             file.close()

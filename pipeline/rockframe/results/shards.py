@@ -23,7 +23,16 @@ from rockframe.interruption import raise_if_interrupted
 from rockframe.provenance import sha256_of
 from rockframe.results.schema import KINDS, RECORDS
 from rockframe.results.schema.arrays import Array, Arrays, Index
-from rockframe.results.stored import SHARDS, Holder, Stored, alone, not_of, open_netcdf, opened_one
+from rockframe.results.stored import (
+    SHARDS,
+    Holder,
+    Stored,
+    alone,
+    not_of,
+    open_netcdf,
+    opened_one,
+    require_all_records,
+)
 
 #: Attributes that the shards of an index have in common with it; records have some of its inputs.
 _COMMON: Final = ("rockframe_kind", "source_code_hash", "input_sha256", "parameters")
@@ -123,8 +132,8 @@ class BatchFiles:
         left_out = {n: why for b in batches for n, why in json.loads(b.attrs["left_out"]).items()}
         first = next((batch for batch in batches if batch.variables), None)
         if first is None:
-            reason = next(iter(left_out.values()), "no record")
-            raise InputError(parts[0], f"no batch contains a record: {reason}")
+            reasons = [f"; {name!r}: {reason}" for name, reason in left_out.items()]
+            raise InputError(parts[0], "no batch contains a record" + next(iter(reasons), "."))
         others = batches if kind == RECORDS else []  # each has read other files
         inputs = {name: h for b in (first, *others) for name, h in _inputs(b.attrs).items()}
         attrs = {**first.attrs, "input_sha256": json.dumps(inputs, sort_keys=True)}
@@ -161,50 +170,6 @@ class BatchFiles:
         stated = {"input_sha256": input_sha256, "parameters": parameters}
         texts = {name: json.dumps(value, sort_keys=True) for name, value in stated.items()}
         _require_same_run(self.paths[0], attrs, {**attrs, **texts}, output)
-
-
-def write_index(
-    parts: Sequence[Path], output: Path, kind: str, own: Mapping[str, Array] | None = None
-) -> Mapping[str, str]:
-    """Write the index of all batches of a stage, whose files stay where they are.
-
-    It has the names of the records and what all batches share; that of records all but the samples.
-
-    Parameters
-    ----------
-    parts : sequence of Path
-        Files of the batches, in order; at least one.
-    output : Path
-        The file to write. It names the shards by their paths from its folder.
-    kind : str
-        Kind of the files.
-    own : mapping of str to Array, optional
-        Further variables of the index itself, in place of those of the shards.
-
-    Returns
-    -------
-    mapping of str to str
-        Reasons why records were rejected, by identifier.
-
-    Raises
-    ------
-    InputError
-        As `BatchFiles.of`, or if the index cannot be written.
-    """
-    from rockframe.results.writing import named, put
-
-    batches = BatchFiles.of(parts, output, kind)
-    attrs, left_out = batches.index.attrs, batches.left_out
-    inputs, parameters = (json.loads(attrs[name]) for name in ("input_sha256", "parameters"))
-    with named(output) as partial:
-        put(
-            batches.index.with_variables({**batches.index.variables, **(own or {})}),
-            *(partial, kind),
-            input_sha256=inputs,
-            parameters=parameters,
-            left_out=left_out,
-        )
-    return left_out
 
 
 def copy_file(path: Path, to: Path) -> None:
@@ -530,9 +495,7 @@ def opened_file(
     """
     with ExitStack() as stack:
         attrs, stored = stack.enter_context(opened_one(path, kind, empty=empty, held=held))
-        if "batch" in attrs and any(v.of_files == "all records" for v in KINDS[kind].variables):
-            what = f"is batch {attrs['batch']} alone, without the results of all records."
-            raise InputError(path, f"{what} State the file of all batches.")
+        require_all_records(path, kind, attrs)
         if SHARDS in attrs:
             shards = OpenShards(path, kind, attrs, held)
             if not _are_of(shards, stored, kind):

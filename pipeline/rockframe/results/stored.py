@@ -189,6 +189,13 @@ def require_attributes(path: Path, kind: str, attrs: Mapping[str, Any]) -> None:
             raise not_of(path, kind, f"without a global attribute {name!r} that can be read.")
 
 
+def require_all_records(path: Path, kind: str, attrs: Mapping[str, Any]) -> None:
+    """Raise an error for the file of a batch that lacks what needs all records."""
+    if "batch" in attrs and any(v.of_files == "all records" for v in KINDS[kind].variables):
+        what = f"is batch {attrs['batch']} alone, without the results of all records."
+        raise InputError(path, f"{what} State the file of all batches.")
+
+
 @contextmanager
 def alone(path: Path) -> Iterator[tuple[netCDF4.Dataset, Any]]:
     """Open a file that no other thread reads, and yield it with a lock that does nothing."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
@@ -20,6 +20,7 @@ from rockframe.provenance import package_versions, sha256_of, source_code_hash, 
 from rockframe.results.schema import KINDS
 from rockframe.results.schema.arrays import Array, Arrays
 from rockframe.results.schema.declare import FileKind
+from rockframe.results.shards import BatchFiles
 from rockframe.results.stored import CHUNK, WITHOUT_RECORDS, open_netcdf
 from rockframe.units import GRAVITY
 
@@ -347,3 +348,45 @@ def slices(sizes: ArrayLike) -> list[slice]:
     lengths = np.asarray(sizes).tolist()
     ends = np.cumsum(lengths).tolist()
     return [slice(end - size, end) for size, end in zip(lengths, ends, strict=True)]
+
+
+def write_index(
+    parts: Sequence[Path], output: Path, kind: str, own: Mapping[str, Array] | None = None
+) -> Mapping[str, str]:
+    """Write the index of all batches of a stage, whose files stay where they are.
+
+    It has the names of the records and what all batches share; that of records all but the samples.
+
+    Parameters
+    ----------
+    parts : sequence of Path
+        Files of the batches, in order; at least one.
+    output : Path
+        The file to write. It names the shards by their paths from its folder.
+    kind : str
+        Kind of the files.
+    own : mapping of str to Array, optional
+        Further variables of the index itself, in place of those of the shards.
+
+    Returns
+    -------
+    mapping of str to str
+        Reasons why records were rejected, by identifier.
+
+    Raises
+    ------
+    InputError
+        As `BatchFiles.of`, or if the index cannot be written.
+    """
+    batches = BatchFiles.of(parts, output, kind)
+    attrs, left_out = batches.index.attrs, batches.left_out
+    inputs, parameters = (json.loads(attrs[name]) for name in ("input_sha256", "parameters"))
+    with named(output) as partial:
+        put(
+            batches.index.with_variables({**batches.index.variables, **(own or {})}),
+            *(partial, kind),
+            input_sha256=inputs,
+            parameters=parameters,
+            left_out=left_out,
+        )
+    return left_out

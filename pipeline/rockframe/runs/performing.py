@@ -223,7 +223,7 @@ def _parallel_work(
 #: Number of files that a run in batches reads from which it is large.
 _MANY_FILES: Final = 400
 #: Steps of a large run, besides batches, that its own process does not perform.
-_OUTSIDE: Final = frozenset(["index-ingest", "table", "report"])
+_OUTSIDE: Final = frozenset(["index-ingest", "screen", "table", "report"])
 
 
 def _is_large(plan: Plan, resources: Resources) -> bool:

@@ -149,7 +149,7 @@ OF_RECORDS: Final = ("records.nc", "pulses.nc", "response.nc")
 PAGE: Final = "report.html"
 #: Folder of the files of batches, which their index names.
 SHARD_FOLDER: Final = "shards"
-#: Largest number of batches of the default size: three stages stay below 500 jobs of a scheduler.
+#: Largest number of batches of the default size: a scheduler gets some 160 jobs for each stage.
 _MOST_BATCHES: Final = 150
 #: Number of record files that are worth a step of ingest, and largest number of these steps: each
 #: starts in a second and lists all files.

@@ -275,7 +275,7 @@ def _of_manifest(plan: Plan, folder: Path) -> dict[str, Stamp]:
 #: The end of the names of partial files: the random part of mkstemp, and ``.partial``.
 _RANDOM = r"-[A-Za-z0-9_]{8}\.partial"
 #: Folders in which a screening, or a batch of it, keeps finished tasks until the end.
-_TASKS = re.compile(r"\.screen(-\d+)?-[0-9a-f]{16}\.batches")
+_TASKS = re.compile(r"\.(screen(?:-\d+)?)-[0-9a-f]{16}\.batches")
 
 
 def remove_partials(plan: Plan, folder: Path) -> list[str]:
@@ -309,11 +309,13 @@ def remove_partials(plan: Plan, folder: Path) -> list[str]:
 
 
 def _remove_tasks(plan: Plan, folder: Path) -> list[str]:
-    """Remove the tasks of a screening, unless a screening of the plan resumes from them."""
-    if any(step.stage == "screen" for step in plan.steps):
-        return []
-    some = [*folder.glob(".*"), *folder.glob("*/.*")]
-    left = [path for path in some if _TASKS.fullmatch(path.name)]
+    """Remove the tasks of screenings and batches from which no step of the plan resumes."""
+    resumed = {folder / step.outputs[0] for step in plan.steps if step.stage == "screen"}
+    left = [
+        path
+        for path in (*folder.glob(".*"), *folder.glob("*/.*"))
+        if (of := _TASKS.fullmatch(path.name)) and path.with_name(f"{of[1]}.nc") not in resumed
+    ]
     for path in left:
         _remove(path)
     return [path.relative_to(folder).as_posix() for path in left]

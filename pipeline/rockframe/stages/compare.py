@@ -123,7 +123,8 @@ def compare_stage(
             name, reason = next(iter(filtered.items()))
             raise ParameterError(f"no record is left to compare; {name!r}: {reason}.")
         names = batch.of(names)
-        chosen = [[name for name in some if name in {*names}] for some in chosen]
+        of_batch = {*names}
+        chosen = [[name for name in some if name in of_batch] for some in chosen]
         tasks = Counted(_tasks(files, chosen, tuple(compared), common.ensemble), len(names))
         answers = map_tasks(_answer, tasks, engine=engine)
         dataset = write_comparison(

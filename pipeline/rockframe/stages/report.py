@@ -34,7 +34,7 @@ from rockframe.provenance import (
 from rockframe.results.contents import Described, describe
 from rockframe.results.schema import KINDS, SCREEN
 from rockframe.results.shards import copy_file
-from rockframe.results.stored import kind_of, require_file
+from rockframe.results.stored import attributes_of, kind_of, require_all_records, require_file
 from rockframe.results.tables.entries import count_values, rows_of
 
 #: Files of a run with datasets, in the order of the stages.
@@ -446,6 +446,7 @@ def files_as_run(files: Sequence[Path]) -> Iterator[Path]:
             of = f"is a second {kind} file" if kind in of_kind else f"is a {kind} file"
             allowed = ", ".join((*_OF_PAGE, *_BESIDE_PAGE))
             raise InputError(path, f"{of}. A page shows one file of each of: {allowed}.")
+        require_all_records(path, kind, attributes_of(path, kind))
         of_kind[kind] = path
     for kind in _OF_PAGE:
         if kind not in of_kind:

@@ -176,6 +176,10 @@ def screen_stage(
     EngineError
         If the engine is not available.
     """
+    if shards and not batch.whole:
+        raise ParameterError(
+            f"batch {batch.stated} and shards both stated. State only one of them."
+        )
     output, options = Path(output), _with_hazard_file(options or ScreenOptions())
     pulses = Path(pulses_path) if pulses_path else None
     read = [Path(records_path), Path(structures_path), *filter(None, (pulses, options.hazard))]
@@ -324,7 +328,8 @@ class _Screener:
         names += [*chain(*(pairs[name].records for name in names if name in pairs))]
         metadata = read_metadata(self.read[0], self.pulses, names)
         chosen = Motions(
-            *(self.file, metadata, self.request.options, self.filters, *wanted),
+            *(self.file, metadata, self.request.options, self.filters),
+            *(([], []) if joined else wanted),  # files of batches have the measures
             pairs=pairs,
             batch=batch,
         )
@@ -408,7 +413,7 @@ def _of_scenarios(options: ScreenOptions) -> ScreenOptions:
 
 
 def _origin(records_path: Path, chosen: Motions, request: ScreeningRequest) -> dict[str, Any]:
-    """Return what the results of a batch are made of; other batches are not taken."""
+    """Return the inputs and options that the results of tasks depend on."""
     return {
         "records": input_hash(records_path),
         "motions": [motion.name for motion in chosen.motions],

@@ -175,11 +175,15 @@ class Motions:
                 self.rejections.append(InputOutcome(motion.name, impossible))
             else:
                 self.motions.append(self._with_measures(motion))
+        further = rotd_names(self._periods, self._measures)
         if not self._batch.whole:
+            if max(map(len, self._recordings.values())) < 2:  # no record has a partner
+                for name in further:
+                    require_some(name, ())
             return
         if not self.motions:
             raise ParameterError(self._why_none())
-        for name in rotd_names(self._periods, self._measures):
+        for name in further:
             require_some(name, [motion.numbers[name] for motion in self.motions])
 
     def _refusal(self, motion: Motion) -> tuple[str, str]:

@@ -21,7 +21,6 @@ from rockframe.paper.pulses import (
 from rockframe.provenance import refuse_obstacles, refuse_overwriting, whole_file
 from rockframe.results.pulses import pulse_rows, recordings_of
 from rockframe.results.schema import KINDS, PULSES, RECORDS, RESPONSE
-from rockframe.results.shards import write_index
 from rockframe.results.stored import attributes_of, kind_of
 from rockframe.results.tables.entries import (
     beside,
@@ -36,6 +35,7 @@ from rockframe.results.tables.notes import left_out_reasons, with_directions
 from rockframe.results.tables.rows import Row
 from rockframe.results.tables.summary import SUMMARY_COLUMNS, Summary, summary_rows, tables_of
 from rockframe.results.tables.table import TableBlock, table_blocks, table_rows
+from rockframe.results.writing import write_index
 
 if TYPE_CHECKING:
     from rockframe.fetch.coverage import Fetched

@@ -43,9 +43,10 @@ from rockframe.results.records import (
 from rockframe.results.schema import RECORDS
 from rockframe.results.schema.arrays import Array
 from rockframe.results.schema.records import RECORDS_NC
-from rockframe.results.shards import INGESTED, opened_arrays, write_index
+from rockframe.results.shards import INGESTED, opened_arrays
 from rockframe.results.stored import attributes_of
 from rockframe.results.tables.entries import entry_rows
+from rockframe.results.writing import write_index
 from rockframe.signals.corner import Corner, CornerSource
 from rockframe.stages.common import Batch
 from rockframe.stages.ingesting.acceptance import (

@@ -134,7 +134,7 @@ class MotionFacts:
 
 @dataclass(frozen=True, eq=False)
 class StatisticsTask:
-    """The outcomes of some structures, and what their statistics need besides."""
+    """The outcomes of some structures, the facts of all motions, and the hazard curve."""
 
     structures: ScreenedStructures
     facts: MotionFacts
