@@ -403,7 +403,9 @@ def test_what_no_batch_could_do_is_said(records: Path) -> None:
         words = ("--periods", "500", "900", "--batch", f"{k}/2")
         assert run("pulse", records, *words, "--output", part) == 1
         assert best_pulses(part) == {}
-    with pytest.raises(InputError, match="no batch contains a record: Invalid range of periods"):
+    with pytest.raises(
+        InputError, match="no batch contains a record; 'a-e': Invalid range of periods"
+    ):
         index_stage(parts, records.with_name("none.nc"))
 
 
