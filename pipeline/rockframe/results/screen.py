@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockframe.errors import ParameterError
-from rockframe.interruption import raise_if_interrupted
 from rockframe.quantities import OF_SCENARIO, QUANTITIES
 from rockframe.results.schema import SCREEN, Variable
 from rockframe.results.schema.arrays import Arrays, positions
@@ -33,9 +32,7 @@ from rockframe.results.stored import (
     CHUNK,
     SHARDS,
     WITHOUT_RECORDS,
-    Stored,
     open_netcdf,
-    opened_one,
 )
 from rockframe.results.tables.rows import columns_of, rows_along
 from rockframe.results.writing import (
@@ -77,8 +74,6 @@ _NOMINAL: Final = ("verdict", *_PEAKS)
 _OF_MEMBERS: Final = tuple(
     variable.name for variable in SCREEN_NC.variables if variable.group == "members"
 )
-#: Variables of a batch that choose the scenarios whose histories are kept.
-_OF_OUTCOMES: Final = ("verdict", "peak_rotation_ratio")
 
 
 def write_screening(
@@ -133,7 +128,7 @@ def write_screening(
     filled = [
         variable.name
         for variable in SCREEN_NC.variables
-        if first and variable.name in first[0] and (batch or not _is_of_batch(variable))
+        if first and variable.name in first[0] and (batch or not is_of_batch(variable))
     ]
     few = not batch and sizes["record"] * sizes["structure"] <= _FEW_PAIRS
     at_reference: dict[str, list[NDArray[Any]]] = {name: [] for name in filled if few}
@@ -214,72 +209,9 @@ def _completed(
     return dataset
 
 
-class ScreenedBatches:
-    """The motions in the files of batches, which are read once.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        The files, in order.
-
-    Raises
-    ------
-    InputError
-        If a file is missing, corrupted, or of another kind.
-    """
-
-    def __init__(self, paths: Sequence[Path]) -> None:
-        self._paths = paths
-        self._facts: list[dict[str, NDArray[Any]]] = []
-        self.filtered: list[str] = []
-
-    def rows(self) -> Iterator[Scenario]:
-        """Yield the outcomes of each motion by variable, without their first dimension."""
-        for path in self._paths:
-            raise_if_interrupted()
-            with opened_one(path, SCREEN, empty=True) as (attrs, stored):
-                self.filtered += json.loads(attrs["filtered"])
-                if not stored:
-                    continue
-                outcomes = {
-                    variable.declared.name: variable
-                    for variable in stored
-                    if variable.declared.name in _OF_OUTCOMES or _is_of_batch(variable.declared)
-                }
-                self._facts.append(
-                    {
-                        variable.declared.name: variable.values
-                        for variable in stored
-                        if "structure" not in variable.dims
-                    }
-                )
-                yield from _motion_by_motion(outcomes)
-
-    @property
-    def facts(self) -> Arrays:
-        """The variables without structures of all motions, after `rows`."""
-        joined = SCREEN_NC.joined(self._facts)
-        return Arrays(
-            {name: SCREEN_NC[name].holding(values) for name, values in joined.items()}, {}
-        )
-
-
-def _is_of_batch(variable: Variable) -> bool:
+def is_of_batch(variable: Variable) -> bool:
+    """Return True for a variable that only the file of a batch has."""
     return variable.of_files == "one batch"
-
-
-def _motion_by_motion(variables: Mapping[str, Stored]) -> Iterator[Scenario]:
-    """Yield the values of each motion; those of some motions are in memory."""
-    shapes = [variable.shape for variable in variables.values()]
-    together = max(1, _FEW_PAIRS // max(math.prod(shape[1:]) for shape in shapes))
-    for start in range(0, shapes[0][0], together):
-        some = slice(start, start + together)
-        parts = {
-            name: variable.read((some, *(slice(None),) * (len(variable.shape) - 1)))
-            for name, variable in variables.items()
-        }
-        for k in range(len(next(iter(parts.values())))):
-            yield {name: values[k] for name, values in parts.items()}
 
 
 def rate_values(curve: HazardCurve, fits: Fits) -> dict[str, Any]:

@@ -26,7 +26,6 @@ from rockframe.results.screen import (
     Described,
     KeptHistory,
     Scenario,
-    ScreenedBatches,
     WritePart,
     design_units,
     design_values,
@@ -75,6 +74,7 @@ from rockframe.stages.screen_motions import (
     require_some,
     rotd_names,
 )
+from rockframe.stages.screening.batches import ScreenedBatches
 from rockframe.stages.screening.finished import FinishedTasks
 from rockframe.stages.screening.outcomes import AllOutcomes
 from rockframe.stages.screening.request import ScreeningRequest, require_in_both
