@@ -142,7 +142,7 @@ def write_screening(
                 fill(scenario)
                 for name, rows in at_reference.items():
                     rows.append(scenario[name][:, reference])
-        write = _PartsInFile(partial)
+        write = _PartsInFile(partial, sizes["structure"])
         dataset = _completed(partial, write, describe, histories, attrs, origin)
     if batch:
         return None
@@ -186,7 +186,7 @@ def write_screening_index(
     attrs = {SHARDS: files.index.attrs[SHARDS], "filtered": json.dumps(sorted(filtered))}
     with named(path) as partial:
         put(files.index, partial, SCREEN, **origin)
-        write = _PartsInFile(partial)
+        write = _PartsInFile(partial, files.index.sizes["structure"])
         _completed(partial, write, describe, histories, attrs, origin, files.index.variables)
     return read_screening(path, every_scale=False)
 
@@ -309,25 +309,27 @@ class _PartsInFile:
     are in a temporary file until that of the last ones is there.
     """
 
-    def __init__(self, partial: Path) -> None:
-        self._partial = partial
+    def __init__(self, partial: Path, structures: int) -> None:
+        self._partial, self._structures = partial, structures
         self._columns: dict[str, IO[bytes]] = {}
         self.names: set[str] = set()
 
     def __call__(self, name: str, where: tuple[slice, slice], values: NDArray[Any]) -> None:
         """Write values at some motions or recordings and structures, in their order."""
-        with as_os_error(), open_netcdf(self._partial, "a") as file:
-            structures = len(file.dimensions["structure"])
-            if name not in self.names:
-                self._create(file, name, len(values), structures)
-            if values.shape[1] == structures:
-                self._put(file[name], where[0].start or 0, values)
-                return
+        are_some = values.shape[1] < self._structures
+        if are_some:
             if name not in self._columns:
                 self._columns[name] = TemporaryFile(dir=self._partial.parent)  # noqa: SIM115
             self._columns[name].write(np.ascontiguousarray(values.T).data)
-            if where[1].stop == structures:
+            if where[1].stop < self._structures:
+                return
+        with as_os_error(), open_netcdf(self._partial, "a") as file:
+            if name not in self.names:
+                self._create(file, name, len(values))
+            if are_some:
                 self._put_columns(file[name], values.dtype)
+            else:
+                self._put(file[name], where[0].start or 0, values)
 
     def _put_columns(self, variable: Any, dtype: np.dtype[Any]) -> None:
         """Write the parts of all structures, some motions at a time."""
@@ -341,12 +343,12 @@ class _PartsInFile:
                     rows[:, k] = np.frombuffer(columns.read(len(rows) * size), dtype)
                 self._put(variable, start, rows)
 
-    def _create(self, file: Any, name: str, rows: int, structures: int) -> None:
+    def _create(self, file: Any, name: str, rows: int) -> None:
         declared = SCREEN_NC[name]
         dimension = declared.dims[0]
         if dimension not in file.dimensions:  # recordings, all of which are in each part
             file.createDimension(dimension, rows)
-        chunk = max(1, min(rows, CHUNK // structures)), structures
+        chunk = max(1, min(rows, CHUNK // self._structures)), self._structures
         create_variable(file, name, declared.holding(np.empty((0, 0))), chunk, chunks=2)
         self.names.add(name)
 

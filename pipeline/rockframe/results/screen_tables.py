@@ -55,7 +55,7 @@ Blocks = Iterator[dict[str, list[Any]]]
 #: Number of motions whose rows are made together.
 _MOTIONS: Final = 1024
 #: Number of scenarios that are read together.
-_TOGETHER: Final = 2**18
+_TOGETHER: Final = 2**16
 #: Columns of a row with their variables; margins only if the file has them.
 _OF_PAIR: Final = columns_of(
     "record_id structure scale=reference_scale verdict",

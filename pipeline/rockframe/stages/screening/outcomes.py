@@ -25,8 +25,8 @@ OF_MEMBERS: Final = ("peak_rotation_ratio", "peak_u")
 Reached = list[list[Float | None]]
 #: Number of numbers of a large screening that are in memory together.
 _TOGETHER: Final = 2**21
-#: Approximate number of scenarios whose statistics are computed together, in some 0.2 s.
-_SCENARIOS: Final = 2**14
+#: Approximate number of scenarios whose statistics are computed together, in up to a second.
+_SCENARIOS: Final = 2**16
 
 
 @dataclass(frozen=True, eq=False)

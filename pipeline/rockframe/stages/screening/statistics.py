@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from typing import Any, Final, Self
@@ -176,6 +176,7 @@ def statistics(
     places: list[slice] = []
     pooled: Reached = []
     ranks = RelativeRanks()
+    without_names = replace(facts, names=())  # workers do not need them
 
     def tasks() -> Iterator[StatisticsTask]:
         for some, part in outcomes.parts(facts.in_both):
@@ -183,7 +184,7 @@ def statistics(
             counting.extend(_shared(part.counting(), different))
             if request.options.pooled:
                 pooled.extend(part.reached_by_each(part.counting()))
-            yield StatisticsTask(part, facts, hazard)
+            yield StatisticsTask(part, without_names, hazard)
 
     for number, values in enumerate(map_tasks(statistics_of, tasks(), engine=engine)):
         ranks.add(values["demand_rank"])
