@@ -10,7 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import netCDF4
 import numpy as np
@@ -186,6 +187,27 @@ def test_a_shard_is_not_opened_again_for_each_small_variable(
             np.testing.assert_array_equal(joined[name].values, variable.values)
     # the index and the whole file, the shards once, and again the two that were still open
     assert len(opened) <= 2 + 6 + 2
+
+
+def test_no_large_variable_of_a_closed_shard_displaces_small_ones(records: Path) -> None:
+    """Verdicts were read to be checked; those of a hundred shards would fill what is kept."""
+    index, _ = in_batches("pulse", records, 7)
+    with open_netcdf(index) as file:
+        attrs = {name: file.getncattr(name) for name in file.ncattrs()}
+    shards = OpenShards(index, "pulses", attrs, alone)
+    few, many = np.zeros(2), np.zeros((2, 2**14), dtype=np.int8)
+    read = {
+        name: SimpleNamespace(
+            values=values, bytes=values.nbytes, along_records=along, is_read=True, dims=()
+        )
+        for name, values, along in (("a_p", few, 0), ("verdict", many, 0), ("height", few, None))
+    }
+    shards.keep_small(0, cast("Any", read))
+    assert shards.small_values(0, "a_p") is few
+    read["verdict"].bytes = 2**17
+    shards.keep_small(1, cast("Any", read))
+    kept = [[shards.small_values(k, name) is None for name in read] for k in (0, 1)]
+    assert kept == [[False, False, True], [False, True, True]]
 
 
 def test_shards_are_the_chunks_of_dask(records: Path, wholes: dict[str, Path]) -> None:

@@ -360,17 +360,18 @@ class OpenShards:
         while len(self._open) > most or (len(self._open) > 2 and self._are_large()):
             first, (opened, variables, _) = self._open.popitem(last=False)
             if together > len(self._open):  # the next variable is read from this shard, too
-                self._keep_small(first, variables)
+                self.keep_small(first, variables)
             opened.close()
         return self._open[number][1]
 
     def _are_large(self) -> bool:
         return sum(size for *_, size in self._open.values()) > _MOST_OPEN
 
-    def _keep_small(self, number: int, variables: Mapping[str, Stored]) -> None:
+    def keep_small(self, number: int, variables: Mapping[str, Stored]) -> None:
         """Keep the small variables of a shard that is closed, so that it is not opened for each."""
         if number not in self._small:
-            small = {name: v.values for name, v in variables.items() if read_whole(v)}
+            along = ((n, v) for n, v in variables.items() if v.along_records is not None)
+            small = {n: v.values for n, v in along if v.bytes <= _SMALL and read_whole(v)}
             self._small[number] = small
             self._small_size += sum(values.nbytes for values in small.values())
         while self._small_size > _MOST_OPEN:
