@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rockframe.options.respond import DesignOptions, ScreenOptions
 from rockframe.record import Orientation, Record
 from rockframe.results.records import write_records
 
@@ -105,3 +106,23 @@ def structures(folder: Path, text: str = STRUCTURES) -> Path:
 def names(records: Sequence[Record]) -> list[str]:
     """Return the identifiers of the records."""
     return [record.record_id for record in records]
+
+
+#: Scales of screenings that are compared with each other.
+SCALES = (0.5, 1.0, 2.0)
+
+
+def all_results(folder: Path) -> ScreenOptions:
+    """Write a hazard curve; return options of all results of the stated structures but margins."""
+    hazard = folder / "hazard.csv"
+    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
+    return ScreenOptions(
+        scales=SCALES,
+        margins="none",
+        limit_peak_u_m=(0.1,),
+        limit_peak_tendon_ratio=(0.5,),
+        hazard=hazard,
+        return_period_years=(475.0,),
+        pooled=True,
+        design=DesignOptions(dimension="height", range=(2.0, 30.0), steps=3),
+    )

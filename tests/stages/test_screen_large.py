@@ -9,11 +9,20 @@ import netCDF4
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from tests.screening import RESTRAINED, STRUCTURES, site, stored, structures, three
+from tests.screening import (
+    RESTRAINED,
+    SCALES,
+    STRUCTURES,
+    all_results,
+    site,
+    stored,
+    structures,
+    three,
+)
 
 from rockframe.engines.engine import OneProcess
 from rockframe.frame import RockingFrame
-from rockframe.options.respond import DesignOptions, ScreenOptions
+from rockframe.options.respond import ScreenOptions
 from rockframe.record import Record
 from rockframe.report.page import screening_content
 from rockframe.results.screen import read_screening
@@ -21,8 +30,6 @@ from rockframe.stages.screen import Screening, screen_stage
 from rockframe.stages.screening.outcomes import OF_MEMBERS, AllOutcomes
 from rockframe.stages.screening.request import ScreeningRequest
 from rockframe.stages.screening.statistics import _shared
-
-SCALES = (0.5, 1.0, 2.0)
 
 
 @pytest.fixture
@@ -36,18 +43,7 @@ def small_memory(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def of_all_kinds(folder: Path) -> ScreenOptions:
-    hazard = folder / "hazard.csv"
-    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
-    return ScreenOptions(
-        scales=SCALES,
-        margins="first",
-        limit_peak_u_m=(0.1,),
-        limit_peak_tendon_ratio=(0.5,),
-        hazard=hazard,
-        return_period_years=(475.0,),
-        pooled=True,
-        design=DesignOptions(dimension="height", range=(2.0, 30.0), steps=3),
-    )
+    return all_results(folder).replaced(margins="first")
 
 
 def of_members(_folder: Path) -> ScreenOptions:

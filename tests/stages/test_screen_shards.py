@@ -11,19 +11,28 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_array_equal
-from tests.screening import RESTRAINED, ROUND, STRUCTURES, sine, site, stored, structures, three
+from tests.screening import (
+    RESTRAINED,
+    ROUND,
+    SCALES,
+    STRUCTURES,
+    all_results,
+    sine,
+    site,
+    stored,
+    structures,
+    three,
+)
 
 from rockframe import index_stage
 from rockframe.engines.engine import OneProcess
 from rockframe.errors import InputError, ParameterError
 from rockframe.options.ingest import Filters
-from rockframe.options.respond import DesignOptions, ScreenOptions
+from rockframe.options.respond import ScreenOptions
 from rockframe.record import Record
 from rockframe.results.screen import read_screen_history, read_screening, screening_of
 from rockframe.stages.common import Batch
 from rockframe.stages.screen import Screening, screen_stage
-
-SCALES = (0.5, 1.0, 2.0)
 
 
 class Case(NamedTuple):
@@ -35,19 +44,7 @@ class Case(NamedTuple):
 
 
 def of_all_results(folder: Path) -> Case:
-    hazard = folder / "hazard.csv"
-    hazard.write_text("pga_g,annual_rate\n0.01,1\n0.1,0.01\n1,0.0001\n", encoding="utf-8")
-    options = ScreenOptions(
-        scales=SCALES,
-        margins="none",
-        limit_peak_u_m=(0.1,),
-        limit_peak_tendon_ratio=(0.5,),
-        hazard=hazard,
-        return_period_years=(475.0,),
-        pooled=True,
-        design=DesignOptions(dimension="height", range=(2.0, 30.0), steps=3),
-    )
-    return Case(site(5), options, 3, STRUCTURES + RESTRAINED)
+    return Case(site(5), all_results(folder), 3, STRUCTURES + RESTRAINED)
 
 
 def of_azimuths(_folder: Path) -> Case:
