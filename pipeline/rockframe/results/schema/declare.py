@@ -37,8 +37,8 @@ class Variable:
     source : str
         The object that has the value, and the attribute if its name differs: ``match.pulse.T_p``.
     valid : {"", "any", "finite", "positive", "finite or absent"}
-        Allowed values; ``finite or absent`` allows NaN too. By default integers are zero or positive, and numbers may be NaN or
-        infinite.
+        Allowed values; ``finite or absent`` allows NaN too. By default integers are zero or
+        positive, and numbers may be NaN or infinite.
     key : bool
         The values identify the positions along the dimension: they are unique, and texts are safe
         as names of files.

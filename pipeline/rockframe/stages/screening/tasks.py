@@ -234,7 +234,7 @@ class ScreeningRun:
             Share below the limit [1], and 84 % quantile of the quantity, infinite if it overturns.
         """
         shares, largest = list[float](), list[float]()
-        # of a structure, one value of the dimension after the other
+        # a structure has one candidate for each value of the dimension, and the same motions count
         counting = chain.from_iterable(repeat(some, design.steps) for some in each)
         for candidates, held in self._of_groups():
             for reached, demand in zip(*self._of_candidates(design, candidates, held), strict=True):
