@@ -98,18 +98,18 @@ def test_the_terminal_prints_the_same_words(folder: Path) -> None:
         assert columns["robust_scale_10"].cell(row) == margin
 
 
-def test_the_verdict_of_a_printed_row_is_stated_once(
+def test_the_columns_of_a_printed_row_make_no_verdict(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The row states it in words: its columns make no verdict, and leave out peaks of a fall."""
+    """The row states it in words, which its columns print; they leave out the peaks of a fall."""
     made: list[Verdict] = []
 
     def counted(verdict: Verdict, **values: Any) -> SpreadVerdict:
         made.append(verdict)
         return SpreadVerdict(verdict, **values)
 
-    monkeypatch.setattr("rockframe.results.tables.rows.SpreadVerdict", counted)
     rows = list(response_rows(folder / "response.nc"))
+    monkeypatch.setattr("rockframe.results.tables.rows.SpreadVerdict", counted)
     console.show_rows("", response_columns(rows[0], {}), rows)
     assert rows
     assert made == []
