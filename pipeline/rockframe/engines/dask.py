@@ -78,7 +78,7 @@ class DaskScheduler:
         self, function: Callable[[Task], Result], tasks: Iterable[Task]
     ) -> Generator[Result, None, None]:
         """Yield the results of a function in the order of the tasks."""
-        with _silent_client(), _connected(self.address) as client:
+        with _silent_client() as noted, noted(_connected(self.address)) as client:
             ahead = _AHEAD * _threads(client, self.address)
             # with pure=True Dask would hash every task, to share results of equal tasks
             submit = partial(client.submit, _timed, function, pure=False)
@@ -132,8 +132,8 @@ class DaskScheduler:
         return EngineError(f"{message} Start it again and repeat the command.")
 
 
-#: Beginning of a line that Dask's client logs, if it waits long enough for a lost scheduler.
-_LOST: Final = "Failed to reconnect to scheduler"
+#: States of a client that has lost its scheduler.
+_WITHOUT_SCHEDULER: Final = ("connecting", "closing", "closed")
 
 
 class _Groups:
@@ -167,26 +167,39 @@ def _timed(function: Callable[[Any], Any], group: Sequence[Any]) -> tuple[float,
 
 
 @contextmanager
-def _silent_client() -> Generator[None, None, None]:
+def _silent_client() -> Generator[Callable[[Client], Client], None, None]:
     """Drop what Dask's client logs of a lost connection: an `EngineError` says it in one line.
 
-    Errors of tasks are raised, not logged.
+    Yields a function that takes the client, and returns it.
     """
     logger = logging.getLogger("distributed.client")
-    of_this_map = partial(_is_not_of_a_lost_connection)  # another map adds and removes its own
-    logger.addFilter(of_this_map)
+    clients: list[Client] = []
+
+    def is_not_of_a_lost_connection(record: logging.LogRecord) -> bool:
+        # without its scheduler the client fails in several ways
+        are_lost = [client for client in clients if client.status in _WITHOUT_SCHEDULER]
+        return not (are_lost or _is_of_connection(record))
+
+    def noted(client: Client) -> Client:
+        clients.append(client)
+        return client
+
+    logger.addFilter(is_not_of_a_lost_connection)
     try:
-        yield
+        yield noted
     finally:
-        logger.removeFilter(of_this_map)
+        logger.removeFilter(is_not_of_a_lost_connection)
 
 
-def _is_not_of_a_lost_connection(record: logging.LogRecord) -> bool:
-    """Return False for the traceback of a client that cannot reach its scheduler, and its end.
+def _is_of_connection(record: logging.LogRecord) -> bool:
+    from distributed.comm import CommClosedError
 
-    Several errors end such a client: that of the connection, or of what it tries without one.
-    """
-    return not (record.exc_info or str(record.msg).startswith(_LOST))
+    error = record.exc_info[1] if record.exc_info else None
+    while error is not None:
+        if isinstance(error, CommClosedError | ConnectionError):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _connected(address: str) -> Client:
