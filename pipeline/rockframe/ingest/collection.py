@@ -73,7 +73,7 @@ class Claim:
         return f"record identifier {same!r} is in use by {owner!r}. {why}"
 
 
-#: Claims in the order of the files, each with what was granted.
+#: Claims in the order of the files, each with its identifiers, or the reason why it got none.
 Claims = list[tuple[Claim, list[str] | str]]
 
 #: Amount of text per worker that makes another worker worthwhile [bytes]; a start takes 0.2 s.

@@ -174,8 +174,9 @@ def sources_of(
 
 def looked_into(source: Source) -> Source:
     """Return a file with a note if its name or its first bytes tell that it is skipped."""
-    note = _note_of_content(source.path) if source.pending else source.note
-    return replace(source, note=note, pending=False) if source.pending else source
+    if not source.pending:
+        return source
+    return replace(source, note=_note_of_content(source.path), pending=False)
 
 
 def _files_in(

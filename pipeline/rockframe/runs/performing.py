@@ -284,8 +284,12 @@ def _ingest(work: Work) -> Ingested | Sequence[InputOutcome]:
 
 
 def _index_ingest(work: Work) -> Sequence[InputOutcome]:
-    again = (work.into or work.folder) / work.step.outputs[-1]
-    return index_batches(work.inputs[1:], work.output, *_asked(work), again)
+    again = work.folder / work.step.outputs[-1]
+    return index_batches(
+        *(work.inputs[1:], work.output, *_asked(work), again),
+        progress=lambda file: work.report(f"{work.step.name} {file}", 0, None),
+        workers=work.workers,
+    )
 
 
 def _asked(work: Work) -> tuple[list[Path], IngestOptions, Filters]:

@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import os
+import re
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -155,6 +156,8 @@ _MOST_BATCHES: Final = 150
 #: starts in a second and lists all files.
 _FILES_OF_A_STEP: Final = 1000
 _MOST_STEPS_OF_INGEST: Final = 32
+#: End of the name of an input, if another one that is stated has the same name.
+_NUMBERED: Final = re.compile(r" \(\d+\)$")
 #: Folder of batches of records that were read again because of files in others.
 _AGAIN: Final = f"{SHARD_FOLDER}/again/"
 #: Largest memory of a batch [MB]; a stage may need more for the results of all records.
@@ -177,7 +180,7 @@ def steps_of(
     then : sequence of Step, optional
         Steps in place of table, figures and page.
     opened : int
-        Number of files with records, of which an archive is one.
+        Number of files with records that can be divided; an archive is one.
     """
     options_of_batches = study.tables.batches
     batches = -(-files // options_of_batches.records)
@@ -225,7 +228,9 @@ def _ingest(tables: Mapping[str, Any], records: Sequence[Path], batches: int) ->
         replace(whole, name=f"ingest-{k:03d}", outputs=(shard,), batch=(k, batches), memory=2000)
         for k, shard in enumerate(shards, 1)
     ]
-    index = replace(whole, name="index-ingest", stage="index-ingest")
+    index = replace(
+        whole, name="index-ingest", stage="index-ingest", threads=_THREADS, workers=True
+    )
     return [*steps, replace(index, inputs=(INPUTS, *shards), outputs=(*outputs, _AGAIN))]
 
 
@@ -380,7 +385,10 @@ def make_plan(study: Study, folder: Path, then: Sequence[Step] | None = None) ->
     inputs = tuple(_inputs(study, folder))
     _validate_inputs(study)
     with_records = [file for file in inputs if _may_have_records(file)]
-    steps = tuple(steps_of(study, _count(with_records), then, len(with_records)))
+    # the hash of one file would stand for both
+    are_named = not any(_NUMBERED.search(file.name) for file in inputs)
+    opened = len(with_records) if are_named else 1
+    steps = tuple(steps_of(study, _count(with_records), then, opened))
     files = {INPUTS: _listed(inputs)}
     if study.records:
         files[STRUCTURES] = structures_text(study)

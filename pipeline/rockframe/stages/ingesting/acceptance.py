@@ -179,7 +179,7 @@ class Acceptance:
                 yield record, noted.passport, as_read
         if self._whole:
             self._require_some()
-            self._require_selected()
+            require_selected(self._factors, self.outcomes)
 
     def _require_some(self) -> None:
         """Raise an error if no record was accepted, after writing the table.
@@ -191,10 +191,6 @@ class Acceptance:
         """
         if not self.accepted:
             raise nothing_accepted(self.publish())
-
-    def _require_selected(self) -> None:
-        """Raise an error if a record of the selection was not accepted."""
-        require_selected(self._factors, self.outcomes)
 
     def publish(self) -> tuple[InputOutcome, ...]:
         """Write the table, sorted by status, and return its rows."""

@@ -253,6 +253,9 @@ def index_batches(
     options: IngestOptions,
     filters: Filters,
     again: Path,
+    *,
+    progress: Callable[[str], None] | None = None,
+    workers: int | None = None,
 ) -> tuple[InputOutcome, ...]:
     """Write the index of the files of `ingest_batch`, and the list of all inputs beside it.
 
@@ -269,6 +272,8 @@ def index_batches(
     again : Path
         Folder for the files of batches that are read again, because of files in others or because
         files were added or removed meanwhile.
+    progress, workers
+        As for the batches, for those that are read again.
 
     Returns
     -------
@@ -284,8 +289,13 @@ def index_batches(
         If a record of the selection was not accepted.
     """
     notes = [_Notes.of(path, Batch(k, len(parts))) for k, path in enumerate(parts, 1)]
-    joint = _Joint([*parts], notes, paths, options, filters, again)
-    joint.settle()
+
+    def read_again(output: Path, batch: Batch, settled: Settled) -> None:
+        given = (paths, output, options, filters, batch)
+        ingest_batch(*given, settled=settled, progress=progress, workers=workers)
+
+    joint = _Joint([*parts], notes, again, read_again)
+    joint.settle(_listing(Request.of(paths, options, filters, (), look=False)))
     outcomes = [outcome for notes in joint.notes for outcome in notes.outcomes]
     first = next((outcome for outcome in outcomes if outcome.status == "rejected"), None)
     if options.strict and first is not None:
@@ -299,9 +309,7 @@ def index_batches(
     own = _own_values(joint.parts, options.spectral_periods_s or ())
     write_index(joint.parts, output, RECORDS, own)
     _write_list(joint.notes, table)
-    with opened_arrays(output, RECORDS) as records:
-        formats = records["source_format"].values.tolist()
-    warn_of_idle_options(options, formats, rows)
+    warn_of_idle_options(options, own["source_format"].values.tolist(), rows)
     return tuple(row for row in rows if row.status == "rejected")
 
 
@@ -311,35 +319,37 @@ class _Joint:
 
     parts: list[Path]
     notes: list[_Notes]
-    paths: Sequence[Path]
-    options: IngestOptions
-    filters: Filters
     again: Path
+    read: Callable[[Path, Batch, Settled], None]
 
-    def settle(self) -> None:
-        """Settle identifiers first, because motions depend on them, and then corners."""
+    def settle(self, listing: str) -> None:
+        """Settle identifiers first, because motions depend on them, and then corners.
+
+        A batch that was divided from files of another `listing` is read again before.
+        """
         try:
             if self.again.is_dir():
                 shutil.rmtree(self.again)
             make_folder(self.again)
         except OSError as error:
             raise InputError(self.again, f"cannot be written: {error.strerror}.") from None
-        listing = _listing(Request.of(self.paths, self.options, self.filters, (), look=False))
         for number, notes in enumerate(self.notes):
             if notes.listing != listing:  # else a file could be in no batch, or in two
                 self._read_again(number, Settled())
-        self._settle_identifiers()
-        self._settle_corners()
+        self._settle_corners(self._settle_identifiers())
 
-    def _settle_identifiers(self) -> None:
+    def _settle_identifiers(self) -> list[Owners]:
+        """Return the identifiers in use by files before each batch."""
         owners: Owners = {}
+        before: list[Owners] = []
         for number, notes in enumerate(self.notes):
-            before = dict(owners)
+            before.append(dict(owners))
             granted = [claim.granted(owners) for claim, _ in notes.claims]
             if granted != [got for _, got in notes.claims]:
-                self._read_again(number, Settled(before))
+                self._read_again(number, Settled(before[number]))
+        return before
 
-    def _settle_corners(self) -> None:
+    def _settle_corners(self, before: Sequence[Owners]) -> None:
         of_batch = np.repeat(range(len(self.notes)), [len(notes.order) for notes in self.notes])
         order = [row for notes in self.notes for row in notes.order]
         corners: defaultdict[int, dict[str, Corner | None]] = defaultdict(dict)
@@ -347,19 +357,14 @@ class _Joint:
             record = order[place]
             if record is not None:
                 corners[int(of_batch[place])][record.channel.record_id] = corner
-        for number, stated in corners.items():
-            owners: Owners = {}
-            for claim, _ in chain.from_iterable(notes.claims for notes in self.notes[:number]):
-                claim.granted(owners)
-            self._read_again(number, Settled(owners, stated))
+        for number, of_records in corners.items():
+            self._read_again(number, Settled(before[number], of_records))
 
     def _read_again(self, number: int, settled: Settled) -> None:
         """Read a batch again, with what the others settle."""
         output = self.again / self.parts[number].name
         batch = Batch(number + 1, len(self.parts))
-        ingest_batch(
-            *(self.paths, output, self.options, self.filters, batch), settled=settled, workers=1
-        )
+        self.read(output, batch, settled)
         self.parts[number], self.notes[number] = output, _Notes.of(output, batch)
 
 

@@ -138,7 +138,7 @@ def _catalogues(sources: Iterable[Source]) -> dict[str, Path]:
 
 
 def _is_other(path: Path) -> bool:
-    """Return True if a file is not a netCDF file of this version of netCDF."""
+    """Return True if a file is not one of netCDF-4."""
     if not path.is_file():
         return True
     with path.open("rb") as stream:
