@@ -18,6 +18,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 import rockframe
@@ -261,6 +262,34 @@ def test_a_critical_scale_is_shown_where_the_table_has_one(
     (column,) = (column for column in columns if column.head == "Critical scale")
     html = ResultTable([row], verdicts, [""], [column], []).html({})
     assert f'data-order="{order}">{escape(cell)}</td>' in html
+
+
+def test_a_row_of_the_table_of_results_is_this_html() -> None:
+    """Names are escaped, numbers have sort keys, and verdicts and links are those of the row."""
+    rows = [
+        {"record": '<a"', "structure": "b&", "critical_scale": "1.25", "magnitude": "6.1"},
+        {"record": 'c"', "structure": "d", "critical_scale": "", "magnitude": ""},
+    ]
+    rows = [{**row, "verdict": "stands", "largest_scale": "10.0"} for row in rows]
+    verdicts = [SpreadVerdict(Verdict.STANDS), SpreadVerdict(Verdict.OVERTURNS)]
+    strips = [Markup("<svg/>"), Markup("")]
+    table = ResultTable(rows, verdicts, ["calm", "fell"], shown(rows, verdicts), strips)
+    first, second = (re.sub(" +<t", "<t", line) for line in table.html({1: 4}).splitlines())
+    assert first == (
+        '<tr data-verdict="stands"><td class=" text">&lt;a&#34;</td><td class=" ">b&amp;</td>'
+        '<td class=" text"><span class="badge calm">stands</span></td>'
+        '<td class="strips" data-order="1.25"><svg/></td>'
+        '<td class=" number" data-order="1.25">1.25</td>'
+        '<td class="minor number" data-order="6.1">6.1</td></tr>'
+    )
+    link = '<a href="#history-4" aria-label="c&#34;, d">d</a>'
+    assert second == (
+        '<tr data-verdict="overturns" data-history="4"><td class=" text">c&#34;</td>'
+        f'<td class=" ">{link}</td><td class=" text"><span class="badge fell">stands</span></td>'
+        '<td class="strips" data-order="Infinity"></td>'
+        '<td class=" number" data-order="Infinity">&gt; 10</td>'
+        '<td class="minor number" data-order="-Infinity">–</td></tr>'
+    )
 
 
 def test_the_cells_of_the_table_of_results_are_those_of_its_columns(bundled_run: Path) -> None:

@@ -19,6 +19,7 @@ from rockframe.cli.console import show_summary
 from rockframe.cli.stages.respond import show_responses
 from rockframe.errors import InputError
 from rockframe.results.tables import number_store
+from rockframe.results.tables.entries import write_rows_as
 from rockframe.results.tables.outcomes import severity
 from rockframe.results.tables.rows import response_columns, spread_verdict
 from rockframe.results.tables.summary import (
@@ -266,3 +267,17 @@ def test_rows_of_motions_and_their_columns_have_the_same_summary(
             no_uplift = [spread_verdict(one).kind is VerdictKind.NO_UPLIFT for one in computed]
             if row["structure"] == "bent":
                 assert row["uplifted"] == len(computed) - sum(no_uplift)
+
+
+def test_a_deck_that_does_not_rock_has_no_number_of_uplifts_in_parquet(tmp_path: Path) -> None:
+    """A column of whole numbers holds no text."""
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    frames, decks = nominal("r1"), nominal("r1", structure="deck") | {"kind": "isolated"}
+    write_rows_as(tmp_path / "summary.parquet", summary_rows([frames, decks]))
+    write_rows_as(tmp_path / "summary.csv", summary_rows([frames, decks]))
+    for table in (pandas.read_parquet(tmp_path / "summary.parquet"),
+                  pandas.read_csv(tmp_path / "summary.csv")):  # fmt: skip
+        uplifted = dict(zip(table["structure"], table["uplifted"], strict=True))
+        assert uplifted["bent"] == 1
+        assert pandas.isna(uplifted["deck"])

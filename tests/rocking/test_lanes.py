@@ -215,13 +215,13 @@ def test_closing_a_block_keeps_its_scenarios_and_those_that_wait() -> None:
 
 
 def test_vectors_of_the_lanes_lie_on_one_cache_line_each() -> None:
-    zeros = cast("Any", vectors.zeros).py_func
-    arrays = [zeros(count) for count in (3, 40, 700)]
+    in_python = cast("Any", vectors.zeros).py_func
+    arrays = [zeros(count) for zeros in (in_python, vectors.zeros) for count in (3, 40, 700)]
     assert [(array.size, array.any()) for array in arrays] == [
         (3, False),
         (40, False),
         (700, False),
-    ]
+    ] * 2
     assert {array.ctypes.data % 64 for array in arrays} == {0}
 
 

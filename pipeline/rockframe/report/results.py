@@ -126,7 +126,10 @@ def _texts(column: Column, rows: Sequence[Mapping[str, str]]) -> list[str]:
 def _orders(
     column: Column, rows: Sequence[Mapping[str, str]], texts: Sequence[str]
 ) -> Sequence[str]:
-    """Return the key of each cell that sorts a column of numbers, as `Column.order` does."""
+    """Return the key of each cell that sorts a column of numbers.
+
+    Unknown numbers are below all others, and lower bounds such as "> 10" above.
+    """
 
     def order(value: str) -> str:
         of_cell = number(value)

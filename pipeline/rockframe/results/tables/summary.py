@@ -442,7 +442,7 @@ class _OverRecords:
             "records": self.count,
             **dict.fromkeys(("left_out", "left_out_words")),  # filled for all structures at once
             **interval,
-            "uplifted": self._uplifted if rocks(self._facts) else "",
+            "uplifted": self._uplifted if rocks(self._facts) else None,
             "uplifted_peak_u_50_m": over_records(numbers[_DRIFT, uplifted == 1.0])[1],
             "model_ends": self._model_ends,
             "largest_share_model_ends": self._largest_share_ends,
