@@ -174,9 +174,8 @@ def sources_of(
 
 def looked_into(source: Source) -> Source:
     """Return a file with a note if its name or its first bytes tell that it is skipped."""
-    if not source.pending:
-        return source
-    return replace(source, note=_note_of_content(source.path), pending=False)
+    note = _note_of_content(source.path) if source.pending else source.note
+    return replace(source, note=note, pending=False)
 
 
 def _files_in(
